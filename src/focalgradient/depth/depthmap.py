@@ -1,0 +1,111 @@
+"""The depth map: what the depth core returns, and what is kept on disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+
+__all__ = ["DepthMap"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthMap:
+    """Depth at every pixel, with its uncertainty and what is to be trusted.
+
+    Parameters
+    ----------
+    vergence
+        Vergence in dioptres, H x W, at every pixel, trusted or not.
+    vergence_sd
+        Standard deviation of `vergence` in dioptres, H x W.
+    valid
+        H x W: False where the estimate is refused (too little texture, contradicting views, side undecided).
+    side_known
+        H x W: whether the views themselves tell on which side of focus the point lies. Where they do not,
+        `vergence` is the reading stated in ``details["side"]``, and its mirror image about focus fits as well.
+    details
+        How the map was made: settings, estimated noise and gains, shares, warnings; plain JSON values.
+
+    Examples
+    --------
+    >>> flat = np.full((2, 3), 0.5)
+    >>> depth = DepthMap(flat, 0.01 * flat, flat > 0, flat > 0)
+    >>> float(depth.distance[0, 0]), round(float(depth.distance_sd[0, 0]), 3)
+    (2.0, 0.02)
+    """
+
+    vergence: NDArray[np.floating]
+    vergence_sd: NDArray[np.floating]
+    valid: NDArray[np.bool_]
+    side_known: NDArray[np.bool_]
+    details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        height, width = self.vergence.shape
+        return height, width
+
+    @property
+    def distance(self) -> NDArray[np.floating]:
+        """Distance in metres, H x W: 1 / vergence, and ``inf`` where the vergence is not positive."""
+        with np.errstate(divide="ignore"):
+            return np.where(self.vergence > 0, 1.0 / np.abs(self.vergence), np.inf).astype(self.vergence.dtype)
+
+    @property
+    def distance_sd(self) -> NDArray[np.floating]:
+        """First-order standard deviation of `distance` in metres, H x W: vergence_sd x distance^2."""
+        return self.vergence_sd * self.distance**2
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map to `path` as a compressed NumPy archive, all or nothing.
+
+        Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` (D), ``valid`` and
+        ``side_known`` (bool); and ``details``, a JSON text.
+        """
+        path = Path(path)
+        partial = path.with_name(path.name + ".partial")
+        try:
+            with partial.open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    distance=self.distance,
+                    vergence=self.vergence,
+                    vergence_sd=self.vergence_sd,
+                    valid=self.valid,
+                    side_known=self.side_known,
+                    details=np.array(json.dumps(self.details)),
+                )
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> DepthMap:
+        """Read a map that `save` wrote.
+
+        Raises
+        ------
+        InputError
+            If the file is not such an archive.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return cls(
+                    file["vergence"],
+                    file["vergence_sd"],
+                    file["valid"],
+                    file["side_known"],
+                    json.loads(str(file["details"])),
+                )
+        except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path} is not a depth map: expected the depth.npz that focalgradient writes.") from error

@@ -1,0 +1,70 @@
+"""A view: an image together with the optics that formed it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.optics import Optics
+
+__all__ = ["View"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """An image together with the optics that formed it.
+
+    Parameters
+    ----------
+    image
+        *Linear* radiance in any unit, H x W, floating point. Display-encoded (sRGB) values must be decoded first.
+    optics
+        The `Lens` or eye that formed it.
+    pixel_angle
+        Angle in radians that one pixel subtends at the lens on the axis: pixel pitch / sensor distance.
+
+    Raises
+    ------
+    InputError
+        If the image is not an H x W array of finite floating-point numbers, or the pixel angle is not positive.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(focal_length=0.025, f_number=4, focus_distance=1.0)
+    >>> view = View(np.zeros((48, 64)), lens, pixel_angle=8e-6 / lens.sensor_distance)
+    >>> view.shape, round(view.pixel_angle * 1e6, 1)
+    ((48, 64), 312.0)
+    """
+
+    image: NDArray[np.floating]
+    optics: Optics
+    pixel_angle: float
+
+    def __post_init__(self) -> None:
+        image = self.image
+        if not isinstance(image, np.ndarray) or not np.issubdtype(image.dtype, np.floating):
+            kind = image.dtype if isinstance(image, np.ndarray) else type(image).__name__
+            raise InputError(
+                f"image is of type {kind}, but must be an array of floating-point linear radiance: "
+                "decode and convert it first."
+            )
+        if image.ndim != 2 or 0 in image.shape:
+            raise InputError(f"image has shape {image.shape}, but must be H x W: turn colour into luminance first.")
+        if not np.isfinite(image).all():
+            count = np.size(image) - int(np.isfinite(image).sum())
+            raise InputError(
+                f"image holds {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it."
+            )
+        if not (self.pixel_angle > 0 and math.isfinite(self.pixel_angle)):
+            raise InputError(f"pixel_angle is {self.pixel_angle!r}, but must be a positive angle in radians.")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        height, width = self.image.shape
+        return height, width
