@@ -2,10 +2,10 @@
 
 from importlib.metadata import version
 
-from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth import DepthMap, recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import Lens, paper_distance
 from focalgradient.view import View
 
 __version__ = version("focalgradient")
-__all__ = ["DepthMap", "FocalGradientWarning", "InputError", "Lens", "View", "paper_distance"]
+__all__ = ["DepthMap", "FocalGradientWarning", "InputError", "Lens", "View", "paper_distance", "recover_depth"]

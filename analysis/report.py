@@ -1,0 +1,194 @@
+"""What a finished figure is, and how figures become files and a report.
+
+A figure's script has a function `make(*, full, progress) -> Shown` and hands it to `alone` when it is run by itself.
+`progress` is called now and then with the share done, 0 to 1; `full` asks for more data and takes longer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import html
+import io
+import json
+import math
+import platform
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from focalgradient.plotting import style
+
+__all__ = ["Progress", "Shown", "alone", "images", "numbers_json", "report_html"]
+
+Progress = Callable[[float], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A figure with what it shows.
+
+    Parameters
+    ----------
+    title
+        Its heading in the report.
+    caption
+        What it shows and what it means, as paragraphs of plain text.
+    figure
+        The picture.
+    summary
+        What was measured, as a few numbers: a table in the report. Units are in the names.
+    plotted
+        Every number that is drawn as a curve or as points.
+    """
+
+    title: str
+    caption: tuple[str, ...]
+    figure: Figure
+    summary: Mapping[str, Any]
+    plotted: Mapping[str, Any]
+
+
+def images(shown: Shown) -> dict[str, bytes]:
+    """The picture as the contents of a PNG and a PDF file, the same bytes in every run."""
+    files = {}
+    for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
+        buffer = io.BytesIO()
+        with style():
+            shown.figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
+        files[kind] = buffer.getvalue()
+    return files
+
+
+def numbers_json(figures: Mapping[str, Shown]) -> str:
+    """Every figure's numbers, by the figure's name, as strict JSON: what is not finite is null."""
+    numbers = {name: {"summary": shown.summary, "plotted": shown.plotted} for name, shown in figures.items()}
+    return json.dumps(_plain(numbers), indent=1, allow_nan=False) + "\n"
+
+
+def report_html(figures: Mapping[str, Shown], pngs: Mapping[str, bytes], remark: str) -> str:
+    """One page with every figure and what was measured; it holds its pictures and needs nothing from elsewhere."""
+    contents = "".join(f'<li><a href="#{name}">{html.escape(s.title)}</a></li>' for name, s in figures.items())
+    sections = "".join(_section(name, shown, pngs[name]) for name, shown in figures.items())
+    made_with = ", ".join(f"{name} {version(name)}" for name in ("focalgradient", "numpy", "scipy", "matplotlib"))
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Depth from the focal gradient: figures</title>
+<style>{_CSS}</style>
+</head>
+<body>
+<header>
+<h1>Depth from the focal gradient</h1>
+<p class="lead">{html.escape(remark)}</p>
+<ol>{contents}</ol>
+</header>
+{sections}
+<footer>
+<p>Made with {html.escape(made_with)} and Python {platform.python_version()}. The numbers behind every figure are in
+numbers.json beside this page, and every figure is there as PNG and PDF.</p>
+<p>A. P. Pentland, A new sense for depth of field, IEEE Transactions on Pattern Analysis and Machine Intelligence,
+PAMI-9(4), 523–531, 1987.</p>
+</footer>
+</body>
+</html>
+"""
+
+
+def alone(name: str, make: Callable[..., Shown]) -> None:
+    """Run one figure's script by itself: write its picture and numbers, and print what was measured."""
+    parser = argparse.ArgumentParser(description=f"Make {name} alone.")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the figure (default: results)")
+    parser.add_argument("--full", action="store_true", help="more data; takes longer")
+    options = parser.parse_args()
+    try:
+        shown = make(full=options.full)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for kind, content in images(shown).items():
+        (options.out / f"{name}.{kind}").write_bytes(content)
+    (options.out / f"{name}.json").write_text(numbers_json({name: shown}), encoding="utf-8")
+    for label, value in shown.summary.items():
+        print(f"{_label(label)}: {_short(value)}")
+
+
+def _section(name: str, shown: Shown, png: bytes) -> str:
+    rows = "".join(
+        f"<tr><th>{html.escape(_label(name))}</th><td>{html.escape(_short(value))}</td></tr>"
+        for name, value in shown.summary.items()
+    )
+    text = "".join(f"<p>{html.escape(paragraph)}</p>" for paragraph in shown.caption)
+    picture = base64.b64encode(png).decode("ascii")
+    return f"""<section id="{name}">
+<h2>{html.escape(shown.title)}</h2>
+<figure><img src="data:image/png;base64,{picture}" alt="{html.escape(shown.title)}"></figure>
+{text}
+<table><caption>What was measured</caption>{rows}</table>
+</section>
+"""
+
+
+def _label(name: str) -> str:
+    """Write a number's name as words, with its unit in brackets."""
+    words, _, unit = name.rpartition("_")
+    units = {"m": "m", "mm": "mm", "percent": "%"}
+    return f"{words.replace('_', ' ')} ({units[unit]})" if unit in units else name.replace("_", " ")
+
+
+def _short(value: Any) -> str:
+    """Write a number to four digits, anything else as it is."""
+    plain = _plain(value)
+    if isinstance(plain, list):
+        return ", ".join(map(_short, plain))
+    return f"{plain:.4g}" if isinstance(plain, float) else "not defined" if plain is None else str(plain)
+
+
+def _plain(value: Any) -> Any:
+    """Turn `value` into what JSON can hold: arrays to lists, numbers to six digits, what is not finite to None."""
+    match value:
+        case Mapping():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case np.ndarray():
+            return _plain(value.tolist())
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case bool() | np.bool_():
+            return bool(value)
+        case float() | np.floating():
+            return float(f"{value:.6g}") if math.isfinite(value) else None
+        case np.integer():
+            return int(value)
+        case _:
+            return value
+
+
+_CSS = """
+:root { color-scheme: light; }
+body { font: 16px/1.55 Charter, "Bitstream Charter", "Iowan Old Style", Cambria, Georgia, serif; color: #1d1d1f;
+  background: #fff; max-width: 47rem; margin: 3rem auto 5rem; padding: 0 1.25rem; text-wrap: pretty; }
+h1 { font-size: 2.1rem; line-height: 1.15; font-weight: 600; margin: 0 0 .6rem; }
+h2 { font-size: 1.35rem; line-height: 1.25; font-weight: 600; margin: 0 0 1rem; }
+.lead { font-size: 1.1rem; color: #444; }
+ol { padding-left: 1.3rem; } ol a { color: #0b5a8f; text-decoration: none; } ol a:hover { text-decoration: underline; }
+section { border-top: 1px solid #dcdcdc; padding-top: 1.6rem; margin-top: 3rem; }
+figure { margin: 0 0 1.2rem; } img { width: 100%; height: auto; display: block; }
+table { border-collapse: collapse; width: 100%; font: .82rem/1.4 system-ui, "Segoe UI", Helvetica, Arial, sans-serif;
+  font-variant-numeric: tabular-nums; margin-top: 1.2rem; }
+caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
+th, td { border-top: 1px solid #e6e6e6; padding: .28rem .4rem .28rem 0; text-align: left; font-weight: 400; }
+td { text-align: right; padding-right: 0; white-space: nowrap; }
+footer { border-top: 1px solid #dcdcdc; margin-top: 3rem; padding-top: 1rem; font-size: .85rem; color: #555; }
+@media print {
+  body { margin: 0 auto; max-width: none; font-size: 10.5pt; } ol { display: none; }
+  section { break-inside: avoid; } h2 { break-after: avoid; }
+}
+"""

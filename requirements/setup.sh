@@ -1,0 +1,79 @@
+#!/bin/sh
+# setup.sh reproduce|test: sets up what `make reproduce` or `make test` needs; silent where nothing is left to do.
+#
+# - Debian packages, listed with their reasons in debian.txt: the tests insist on them, `reproduce` goes on without.
+# - .venv, with the packages that python.txt pins and focalgradient itself, editable. The stamp .venv/ready is written last
+#   and says for what the set-up was made: one that was cut off has no stamp and is started over.
+set -eu
+cd "$(dirname "$0")/.."
+purpose=$1
+
+say() { echo "set-up: $*" >&2; }
+fail() { say "$*"; exit 1; }
+
+debian_packages() {
+    command -v dpkg-query >/dev/null || return 0
+    missing=
+    for package in $(sed 's/#.*//' requirements/debian.txt); do
+        dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null | grep -q ^ii || missing="$missing $package"
+    done
+    [ -n "$missing" ] || return 0
+
+    if [ "$(id -u)" = 0 ]; then sudo=; elif sudo -n true 2>/dev/null; then sudo=sudo; else sudo=none; fi
+    if [ "$sudo" = none ]; then
+        trouble="this user is not root and sudo asks for a password"
+    else
+        say "installing the Debian packages$missing"
+        $sudo apt-get update -qq >&2 && $sudo env DEBIAN_FRONTEND=noninteractive \
+            apt-get install -y -qq --no-install-recommends $missing >&2 && return 0
+        trouble="apt-get could not install them (its message is above)"
+    fi
+    remedy="install them with 'sudo apt-get install --no-install-recommends$missing'."
+    [ "$purpose" = reproduce ] || fail "the tests need the Debian packages$missing, but $trouble: $remedy"
+    say "going on, by a simpler path, without the Debian packages$missing: $remedy"
+}
+
+version() { "$1" -c 'import platform; print(platform.python_version())' 2>/dev/null || echo missing; }
+fits() { "$1" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; }
+
+find_python() { # sets $python
+    for python in ${PYTHON:-python3 python3.12 python3.11}; do
+        ! fits "$python" || return 0
+    done
+    python=${PYTHON:-python3}
+    fail "focalgradient needs Python 3.11 or 3.12, but $python is $(version "$python"):" \
+        "install one of the two and name it, as in 'make PYTHON=python3.12 $purpose'."
+}
+
+python_packages() {
+    # A virtual environment cannot be moved, so its place is part of what it was made for.
+    want="$PWD $(cat requirements/python.txt pyproject.toml | cksum)"
+    have=$(cat .venv/ready 2>/dev/null) || have=
+    fits .venv/bin/python || have=
+    [ -z "${PYTHON:-}" ] || [ "$(version "$PYTHON")" = "$(version .venv/bin/python)" ] || have=
+    [ "$have" != "$want" ] || return 0
+
+    if [ "${have% * *}" != "$PWD" ]; then # none yet, cut off, moved, or of another Python
+        find_python
+        "$python" -c 'import ensurepip, venv' 2>/dev/null || fail "$python cannot make virtual environments:" \
+            "install its venv module (on Debian: apt-get install python3-venv) and call make again."
+        rm -f .venv/ready
+        "$python" -m venv --clear .venv || fail "$python could not make .venv: see its message above."
+    fi
+    rm -f .venv/ready
+
+    say "installing the pinned packages into .venv (once; a minute or two)"
+    if [ -t 1 ]; then quiet=; else quiet=--quiet; fi
+    install=".venv/bin/python -m pip --disable-pip-version-check install $quiet --no-deps"
+    if ! $install --require-hashes -r requirements/python.txt 2>.venv/pip.log; then
+        ! grep -q 'connection broken' .venv/pip.log || fail "the package index cannot be reached:" \
+            "check the network connection (or the proxy) and call make again."
+        grep ^ERROR .venv/pip.log >&2 || cat .venv/pip.log >&2
+        fail "pip could not install the pinned packages: see its message above, then call make again."
+    fi
+    $install --no-build-isolation -e . || fail "pip could not install focalgradient itself: see its message above."
+    echo "$want" >.venv/ready
+}
+
+debian_packages
+python_packages

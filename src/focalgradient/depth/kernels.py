@@ -1,0 +1,273 @@
+"""The inner loops of the depth core, compiled; rows are shared among threads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+RIVAL = 9.0
+"""A second minimum whose cost comes within this (three sd) of the least leaves the depth undecided."""
+
+
+def share_rows(rows: int, work: Callable[[int, int], object]) -> None:
+    """Call ``work(first, last)`` on bands of rows that cover ``range(rows)``, side by side."""
+    edges = np.linspace(0, rows, THREADS + 1).astype(int)
+    with ThreadPoolExecutor(THREADS) as pool:
+        list(pool.map(work, edges[:-1].tolist(), edges[1:].tolist()))
+
+
+def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:
+    """Weighted sums, over blocks of step x step pixels, of the products of each pair of images.
+
+    `images` is r x H x W, `weight` H x W; returns r(r+1)/2 x ceil(H/step) x ceil(W/step), pairs (k, l <= k) in order.
+    """
+    count, height, width = images.shape
+    rows, columns = -(-height // step), -(-width // step)
+    sums = np.zeros((count * (count + 1) // 2, rows, columns))
+    share_rows(rows, lambda first, last: _block_products(images, weight, step, first, last, sums))
+    return sums
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _block_products(images, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
+    count, height, width = images.shape
+    columns = sums.shape[2]
+    weighted = np.empty(width, np.float32)
+    for row in range(first, last):
+        for y in range(row * step, min(height, (row + 1) * step)):
+            pair = 0
+            for k in range(count):
+                for x in range(width):
+                    weighted[x] = weight[y, x] * images[k, y, x]
+                for other in range(k + 1):
+                    for column in range(columns):
+                        total = np.float32(0)
+                        for x in range(column * step, min(width, (column + 1) * step)):
+                            total += weighted[x] * images[other, y, x]
+                        sums[pair, row, column] += total
+                    pair += 1
+
+
+def block_squares(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:
+    """Weighted sums of squares over blocks of step x step pixels: L x H x W to L x ceil(H/step) x ceil(W/step)."""
+    count, height, width = images.shape
+    sums = np.zeros((count, -(-height // step), -(-width // step)))
+    share_rows(sums.shape[1], lambda first, last: _block_squares(images, weight, step, first, last, sums))
+    return sums
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _block_squares(images, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
+    count, height, width = images.shape
+    for k in range(count):
+        for row in range(first, last):
+            for y in range(row * step, min(height, (row + 1) * step)):
+                for column in range(sums.shape[2]):
+                    total = np.float32(0)
+                    for x in range(column * step, min(width, (column + 1) * step)):
+                        total += weight[y, x] * images[k, y, x] ** 2
+                    sums[k, row, column] += total
+
+
+def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
+    """Sums over blocks of step x step pixels; the last blocks may be partial."""
+    rows, columns = (np.arange(0, n, step) for n in image.shape)
+    return np.add.reduceat(np.add.reduceat(image.astype(float), rows, axis=0), columns, axis=1)
+
+
+def pick(images: NDArray[np.float32], level: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The stack of images (L x H x W) read, at each pixel, at that pixel's fractional level; and its derivative."""
+    base = np.clip(level.astype(np.intp), 0, len(images) - 2)
+    low, high = (np.take_along_axis(images, (base + i)[None], axis=0)[0] for i in (0, 1))
+    return low + (level - base).astype(np.float32) * (high - low), high - low
+
+
+def mix(
+    images: NDArray[np.float32], coefficients: NDArray[np.float32], level: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The image mixed, at each pixel, with the coefficients of that pixel's level, and its derivative by level.
+
+    `images` is r x H x W, `coefficients` L x r, `level` H x W (fractional, linear in between).
+    """
+    value, slope = np.empty_like(level), np.empty_like(level)
+    share_rows(level.shape[0], lambda first, last: _mix(images, coefficients, level, first, last, value, slope))
+    return value, slope
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _mix(images, coefficients, level, first, last, value, slope):  # type: ignore[no-untyped-def]
+    count = images.shape[0]
+    top = coefficients.shape[0] - 2
+    for y in range(first, last):
+        for x in range(level.shape[1]):
+            base = min(max(int(level[y, x]), 0), top)
+            part = level[y, x] - base
+            low = high = np.float32(0)
+            for k in range(count):
+                low += coefficients[base, k] * images[k, y, x]
+                high += coefficients[base + 1, k] * images[k, y, x]
+            value[y, x] = low + part * (high - low)
+            slope[y, x] = high - low
+
+
+def read_minima(
+    energy: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    noise_slope: NDArray[np.float64],
+    noise: float,
+    size: NDArray[np.float64],
+) -> tuple[NDArray[np.generic], ...]:
+    """Where along its levels each node's residual energy is least, how sharply, how well it fits, whether alone.
+
+    Parameters
+    ----------
+    energy
+        Mean squared residual, nodes x L.
+    expected
+        What noise alone leaves of it, per level.
+    noise_slope
+        What noise of variance 1 adds to the variance of the score, per level^2, per level.
+    noise
+        Noise variance.
+    size
+        Pixels that each node's window is worth.
+
+    Returns
+    -------
+    level, sd, misfit, texture, alone, inside
+        Per node: the level (fractional) and its standard deviation in levels; the energy over what noise explains;
+        the power of what tells depth over that of the noise in the same band; whether no rival minimum fits about
+        as well; whether the best fit lies within the levels, not beyond their ends.
+    """
+    nodes = len(energy)
+    level, sd, misfit, texture = np.empty(nodes), np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    alone, inside = np.empty(nodes, np.bool_), np.empty(nodes, np.bool_)
+    share_rows(
+        nodes,
+        lambda first, last: _read_minima(
+            energy, expected, noise_slope, noise, size, first, last, level, sd, misfit, texture, alone, inside
+        ),
+    )
+    return level, sd, misfit, texture, alone, inside
+
+
+@njit(nogil=True, cache=True)
+def _crossing(cost, start, direction, bound, level):  # type: ignore[no-untyped-def]
+    """How far from `level` the cost first rises to `bound` in one direction; infinity if it never does."""
+    i = start
+    while 0 <= i + direction < cost.size:
+        if cost[i + direction] > bound:
+            inner = min(cost[i], bound)
+            return abs(i + direction * (bound - inner) / (cost[i + direction] - inner) - level)
+        i += direction
+    return np.inf
+
+
+@njit(nogil=True, cache=True)
+def _read_minima(  # type: ignore[no-untyped-def]
+    energy, expected, noise_slope, noise, size, first, last, level, sd, misfit, texture, alone, inside
+):
+    levels = energy.shape[1]
+    cost = np.empty(levels)
+    for node in range(first, last):
+        best = 0
+        for i in range(levels):
+            cost[i] = (energy[node, i] - expected[i]) * size[node] / noise
+            if cost[i] < cost[best]:
+                best = i
+        # A quartic through five levels: exact where blur vanishes and the cost has the form (r^2 - r0^2)^2.
+        c = min(max(best, 2), levels - 3)
+        m2, m1, z, p1, p2 = cost[c - 2], cost[c - 1], cost[c], cost[c + 1], cost[c + 2]
+        a1 = (m2 - 8 * m1 + 8 * p1 - p2) / 12
+        a2 = (-m2 + 16 * m1 - 30 * z + 16 * p1 - p2) / 24
+        a3 = (-m2 + 2 * m1 - 2 * p1 + p2) / 12
+        a4 = (m2 - 4 * m1 + 6 * z - 4 * p1 + p2) / 24
+        # Its slope changes sign between the neighbours of the least level: bisect.
+        left, right = max(best - 1.0, 0.0) - c, min(best + 1.0, levels - 1.0) - c
+        for _ in range(14):
+            middle = (left + right) / 2
+            if a1 + middle * (2 * a2 + middle * (3 * a3 + middle * 4 * a4)) > 0:
+                right = middle
+            else:
+                left = middle
+        t = (left + right) / 2
+        least = min(z + t * (a1 + t * (a2 + t * (a3 + t * a4))), cost[best])
+        level[node] = c + t
+        misfit[node] = (least * noise / size[node] + expected[best]) / expected[best]
+
+        # The cost's rise at one sd is 1 where signal dominates, more where noise meets noise or the model misfits.
+        curvature = a2 + t * (3 * a3 + t * 6 * a4)
+        slope = noise_slope[best] * size[node]
+        texture[node] = curvature / slope if slope > 0 else 0.0
+        spread = max(1.0, misfit[node]) * (1 + slope / max(curvature, slope / 3 + 1e-30))
+        rise = 4 * spread
+        narrow = np.sqrt(rise / curvature) if curvature > 0 else np.inf
+        if narrow < 1.0:
+            sd[node] = narrow / 2
+        else:
+            # Half the width of what lies within two sd: honest where the cost is no parabola.
+            down = _crossing(cost, best, -1, least + rise, level[node])
+            up = _crossing(cost, best, 1, least + rise, level[node])
+            # Where the range ends first, that side says nothing and the other stands for both.
+            sd[node] = (max(down, up) if max(down, up) < np.inf else min(down, up, levels - 1.0)) / 2
+
+        # At an end of the range: would the cost still fall by three sd beyond it?
+        outward = 0.0
+        if best == 0:
+            outward = cost[1] - cost[0]
+        elif best == levels - 1:
+            outward = cost[levels - 2] - cost[levels - 1]
+        fall = outward**2 / (4 * max(curvature, slope / 3 + 1e-30))
+        inside[node] = fall <= RIVAL * spread or outward <= 2 * curvature
+
+        # A rival fits about as well and lies beyond a barrier that both could not share.
+        bound = least + RIVAL * spread
+        alone[node] = True
+        for direction in (-1, 1):
+            i = best
+            over = False
+            while 0 <= i + direction < levels:
+                i += direction
+                if cost[i] > bound:
+                    over = True
+                elif over:
+                    alone[node] = False
+
+
+def spread(
+    values: NDArray[np.float64], sd: NDArray[np.float64], step: int, shape: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Carry values from nodes, at the middles of blocks of `step` pixels, to the pixels (H x W) of `shape`.
+
+    Linear in between where the nodes around a pixel agree; across a jump, which they do not, the nearest node's.
+    """
+    pixels = np.empty(shape)
+    share_rows(shape[0], lambda first, last: _spread(values, sd, step, first, last, pixels))
+    return pixels
+
+
+@njit(nogil=True, cache=True)
+def _spread(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-def]
+    rows, columns = values.shape
+    for y in range(first, last):
+        v = min(max((y + 0.5) / step - 0.5, 0.0), rows - 1.0)
+        top = min(int(v), max(rows - 2, 0))
+        low = min(top + 1, rows - 1)
+        for x in range(pixels.shape[1]):
+            u = min(max((x + 0.5) / step - 0.5, 0.0), columns - 1.0)
+            left = min(int(u), max(columns - 2, 0))
+            right = min(left + 1, columns - 1)
+            a, b, c, d = values[top, left], values[top, right], values[low, left], values[low, right]
+            p, q = v - top, u - left
+            row, column = (low if p > 0.5 else top), (right if q > 0.5 else left)
+            if max(a, b, c, d) - min(a, b, c, d) > 2.0 + 6 * sd[row, column]:
+                pixels[y, x] = values[row, column]
+            else:
+                pixels[y, x] = (1 - p) * ((1 - q) * a + q * b) + p * ((1 - q) * c + q * d)

@@ -1,0 +1,431 @@
+"""From views to a depth map: checks, one grid and one exposure, equalisation, and what is to be trusted."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.depthmap import DepthMap
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.psf import DISC_K, MODELS, PsfName
+from focalgradient.view import View
+
+if TYPE_CHECKING:
+    from focalgradient.depth.align import Placement
+    from focalgradient.depth.equalise import Equalised, Nodes
+
+__all__ = ["recover_depth"]
+
+Image = NDArray[np.float32]
+Progress = Callable[[str], None]
+
+LARGEST_BLUR = 16.0
+"""Radius in pixels, in the widest view, up to which blur is sought where the user sets no limit."""
+
+LEVEL_STEP = 0.125
+"""Spacing of the candidate levels, in pixels of blur radius in the widest view."""
+
+CHECK_WINDOW = 2.5
+"""Standard deviation in pixels of the window in which the views' agreement is tested."""
+
+SHIFT_WARNING = 0.25
+"""Displacement between views, in pixels, above which a user is warned."""
+
+
+def recover_depth(
+    views: Sequence[View],
+    *,
+    near: float | None = None,
+    far: float | None = None,
+    psf: PsfName = "disc",
+    k: float = DISC_K,
+    window: float = 8.0,
+    noise: float | Sequence[float] | None = None,
+    align: bool = False,
+    false_alarm: float = 1e-3,
+    progress: Progress | None = None,
+) -> DepthMap:
+    """Recover depth from two or more views that differ in aperture, in focus, or in both.
+
+    Maximum likelihood by equalisation over the whole image (Pentland 1987, Eqs. 7-11, for any optics): see
+    `focalgradient.depth.equalise`.
+
+    Parameters
+    ----------
+    views
+        Two or more views of one scene, of one size. Depth comes on the first view's pixels. Views whose pixel angles
+        differ (focusing changes magnification) are brought to the first view's; exposures may differ by any gain.
+    near, far
+        Limits of the search in metres. By default both sides of focus are searched, from infinity up to a blur of
+        16 pixels.
+    psf, k
+        Blur model, ``"disc"`` or ``"gaussian"``, and for the Gaussian sigma / disc radius.
+    window
+        Standard deviation in pixels of the Gaussian window in which the evidence is gathered.
+    noise
+        Standard deviation of the pixels' noise in the images' units, one for all or one for each view; estimated
+        from the views where not given (then taken to be the same in all).
+    align
+        Measure translation and scale between the views and remove them first.
+    false_alarm
+        Probability with which the check refuses a pixel whose views do agree.
+    progress
+        Called with a few words at each stage.
+
+    Returns
+    -------
+    DepthMap
+        ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
+        ``shift_px`` of each view, and ``share_valid``.
+
+    Raises
+    ------
+    InputError
+        If the views cannot be compared, tell nothing of depth, or a setting is out of range.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If the views are shifted by more than 0.25 pixel, or leave the side of focus open.
+
+    Examples
+    --------
+    A textured wall at 1.25 m, a pinhole view and one at f/4 focused at 1 m: its blur disc has a radius of 2.4 pixels.
+
+    >>> from focalgradient import Lens
+    >>> from focalgradient.psf import transfer
+    >>> sharp, wide = (Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (math.inf, 4))
+    >>> pixel_angle = 2.6e-4
+    >>> rng = np.random.default_rng(1)
+    >>> frequency = np.hypot(np.fft.fftfreq(128)[:, None], np.fft.rfftfreq(128))
+    >>> spectrum = np.fft.rfft2(rng.standard_normal((128, 128))) / np.maximum(frequency, 1 / 128)
+    >>> blurred = spectrum * transfer(frequency, wide.blur_radius(1.25) / pixel_angle, "disc")
+    >>> images = [100 + np.fft.irfft2(s) + 0.01 * rng.standard_normal((128, 128)) for s in (spectrum, blurred)]
+    >>> views = [View(image, lens, pixel_angle) for image, lens in zip(images, (sharp, wide))]
+    >>> depth = recover_depth(views, near=1.0)
+    >>> round(float(np.median(depth.distance[depth.valid])), 2)
+    1.25
+    """
+    say = progress or (lambda stage: None)
+    views = list(views)
+    _check_settings(near, far, psf, k, window, noise, false_alarm, len(views))
+    _check_views(views)
+    search = Search.over(views, near, far)
+
+    say("placing the views")
+    placed = Placed.of(views, align)
+    say("measuring noise")
+    noise_sd = _noise(noise, placed, search, psf, k, window)
+    say("equalising blur")
+    step = max(1, round(window / 2))
+    equalised = search.equalise(placed.images, noise_sd, psf, k, window, step)
+    say("reading depth")
+    nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, estimated=noise is None)
+
+    level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
+    sd_level = equalised.to_pixels(nodes.sd, nodes.sd, placed.shape)
+    vergence = (search.lowest + level * search.spacing).astype(np.float32)
+    vergence_sd = (sd_level * search.spacing).astype(np.float32)
+    # Texture enough: blur known to 0.3 pixel or to a tenth, and told by signal rather than by noise.
+    blur = search.radius(vergence.astype(float))
+    clear = vergence_sd * search.slope <= np.maximum(0.3, 0.1 * blur)
+    told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support >= 0.1)
+    valid = clear & agrees & equalised.to_blocks(told, placed.shape)
+    if not search.side_known:
+        warnings.warn(FocalGradientWarning(search.side_text), stacklevel=2)
+    details = {
+        "method": "equalise",
+        "near_m": near,
+        "far_m": far,
+        "searched_vergence_D": [search.lowest, search.highest],
+        "psf": psf,
+        "k": k,
+        "window_px": window,
+        "align": align,
+        "false_alarm": false_alarm,
+        "side": search.side_text,
+        "noise": [float(sd * gain * math.sqrt(scale)) for sd, gain in zip(noise_sd, placed.gains, strict=True)],
+        "noise_estimated": noise is None,
+        "gain": placed.gains,
+        "shift_px": [[p.down, p.right] for p in placed.found],
+        "scale": [p.scale for p in placed.found],
+        "misfit": float(np.median(nodes.misfit)),
+        "share_disagreeing": float(1 - agrees.mean()),
+        "share_valid": float(valid.mean()),
+    }
+    side_known = np.full(placed.shape, search.side_known)
+    return DepthMap(vergence, vergence_sd, valid, side_known, details)
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """The candidate levels of vergence, and each view's blur at them."""
+
+    lowest: float
+    highest: float
+    levels: int
+    focus: NDArray[np.float64]  # each view's focus vergence, D
+    pixels: NDArray[np.float64]  # each view's blur radius in pixels per dioptre of defocus
+    side_known: bool
+    side_text: str
+
+    @classmethod
+    def over(cls, views: Sequence[View], near: float | None, far: float | None) -> Search:
+        """The search over the limits given, or else as far as blur is sought."""
+        focus = np.array([view.optics.focus_vergence for view in views])
+        # Blur is an angle, so that all views count it in the first view's pixels.
+        pixels = np.array([view.optics.aperture_diameter / 2 for view in views]) / views[0].pixel_angle
+        span = LARGEST_BLUR / pixels.max()
+        lowest = 1 / far if far is not None else max(0.0, focus.min() - span)
+        highest = 1 / near if near is not None else focus.max() + span
+        side_known, side_text = True, "told by the views"
+        if np.ptp(focus) <= 1e-9 * max(1.0, np.abs(focus).max()):
+            shared = float(focus[0])
+            slack = 1e-3 * (highest - lowest)
+            if highest <= shared + slack:
+                highest, side_text = min(highest, shared), "beyond focus, by the limits of the search"
+            elif lowest >= shared - slack:
+                lowest, side_text = max(lowest, shared), "nearer than focus, by the limits of the search"
+            else:
+                highest, side_known = shared, False
+                side_text = (
+                    "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
+                    "taken to lie beyond it; limit the search by near or far, or focus one view elsewhere"
+                )
+        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / LEVEL_STEP), 8, 400)) + 1
+        return cls(lowest, highest, levels, focus, pixels, side_known, side_text)
+
+    @property
+    def spacing(self) -> float:
+        """Dioptres from level to level."""
+        return (self.highest - self.lowest) / (self.levels - 1)
+
+    @property
+    def slope(self) -> float:
+        """Pixels of blur radius per dioptre in the widest view."""
+        return float(self.pixels.max())
+
+    def radius(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Blur radius in pixels in the most blurred view, at `vergence`."""
+        return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)
+
+    def equalise(
+        self, images: Sequence[Image], noise_sd: Sequence[float], psf: PsfName, k: float, window: float, step: int
+    ) -> Equalised:
+        """Compare `images` at every level."""
+        from focalgradient.depth.equalise import equalise
+
+        vergence = np.linspace(self.lowest, self.highest, self.levels)
+        radius = self.pixels[:, None] * np.abs(self.focus[:, None] - vergence)
+        reach = int(np.clip(2 * radius.max(), 16, 64))
+        return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window, step=step)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """The views on the first one's grid, at one exposure, with what can be used of them."""
+
+    images: list[Image]
+    usable: NDArray[np.bool_]
+    gains: list[float]
+    found: list[Placement]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        height, width = self.usable.shape
+        return height, width
+
+    @classmethod
+    def of(cls, views: Sequence[View], align: bool) -> Placed:
+        """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
+        from focalgradient.depth.align import Placement, measure_placement, resample
+
+        images = [np.asarray(view.image, np.float32) for view in views]
+        usable = ~_clipped(images[0])
+        placed, found = [images[0]], [Placement()]
+        for view, image in zip(views[1:], images[1:], strict=True):
+            clipped = _clipped(image)
+            placement = Placement(views[0].pixel_angle / view.pixel_angle)
+            moved, covered = resample(image, placement)
+            shift = measure_placement(images[0], moved)
+            if align:
+                placement = placement.then(shift)
+                moved, covered = resample(image, placement)
+            if clipped.any():
+                covered &= resample(clipped.astype(np.float32), placement)[0] < 0.05
+            usable &= covered
+            placed.append(moved)
+            found.append(shift)
+        worst = max(found, key=lambda p: p.displacement(views[0].shape))
+        displacement = worst.displacement(views[0].shape)
+        if displacement > SHIFT_WARNING and not align:
+            warnings.warn(
+                FocalGradientWarning(
+                    f"view {found.index(worst) + 1} is displaced against view 1 by up to {displacement:.2f} pixels "
+                    f"({worst.right:+.2f} right, {worst.down:+.2f} down, scale {worst.scale:.5f}), which biases "
+                    "depth: align the views (align=True, --align)."
+                ),
+                stacklevel=3,
+            )
+        if usable.mean() < 0.05:
+            raise InputError(
+                "hardly a pixel is both unsaturated and seen by every view, but all views must show the same scene: "
+                "check that the views belong together and are rightly exposed."
+            )
+        gains = [1.0, *(_gain(placed[0], image, usable) for image in placed[1:])]
+        return cls([image / np.float32(g) for image, g in zip(placed, gains, strict=True)], usable, gains, found)
+
+    def crop(self, side: int) -> Placed:
+        """The middle, at most `side` pixels in each direction."""
+        middle = tuple(slice(max(0, (n - side) // 2), max(0, (n - side) // 2) + side) for n in self.shape)
+        return Placed([image[middle] for image in self.images], self.usable[middle], self.gains, self.found)
+
+
+def _clipped(image: Image) -> NDArray[np.bool_]:
+    """Pixels at the image's ceiling, where a whole crowd of pixels shares the highest value."""
+    top = image == image.max()
+    return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
+
+
+def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
+    """Exposure of `image` over that of `reference`: the median ratio of their local means, brighter places first."""
+    from focalgradient.depth.kernels import block_sum
+
+    mask = usable.astype(np.float32)
+    step = max(4, min(reference.shape) // 32)
+    one, other = (block_sum(picture * mask, step).ravel() for picture in (reference, image))
+    lit = one > 0.1 * one.max()
+    order = np.argsort(other[lit] / one[lit])
+    weight = np.cumsum(one[lit][order])
+    ratio = float((other[lit] / one[lit])[order][np.searchsorted(weight, weight[-1] / 2)])
+    if not ratio > 0:
+        raise InputError("one view is dark where another is bright, but views may differ by a positive gain only.")
+    return ratio
+
+
+def _noise(
+    noise: float | Sequence[float] | None, placed: Placed, search: Search, psf: PsfName, k: float, window: float
+) -> list[float]:
+    """Standard deviation of each placed view's noise: as given, or from what equalising leaves in the middle."""
+    from focalgradient.depth.equalise import fine_noise
+
+    if noise is not None:
+        given = np.broadcast_to(np.asarray(noise, float), len(placed.images))
+        return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)]
+    middle = placed.crop(256)
+    spread = float(np.mean([image.std() for image in middle.images]))
+    floor = 2e-4 * spread  # storage and rounding leave at least this
+    gains = np.array(placed.gains)
+    # An upper bound first: what the finest detail of the most blurred view holds.
+    level = max(floor, min(fine_noise(image) * gain for image, gain in zip(middle.images, gains, strict=True)))
+    step = max(1, round(window / 2))
+    for _ in range(2):
+        noise_sd = [float(level / gain) for gain in gains]
+        nodes = search.equalise(middle.images, noise_sd, psf, k, window, step).read(middle.usable.astype(np.float32))
+        change = math.sqrt(float(np.median(nodes.misfit)))
+        level = max(floor, level * change)
+        if change > 0.7:
+            break
+    return [float(level / gain) for gain in gains]
+
+
+def _read_robustly(
+    equalised: Equalised, placed: Placed, false_alarm: float, *, estimated: bool
+) -> tuple[Nodes, NDArray[np.bool_], float]:
+    """Read depth without the pixels whose views contradict each other.
+
+    Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
+    Returns the nodes, which pixels agree, and the noise variance in units of the one assumed.
+    """
+    # Blur carries light in from beyond the frame: its rim is neither read nor judged.
+    margin = min(round(equalised.window), min(placed.shape) // 8)
+    rim = np.ones(placed.shape, np.bool_)
+    rim[margin : placed.shape[0] - margin, margin : placed.shape[1] - margin] = False
+    scale = 1.0
+    agrees = placed.usable
+    for _ in range(4):
+        weight = (agrees & ~rim).astype(np.float32)
+        nodes = equalised.read(weight, scale)
+        if estimated:
+            scale *= float(np.median(nodes.misfit[nodes.support > 0.5])) if (nodes.support > 0.5).any() else 1.0
+            nodes = equalised.read(weight, scale)
+        before = agrees
+        agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_WINDOW, false_alarm))
+        if (before ^ agrees).mean() < 2e-3:
+            break
+    nodes = equalised.refine(nodes, weight, scale)
+    return nodes, agrees, scale
+
+
+def _check_settings(
+    near: float | None,
+    far: float | None,
+    psf: PsfName,
+    k: float,
+    window: float,
+    noise: float | Sequence[float] | None,
+    false_alarm: float,
+    count: int,
+) -> None:
+    """Refuse settings out of range."""
+
+    def positive(name: str, value: Any, unit: str) -> None:
+        if not (np.ndim(value) == 0 and value > 0):
+            raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")
+
+    if near is not None:
+        positive("near", near, " of metres")
+    if far is not None:
+        positive("far", far, " of metres")
+    if near is not None and far is not None and near >= far:
+        raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
+    if near is not None and math.isinf(near):
+        raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
+    if psf not in MODELS:
+        raise InputError(f"psf is {psf!r}, but must be one of {', '.join(MODELS)}.")
+    positive("k", k, ", sigma / disc radius")
+    if not (np.ndim(window) == 0 and 2 <= window <= 64):
+        raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
+    if noise is not None and (
+        np.ndim(noise) > 1 or np.size(noise) not in (1, count) or not np.all(np.asarray(noise) > 0)
+    ):
+        raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the {count} views.")
+    if not 0 < false_alarm < 1:
+        raise InputError(f"false_alarm is {false_alarm!r}, but must be a probability between 0 and 1.")
+
+
+def _check_views(views: Sequence[View]) -> None:
+    """Refuse views that cannot be compared or tell nothing of depth."""
+    if len(views) < 2:
+        raise InputError(f"{len(views)} view given, but depth by comparison needs two or more: add a view.")
+    for number, view in enumerate(views, 1):
+        if view.shape != views[0].shape:
+            sizes = [f"{v.shape[1]} x {v.shape[0]}" for v in (views[0], view)]
+            raise InputError(
+                f"view 1 is {sizes[0]} pixels but view {number} is {sizes[1]}, and all views must be of one size: "
+                "crop or scale them alike."
+            )
+        image = view.image
+        top = image.max()
+        if not top > 0:
+            raise InputError(f"view {number} is black, but depth needs a lit scene: check its exposure.")
+        if image.min() == top or (image == top).mean() > 0.5:
+            raise InputError(
+                f"view {number} is {'constant' if image.min() == top else 'saturated over more than half its pixels'}, "
+                "so that it shows no texture to compare: expose it so that the scene keeps below the maximum."
+            )
+    if min(views[0].shape) < 32:
+        raise InputError(f"the views are {views[0].shape[1]} x {views[0].shape[0]} pixels, but at least 32 are needed.")
+    optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
+    if len(optics) == 1 or all(aperture == 0 for aperture, _ in optics):
+        raise InputError(
+            "all views are blurred alike (same aperture and focus, or pinholes all), so that they tell nothing of "
+            "depth: change the aperture or the focus of one."
+        )

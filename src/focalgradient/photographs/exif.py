@@ -1,0 +1,173 @@
+"""Settings from what cameras write into their files (EXIF), and from options for what they do not."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PIL import ExifTags, Image
+
+from focalgradient.errors import InputError
+from focalgradient.photographs.images import Encoding, read_bytes
+from focalgradient.photographs.settings import Settings
+
+__all__ = ["from_exif"]
+
+_MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 1e-3}
+"""Length of FocalPlaneResolutionUnit in mm: inch, centimetre, and, in wide use, millimetre and micrometre."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Recorded:
+    """What one file tells; None for what it does not."""
+
+    focal_length_mm: float | None
+    f_number: float | None
+    focus_distance_m: float | None
+    pixel_pitch_um: float | None
+
+
+def from_exif(
+    paths: Sequence[str | os.PathLike[str]],
+    *,
+    focal_length_mm: float | None = None,
+    f_numbers: Sequence[float] = (),
+    focus_distances_m: Sequence[float] = (),
+    pixel_pitch_um: float | None = None,
+    encoding: Encoding | None = None,
+    telecentric: bool = False,
+) -> Settings:
+    """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF tells.
+
+    Parameters
+    ----------
+    paths
+        Two or more image files.
+    f_numbers, focus_distances_m
+        One for each file, in order, or none: taken from EXIF.
+    focal_length_mm, pixel_pitch_um
+        None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
+    encoding, telecentric
+        As in `focalgradient.photographs.Camera`.
+
+    Raises
+    ------
+    InputError
+        If EXIF lacks what is not given (the message names the command's option for each), or the files disagree on
+        focal length or pixel pitch, or fewer than two files are given.
+    """
+    files = [Path(path) for path in paths]
+    if len(files) < 2:
+        raise InputError(
+            f"only {len(files)} photograph is given, but depth needs two or more of one scene: add another."
+        )
+    for option, given in (("--f-number", f_numbers), ("--focus-distance", focus_distances_m)):
+        if given and len(given) != len(files):
+            raise InputError(
+                f"{option} needs one value for each of the {len(files)} photographs, in order, but has {len(given)}: "
+                "repeat it."
+            )
+    told = [_recorded(file) for file in files]
+    lacking: list[tuple[str, str]] = []
+
+    def each(values: list[float | None], what: str, option: str) -> list[float]:
+        names = [file.name for file, value in zip(files, values, strict=True) if value is None]
+        if names:
+            lacking.append((what + (f" (of {', '.join(names)})" if len(names) < len(files) else ""), option))
+        return [math.nan if value is None else value for value in values]
+
+    def shared(given: float | None, values: list[float | None], what: str, option: str) -> float:
+        found = each(values if given is None else [given] * len(files), what, option)
+        for file, value in zip(files, found, strict=True):
+            if abs(value - found[0]) > 1e-3 * found[0]:
+                raise InputError(
+                    f"EXIF tells a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
+                    f"views must be taken with one camera at one zoom, or give {option}."
+                )
+        return found[0]
+
+    once_each = "for each photograph in order"
+    focal_length = shared(focal_length_mm, [t.focal_length_mm for t in told], "focal length in mm", "--focal-length MM")
+    f_number = each(list(f_numbers) or [t.f_number for t in told], "f-number", f"--f-number N {once_each}")
+    focus = each(
+        list(focus_distances_m) or [t.focus_distance_m for t in told],
+        "distance of focus in m",
+        f"--focus-distance M {once_each}",
+    )
+    pitch = shared(pixel_pitch_um, [t.pixel_pitch_um for t in told], "pixel pitch in um", "--pixel-pitch UM")
+    if lacking:
+        whats, options = zip(*lacking, strict=True)
+        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(options)}.")
+    settings = Settings.model_validate(
+        {
+            "camera": {
+                "focal_length_mm": focal_length,
+                "pixel_pitch_um": pitch,
+                "encoding": encoding,
+                "telecentric": telecentric,
+            },
+            "view": [
+                {"image": file, "f_number": n, "focus_distance_m": d}
+                for file, n, d in zip(files, f_number, focus, strict=True)
+            ],
+        }
+    )
+    settings.lenses()
+    return settings
+
+
+def _recorded(path: Path) -> _Recorded:
+    """Read what the file's EXIF tells: nothing where it has none."""
+    tags: Mapping[int, Any] = {}
+    size = (0, 0)
+    data = read_bytes(path)
+    # EXIF is foreign and optional: damaged is as good as absent, and Pillow's remarks on it help nobody.
+    with contextlib.suppress(Exception), warnings.catch_warnings(), Image.open(io.BytesIO(data)) as image:
+        warnings.simplefilter("ignore")
+        size = image.size
+        tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
+    distance = _number(tags, ExifTags.Base.SubjectDistance)
+    return _Recorded(
+        focal_length_mm=_number(tags, ExifTags.Base.FocalLength),
+        f_number=_number(tags, ExifTags.Base.FNumber),
+        # EXIF 2.3, 4.6.5: a numerator of 0xFFFFFFFF means infinity, 0 unknown.
+        focus_distance_m=math.inf if distance is not None and distance >= 0xFFFFFFFF else distance,
+        pixel_pitch_um=_pixel_pitch(tags, size),
+    )
+
+
+def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:
+    """Give the pixel pitch in um of the image as it is now, or None where EXIF does not tell it."""
+    per_unit = _number(tags, ExifTags.Base.FocalPlaneXResolution)
+    unit = _MILLIMETRES.get(tags.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
+    if per_unit is None or unit is None:
+        return None
+    taken = [
+        _number(tags, tag) or now
+        for tag, now in zip((ExifTags.Base.ExifImageWidth, ExifTags.Base.ExifImageHeight), size, strict=True)
+    ]
+    scale = [was / now for was, now in zip(taken, size, strict=True)]
+    # Unequal scales: cropped, not (only) resized, so that the pitch cannot be told. One pixel may be lost to rounding.
+    if abs(scale[0] - scale[1]) > 1.5 * max(s / now for s, now in zip(scale, size, strict=True)):
+        return None
+    return 1e3 * unit / per_unit * scale[0]
+
+
+def _number(tags: Mapping[int, Any], tag: int) -> float | None:
+    """Read a positive number, or None where the tag is absent, zero or senseless."""
+    try:
+        value = float(tags[tag])
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        return None
+    return value if value > 0 and math.isfinite(value) else None
+
+
+def _listed(parts: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))

@@ -1,0 +1,226 @@
+"""Image files to linear luminance.
+
+The encoding is undone first, then colour becomes luminance: luminance is a sum of *linear* red, green and blue.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageOps
+
+from focalgradient.errors import FocalGradientWarning, InputError
+
+__all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs", "srgb_to_linear"]
+
+Encoding = Literal["linear", "srgb"]
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Weights of linear red, green and blue in luminance (Rec. ITU-R BT.709; IEC 61966-2-1)."""
+
+_SATURATED = 0.5
+"""Share of pixels at the file type's maximum above which an image is refused as saturated."""
+
+_SATURATED_WORTH_SAYING = 1e-3
+"""Share of pixels at the file type's maximum above which a warning says so."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Photograph:
+    """What one image file holds.
+
+    Parameters
+    ----------
+    path
+        The file.
+    luminance
+        Linear luminance, H x W, float32; integer files are scaled so that their maximum (255, 65535) is 1.
+    encoding
+        ``"linear"`` or ``"srgb"``: how the file's values were read.
+    pixel_type
+        The file's own pixel type, such as ``"uint8"``.
+    saturated
+        Share of pixels of which some channel lies at the maximum of an integer `pixel_type`, 0 to 1.
+    """
+
+    path: Path
+    luminance: NDArray[np.float32]
+    encoding: Encoding
+    pixel_type: str
+    saturated: float
+
+
+def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
+    """Undo the sRGB encoding, exactly (IEC 61966-2-1): `value` and result in 0 to 1, of any shape.
+
+    >>> srgb_to_linear([0, 0.04045, 0.5, 1]).round(5).tolist()
+    [0.0, 0.00313, 0.21404, 1.0]
+    """
+    value = np.asarray(value, dtype=float)
+    return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0) + 0.055) / 1.055) ** 2.4)
+
+
+def read_photograph(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Photograph:
+    """Read an image file as linear luminance.
+
+    Parameters
+    ----------
+    path
+        An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG, grey or colour, or a .npy file with
+        an H x W or H x W x 3 (red, green, blue) array. An alpha channel is dropped; an orientation tag is obeyed.
+    encoding
+        How the values are encoded: ``"linear"`` or ``"srgb"``. None: sRGB for 8-bit image files, linear for all others.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, unreadable or not an image, or the image holds NaN or infinite pixels, is saturated
+        (more than half its pixels at the maximum of an integer type) or black (no pixel above 2 levels and 0.1 % of
+        that maximum; for floating point, none above 0) or the same everywhere.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If more than 0.1 % of the pixels are saturated: blur is not to be measured on them.
+    """
+    path = Path(path)
+    pixels = _read_array(path) if path.suffix.lower() == ".npy" else _read_image(path)
+    if encoding is None:
+        encoding = "srgb" if pixels.dtype == np.uint8 and path.suffix.lower() != ".npy" else "linear"
+    saturated = _check(path, pixels)
+    return Photograph(path, _luminance(pixels, encoding), encoding, pixels.dtype.name, saturated)
+
+
+def read_photographs(paths: Sequence[str | os.PathLike[str]], encoding: Encoding | None = None) -> list[Photograph]:
+    """Read image files that must agree in size: `read_photograph` for each of `paths`.
+
+    Raises
+    ------
+    InputError
+        As `read_photograph` does, and if the sizes differ.
+    """
+    photographs = [read_photograph(path, encoding) for path in paths]
+    for other in photographs[1:]:
+        (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
+        if (h0, w0) != (h, w):
+            raise InputError(
+                f"{photographs[0].path} is {w0} x {h0} pixels but {other.path} is {w} x {h}: views of one scene must "
+                "have the same size and orientation, so export them alike, neither cropped nor resized."
+            )
+    return photographs
+
+
+def _read_image(path: Path) -> NDArray[Any]:
+    """Read the file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
+    data = read_bytes(path)
+    try:
+        if data.startswith(b"\xff\xd8\xff"):
+            # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
+            return _read_jpeg(data)
+        if data.startswith(b"\x89PNG"):
+            with Image.open(io.BytesIO(data)) as image:
+                image.verify()  # of a damaged PNG the decoder below would complain on standard error
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+    except Exception as error:  # decoders fail in many ways on what is not theirs
+        raise _not_an_image(path) from error
+    if pixels is None or pixels.shape[2:] not in ((), (3,)):
+        raise _not_an_image(path)
+    return pixels[..., ::-1] if pixels.ndim == 3 else pixels
+
+
+def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
+    with warnings.catch_warnings(), Image.open(io.BytesIO(data)) as image:
+        warnings.simplefilter("ignore")  # Pillow's remarks on odd metadata
+        upright = ImageOps.exif_transpose(image)
+        return np.asarray(upright if upright.mode == "L" else upright.convert("RGB"))
+
+
+def _read_array(path: Path) -> NDArray[Any]:
+    try:
+        pixels = np.load(io.BytesIO(read_bytes(path)), allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise _not_an_image(path, "an array that numpy.save wrote") from error
+    if not isinstance(pixels, np.ndarray) or 0 in pixels.shape or pixels.shape[2:] not in ((), (3,)) or pixels.ndim < 2:
+        shape = pixels.shape if isinstance(pixels, np.ndarray) else "not that of one array"
+        raise InputError(f"{path}: its shape is {shape}, but must be H x W or H x W x 3 (red, green, blue).")
+    return pixels
+
+
+def read_bytes(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of an image file.") from error
+    if not data:
+        raise InputError(f"{path} is empty: give an image file.")
+    return data
+
+
+def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy file") -> InputError:
+    return InputError(f"{path} cannot be read as an image: expected {expected}.")
+
+
+def _check(path: Path, pixels: NDArray[Any]) -> float:
+    """Give the share of saturated pixels; refuse pixels from which no blur can be measured."""
+    if pixels.dtype not in (np.uint8, np.uint16) and not np.issubdtype(pixels.dtype, np.floating):
+        raise InputError(
+            f"{path} holds pixels of type {pixels.dtype}, but must hold 8- or 16-bit unsigned integers or "
+            "floating-point numbers: convert it first."
+        )
+    if np.issubdtype(pixels.dtype, np.floating):
+        if bad := int(np.size(pixels) - np.isfinite(pixels).sum()):
+            raise InputError(f"{path} holds {bad} NaN or infinite values, but all must be finite: repair or crop it.")
+        black, saturated = 0.0, 0.0
+    else:
+        top = int(np.iinfo(pixels.dtype).max)
+        black = max(2.0, 1e-3 * top)
+        at_top = pixels == top
+        saturated = float(np.mean(at_top.any(axis=2) if pixels.ndim == 3 else at_top))
+    if saturated > _SATURATED:
+        raise InputError(
+            f"{path} is saturated: {saturated:.0%} of its pixels lie at the maximum, {top}, where at most half may: "
+            "expose it less."
+        )
+    if pixels.max() <= black:
+        raise InputError(f"{path} is black: its brightest value is {pixels.max():g}: expose it more.")
+    if pixels.min() == pixels.max():
+        raise InputError(
+            f"{path} is the same everywhere ({pixels.max():g}), so it shows no blur: give one with texture."
+        )
+    if saturated > _SATURATED_WORTH_SAYING:
+        warnings.warn(
+            f"{path}: {saturated:.1%} of the pixels are saturated; depth on and around them is not to be trusted.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
+    return saturated
+
+
+def _luminance(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:
+    linear = srgb_to_linear if encoding == "srgb" else np.asarray
+    if np.issubdtype(pixels.dtype, np.integer):
+        # Decode the 256 or 65536 levels once, exactly, and look the pixels up.
+        levels = np.linspace(0, 1, np.iinfo(pixels.dtype).max + 1)
+        table = linear(levels).astype(np.float32)
+    else:
+        table = None
+
+    def decoded(channel: NDArray[Any]) -> NDArray[np.float32]:
+        return linear(channel).astype(np.float32) if table is None else table[channel]
+
+    if pixels.ndim == 2:
+        return decoded(pixels)
+    luminance = np.zeros(pixels.shape[:2], np.float32)
+    for weight, channel in zip(LUMINANCE, np.moveaxis(pixels, 2, 0), strict=True):
+        luminance += np.float32(weight) * decoded(channel)
+    return luminance

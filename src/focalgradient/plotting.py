@@ -1,0 +1,332 @@
+"""Figures of views and depth maps.
+
+Nothing here needs a display or `pyplot`: figures carry their own canvas. Helpers draw into the axes `ax` they are
+given, and return it. Depth is coloured linearly in *vergence*, in which a map's precision is about even: near is
+bright, far is dark, and the colour bar reads in metres. Refused pixels let the hatched ground show through.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from focalgradient.depth.depthmap import DepthMap
+from focalgradient.errors import InputError
+from focalgradient.optics import Lens, Optics
+from focalgradient.view import View
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colorbar import Colorbar
+
+__all__ = [
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "REFUSED",
+    "depth_figure",
+    "describe_optics",
+    "draw_depth",
+    "draw_distance",
+    "draw_error",
+    "draw_uncertainty",
+    "draw_view",
+    "new_figure",
+    "style",
+]
+
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # apart for colour-blind readers (Okabe & Ito)
+
+REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatch": "//////"}
+"""How the ground under refused pixels is drawn: no colour map used here comes near this hatched grey."""
+
+_MM = 1 / 25.4
+_MOST_VIEWS = 4
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw what is created inside in the house style: 8 pt sans serif, thin lines, text that stays text in PDF."""
+    settings: dict[str, Any] = {
+        "font.family": "DejaVu Sans",
+        "font.size": 8,
+        "axes.labelsize": 8,
+        "axes.linewidth": 0.6,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlelocation": "left",
+        "axes.titlepad": 4,
+        "axes.titlesize": 8.5,
+        "hatch.linewidth": 0.5,
+        "legend.fontsize": 8,
+        "legend.frameon": False,
+        "lines.linewidth": 1.4,
+        "pdf.fonttype": 42,
+        "xtick.labelsize": 8,
+        "xtick.major.width": 0.6,
+        "ytick.labelsize": 8,
+        "ytick.major.width": 0.6,
+    }
+    with matplotlib.rc_context(settings):  # type: ignore[arg-type]
+        yield
+
+
+def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any) -> Figure:
+    """Return an empty figure of this size, 200 dots an inch, on a canvas of its own; `options` go to `Figure`."""
+    figure = Figure(figsize=(width_mm * _MM, height_mm * _MM), dpi=200, **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def depth_figure(
+    views: Sequence[View],
+    depth: DepthMap,
+    *,
+    names: Sequence[str] | None = None,
+    truth: NDArray[np.floating] | None = None,
+) -> Figure:
+    """Draw the views, the recovered depth and its uncertainty; with `truth`, the true depth and the error as well.
+
+    Parameters
+    ----------
+    views
+        The views that the depth came from; the first four are drawn.
+    depth
+        What was recovered from them, H x W.
+    names
+        A name for each view, such as its file's.
+    truth
+        True distance in metres, H x W; ``inf`` or ``nan`` where there is none.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        180 mm wide, no text below 8 pt; save it with its `savefig`.
+
+    Raises
+    ------
+    InputError
+        If `names` does not name every view, or `truth` has another shape than the map.
+
+    Examples
+    --------
+    >>> flat = np.full((12, 16), 0.5)
+    >>> lenses = [Lens(0.025, f_number, 1.0) for f_number in (16, 5.6)]
+    >>> views = [View(flat, lens, pixel_angle=3e-4) for lens in lenses]
+    >>> figure = depth_figure(views, DepthMap(flat, 0.01 * flat, flat > 0, flat > 0))
+    >>> [ax.get_title(loc="left") for ax in figure.axes[:3]]
+    ['f/16, focus 1 m', 'f/5.6, focus 1 m', 'Recovered depth, 100 % valid']
+    """
+    if names is not None and len(names) != len(views):
+        raise InputError(f"names has {len(names)} entries for {len(views)} views: give one name for each view.")
+    if truth is not None and truth.shape != depth.shape:
+        raise InputError(
+            f"truth has shape {truth.shape}, but the depth map {depth.shape}: give the true distance of every pixel."
+        )
+    shown = views[:_MOST_VIEWS]
+    titles = [describe_optics(view.optics) for view in shown]
+    if names is not None:
+        titles = [f"{_shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
+    limits = _vergence_limits(depth, truth)
+    with style():
+        rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 if _side_note(depth) is None else 2)]
+        figure, panels = _page(depth.shape, [*rows, (2, 1)] if truth is not None else rows)
+        for ax, view, title in zip(panels[0], shown, titles, strict=False):
+            draw_view(ax, view, title)
+        for ax in panels[0][len(shown) :]:
+            ax.set_axis_off()
+        if truth is None:
+            depth_ax, sd_ax = panels[1]
+        else:
+            (true_ax, depth_ax), (error_ax, sd_ax) = panels[1:]
+            draw_distance(true_ax, truth, limits=limits, title="True depth")
+            draw_error(error_ax, depth, truth)
+        draw_depth(depth_ax, depth, limits=limits)
+        draw_uncertainty(sd_ax, depth)
+        legend = [Patch(**REFUSED, linewidth=0, label="refused: no depth is claimed here")]
+        figure.legend(handles=legend, loc="lower left", bbox_to_anchor=(0.0, 0.0), handlelength=2.4, handleheight=1.2)
+        if len(views) > len(shown):
+            figure.text(
+                0.99, 4.2 * _MM / figure.get_figheight(), f"{len(shown)} of {len(views)} views shown", ha="right"
+            )
+        figure.draw_without_rendering()  # ticks are born when first drawn: let that be in this style
+    return figure
+
+
+def draw_view(ax: Axes, view: View, title: str | None = None) -> Axes:
+    """Draw a view as a display would show it: its linear light, brightest 0.3 % clipped, through a gamma of 2.2."""
+    white = max(float(np.percentile(view.image, 99.7)), np.finfo(float).tiny)
+    ax.imshow(np.clip(view.image / white, 0, 1) ** (1 / 2.2), cmap="gray", vmin=0, vmax=1)
+    return _picture(ax, describe_optics(view.optics) if title is None else title)
+
+
+def draw_depth(ax: Axes, depth: DepthMap, *, limits: tuple[float, float] | None = None, title: str = "") -> Axes:
+    """Draw the valid depth, coloured linearly in vergence between `limits` (dioptres), with a bar in metres.
+
+    The title says what share is valid, and which side of focus was assumed where the views do not tell.
+    """
+    limits = limits or _vergence_limits(depth, None)
+    note = _side_note(depth)
+    title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
+    return draw_distance(ax, np.where(depth.valid, depth.distance, np.nan), limits=limits, title=title)
+
+
+def draw_distance(ax: Axes, distance: NDArray[np.floating], *, limits: tuple[float, float], title: str = "") -> Axes:
+    """Draw `distance` (m, H x W, ``nan`` where there is none) as `draw_depth` does, between `limits` in dioptres."""
+    bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)")
+    vergences = _metre_ticks(*limits, count=round(np.clip(ax.get_window_extent().height / ax.figure.dpi * 3.2, 2, 7)))
+    bar.set_ticks(vergences, labels=[_metres(vergence) for vergence in vergences])
+    bar.ax.invert_yaxis()  # far above near, as a distance rises
+    return _picture(ax, title)
+
+
+def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axes:
+    """Draw the standard deviation of distance, in percent of the distance, where it is valid."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
+    low, high = _robust(percent[depth.valid], 0, 98)
+    _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
+    return _picture(ax, _summary("Uncertainty: median sd", percent[depth.valid]) if title is None else title)
+
+
+def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: str | None = None) -> Axes:
+    """Draw recovered minus true distance, in percent of the true distance (`truth`, m, H x W), where it is valid."""
+    usable = depth.valid & np.isfinite(truth)
+    percent = 100 * (depth.distance / np.where(usable, truth, 1.0) - 1)
+    limit = _robust(np.abs(percent[usable]), 0, 95)[1]
+    _map(ax, percent, usable, "RdBu_r", (-limit, limit), "error (%)")
+    said = _summary("Error: median size", np.abs(percent[usable]))
+    if usable.any():
+        bias = round(float(np.median(percent[usable])), 2) + 0.0  # no negative zero
+        said += f", bias {bias:+.2g} %".replace("-", "−")
+    return _picture(ax, said if title is None else title)
+
+
+def describe_optics(optics: Optics) -> str:
+    """Say what formed a view, in a photographer's words.
+
+    >>> describe_optics(Lens(focal_length=0.025, f_number=5.6, focus_distance=0.85))
+    'f/5.6, focus 0.85 m'
+    """
+    if not isinstance(optics, Lens):
+        return f"aperture {1e3 * optics.aperture_diameter:.3g} mm, focus {optics.focus_vergence:.3g} D"
+    aperture = "pinhole" if math.isinf(optics.f_number) else f"f/{optics.f_number:.3g}"
+    return f"{aperture}, focus {_metres(optics.focus_vergence)} m"
+
+
+def _page(shape: tuple[int, int], rows: Sequence[tuple[int, int]]) -> tuple[Figure, list[list[Axes]]]:
+    """Lay out rows of (columns, lines of title) for pictures of `shape` on a page 180 mm wide, top to bottom.
+
+    Two columns leave room for a colour bar right of each picture; more are pictures only.
+    """
+    width, margin, gap, bar, legend = 180.0, 1.5, 5.0, 18.0, 8.0
+    placed, depth = [], 1.0
+    for columns, lines in rows:
+        pitch = (width - 2 * margin + gap) / columns
+        wide = pitch - gap - (bar if columns == 2 else 0)
+        high = min(max(wide * shape[0] / shape[1], 12.0), 95.0)  # extreme shapes stay on the page
+        depth += 1.5 + 4.0 * lines + high
+        placed.append([(margin + pitch * column, depth, wide, high) for column in range(columns)])
+        depth += 2.5
+    height = depth + legend
+    figure = new_figure(width, height)
+    return figure, [
+        [figure.add_axes((x / width, 1 - y / height, w / width, h / height)) for x, y, w, h in row] for row in placed
+    ]
+
+
+def _map(
+    ax: Axes,
+    values: NDArray[np.floating],
+    drawn: NDArray[np.bool_],
+    colours: str,
+    limits: tuple[float, float],
+    label: str,
+) -> Colorbar:
+    """Draw `values` where `drawn`, over the hatched ground of refusal, with a colour bar at the right."""
+    low, high = limits
+    image = ax.imshow(np.where(drawn, values, np.nan), cmap=colours, vmin=low, vmax=high)
+    ax.patch.set(**REFUSED, linewidth=0)
+    beyond = bool((values[drawn] < low).any()), bool((values[drawn] > high).any())
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+    bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0, 0.04, 1)), extend=extend, extendfrac=0.03)
+    bar.set_label(label)
+    bar.ax.spines["outline"].set_linewidth(0.4)
+    return bar
+
+
+def _picture(ax: Axes, title: str) -> Axes:
+    """Frame `ax` as a picture: no ticks, a thin frame, its title."""
+    ax.set(xticks=[], yticks=[], anchor="NW")
+    ax.spines[:].set(visible=True, linewidth=0.4, color="#888888")
+    ax.set_title(title, loc="left")
+    return ax
+
+
+def _vergence_limits(depth: DepthMap, truth: NDArray[np.floating] | None) -> tuple[float, float]:
+    """Vergences (D) between which to colour: nearly all that is valid, all of the truth, nothing behind infinity."""
+    vergence = depth.vergence[depth.valid] if depth.valid.any() else depth.vergence.ravel()
+    low, high = _robust(vergence, 0.5, 99.5)
+    if truth is not None and np.isfinite(truth).any():
+        nearest, farthest = _robust(truth[np.isfinite(truth)], 0.5, 99.5)
+        low, high = min(low, 1 / farthest), max(high, 1 / nearest)
+    low, high = max(low, 0.0), max(high, 1e-6)
+    middle = (low + high) / 2
+    return (low, high) if high - low > 0.02 * middle else (0.99 * middle, 1.01 * middle)
+
+
+def _robust(values: NDArray[np.floating], low: float, high: float) -> tuple[float, float]:
+    """Return the `low` and `high` percentiles of what is finite in `values`; (0, 1) where nothing is."""
+    values = values[np.isfinite(values)]
+    if values.size == 0:
+        return 0.0, 1.0
+    bottom, top = np.percentile(values, [low, high])
+    return float(bottom), float(top)
+
+
+def _metre_ticks(low: float, high: float, count: int) -> list[float]:
+    """About `count` vergences between `low` and `high`, spaced evenly, each of a distance that is short to write."""
+    slack = 0.35 * (high - low) / count
+    ticks = []
+    for vergence in np.linspace(low, high, count) if low == 0 else np.linspace(low + slack, high - slack, count):
+        for digits in range(1, 7):
+            tick = 1 / float(_metres(vergence, digits)) if vergence > 0 else 0.0
+            if abs(tick - vergence) <= slack and low <= tick <= high:
+                ticks.append(tick)
+                break
+    return ticks
+
+
+def _metres(vergence: float, digits: int = 4) -> str:
+    """Write the distance of `vergence`, in metres, to so many `digits`."""
+    return "∞" if vergence <= 0 else f"{1 / vergence:.{digits}g}"
+
+
+def _shortened(name: str, room: int = 24) -> str:
+    return name if len(name) <= room else f"{name[: room // 2 - 1]}…{name[-room // 2 :]}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if 0 < share < 0.995 else f"{100 * share:.4g} %"
+
+
+def _summary(text: str, percent: NDArray[np.floating]) -> str:
+    return f"{text} {np.median(percent):.2g} %" if percent.size else f"{text} unknown"
+
+
+def _side_note(depth: DepthMap) -> str | None:
+    """Say what is to be said about the side of focus, where the views leave it open."""
+    said = str(depth.details.get("side", ""))
+    if "assumed" not in said and depth.side_known[depth.valid].all():
+        return None
+    return said if "assumed" in said else f"side of focus assumed{': ' + said if said else ''}"

@@ -1,0 +1,311 @@
+"""A ray caster: every pixel is the mean of rays through points of the pixel and of the lens.
+
+A ray leaves the aperture at (ax, ay, 0) and crosses the point of the plane of focus that is conjugate to its point of
+the sensor. With that point seen from the lens's centre in the direction (tx, ty, 1), and the focus vergence Vf,
+
+    x(z) = ax + z (tx - ax Vf),    y(z) = ay + z (ty - ay Vf).
+
+Written in vergence it holds for a focus at infinity (Vf = 0) and beyond (Vf < 0). Blur and occlusion follow from the
+geometry of rays: no blur formula and no convolution is used, so such views can judge methods that rest on them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from focalgradient.errors import InputError
+from focalgradient.optics import Optics
+from focalgradient.scenes import Plane, Scene, Sphere
+from focalgradient.scenes.texture import TILE
+from focalgradient.view import View
+
+__all__ = ["Rendered", "cast"]
+
+PATTERNS = 256  # sets of rays, dealt out to the pixels at random
+ROWS = 8  # rows in one piece of work
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")  # twice as fast
+
+FIELDS = "sphere px py pz radius nx ny nz ux uy uz vx vy vz half_u half_v texel projected"
+OBJECT = np.dtype([(name, np.float64) for name in FIELDS.split()])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendered:
+    """A view with the truth about its scene.
+
+    Parameters
+    ----------
+    view
+        What the camera sees, as 32-bit radiance.
+    distance
+        True distance in metres along the axis, H x W, through the pixel centres and the centre of the lens;
+        ``inf`` where there is nothing.
+    """
+
+    view: View
+    distance: NDArray[np.float64]
+
+
+def cast(
+    scene: Scene,
+    optics: Optics,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    samples: int = 64,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Rendered:
+    """Render a scene through a finite thin lens.
+
+    The sensor is a plane: pixel (row i, column j) of H x W looks in the direction
+    ((j - (W-1)/2) pixel_angle, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
+
+    Parameters
+    ----------
+    scene
+        What to look at.
+    optics
+        A `Lens`, or whatever has its `aperture_diameter` (m) and `focus_vergence` (D, any sign).
+    shape
+        Height and width in pixels.
+    pixel_angle
+        Angle in radians of one pixel on the axis: pixel pitch / sensor distance.
+    samples
+        Rays a pixel; powers of 2 are best. Over natural texture of contrast 0.2 the rays leave noise of about
+        0.3 % (64 rays) or 0.1 % (256) of the mean where blur discs are 4 pixels across, 0.9 % or 0.3 % at 16.
+    seed
+        Seed of the rays; with the same seed two optics are sampled alike.
+    progress
+        Called now and then with the share done, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If the frame, the pixel or the number of samples is not positive, or the optics not finite.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> from focalgradient.scenes import slant
+    >>> lens = Lens(focal_length=0.025, f_number=4, focus_distance=1.0)
+    >>> rendered = cast(slant(1.0, 2.0, field=64 * 3e-4), lens, (48, 64), pixel_angle=3e-4, samples=16)
+    >>> rendered.view.shape, rendered.distance[0, [0, -1]].round(2).tolist()
+    ((48, 64), [1.0, 1.98])
+    """
+    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
+        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
+    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
+        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    if not (isinstance(samples, int) and samples >= 1):
+        raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
+    if not (isinstance(seed, int) and seed >= 0):
+        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    aperture, focus = optics.aperture_diameter, optics.focus_vergence
+    if not (0 <= aperture < math.inf and math.isfinite(focus)):
+        raise InputError(
+            f"optics has an aperture of {aperture!r} m and a focus vergence of {focus!r} D, "
+            "but both must be finite and the aperture 0 or more."
+        )
+    table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
+    rays = _patterns(samples, seed)
+    image, distance = np.empty(shape, np.float32), np.empty(shape)
+
+    def rows(start: int) -> None:
+        _cast_rows(
+            *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
+            *(aperture / 2, focus, pixel_angle, start, start + ROWS, image, distance),
+        )
+
+    starts = range(0, shape[0], ROWS)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
+            future.result()
+            if progress is not None:
+                progress(done / len(starts))
+    return Rendered(View(image, optics, pixel_angle), distance)
+
+
+def _objects(scene: Scene) -> NDArray[np.void]:
+    """The scene's objects as one table for the kernel."""
+    table = np.zeros(len(scene.objects), OBJECT)
+    for row, thing in zip(table, scene.objects, strict=True):
+        row["texel"], row["projected"] = thing.texture.texel, thing.texture.projected
+        match thing:
+            case Sphere():
+                row["sphere"], row["radius"] = 1, thing.radius
+                row["px"], row["py"], row["pz"] = thing.centre
+            case Plane():
+                row["px"], row["py"], row["pz"] = thing.point
+                normal = _unit(thing.normal)
+                # The plane's horizontal is x laid into it; a plane across x is given z instead.
+                axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.999 else np.array([0.0, 0.0, 1.0])
+                across = _unit(axis - normal * (axis @ normal))
+                row["nx"], row["ny"], row["nz"] = normal
+                row["ux"], row["uy"], row["uz"] = across
+                row["vx"], row["vy"], row["vz"] = np.cross(across, normal)
+                row["half_u"], row["half_v"] = np.array(thing.size) / 2
+    return table
+
+
+def _textures(scene: Scene) -> NDArray[np.float32]:
+    return np.stack([thing.texture.coefficients() for thing in scene.objects] or [np.zeros((TILE, TILE), np.float32)])
+
+
+def _unit(vector: object) -> NDArray[np.float64]:
+    array = np.asarray(vector, dtype=float)
+    return array / (np.linalg.norm(array) or 1.0)
+
+
+@lru_cache(maxsize=4)
+def _patterns(samples: int, seed: int) -> NDArray[np.float64]:
+    """Sets of rays, PATTERNS x samples x 4: place in the unit disc (x, y), place in the pixel (-1/2 to 1/2, x and y).
+
+    One Sobol net in four dimensions, Owen-scrambled; each set is the net under a digital shift of its own, which
+    leaves it a net.
+    """
+    random = np.random.default_rng(seed)
+    net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
+    shift = random.integers(2**30, size=(PATTERNS, 1, 4))
+    points = (((net * 2**30).astype(np.int64) ^ shift) + 0.5) / 2**30 - 0.5
+    # Square to disc, area for area (Shirley and Chiu 1997).
+    a, b = 2 * points[..., 0], 2 * points[..., 1]
+    wide = np.abs(a) > np.abs(b)
+    radius, across = np.where(wide, a, b), np.where(wide, b, a)
+    angle = np.pi / 4 * across / radius
+    angle = np.where(wide, angle, np.pi / 2 - angle)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), points[..., 2], points[..., 3]], -1)
+
+
+@_inlined
+def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
+    """The periodic cubic spline at column u, row v."""
+    j, i = math.floor(u), math.floor(v)
+    s, t = u - j, v - i
+    j, i = int(j), int(i)
+    s1, t1 = 1 - s, 1 - t
+    a0, a1, a2, a3 = s1**3, 4 - 6 * s**2 + 3 * s**3, 4 - 6 * s1**2 + 3 * s1**3, s**3
+    b0, b1, b2, b3 = t1**3, 4 - 6 * t**2 + 3 * t**3, 4 - 6 * t1**2 + 3 * t1**3, t**3
+    mask = TILE - 1
+    j0, j1, j2, j3 = (j - 1) & mask, j & mask, (j + 1) & mask, (j + 2) & mask
+    r0, r1, r2, r3 = (
+        coefficients[(i - 1) & mask],
+        coefficients[i & mask],
+        coefficients[(i + 1) & mask],
+        coefficients[(i + 2) & mask],
+    )
+    return (
+        b0 * (a0 * r0[j0] + a1 * r0[j1] + a2 * r0[j2] + a3 * r0[j3])
+        + b1 * (a0 * r1[j0] + a1 * r1[j1] + a2 * r1[j2] + a3 * r1[j3])
+        + b2 * (a0 * r2[j0] + a1 * r2[j1] + a2 * r2[j2] + a3 * r2[j3])
+        + b3 * (a0 * r3[j0] + a1 * r3[j1] + a2 * r3[j2] + a3 * r3[j3])
+    ) / 36
+
+
+@_inlined
+def _hit(objects, ox, oy, oz, dx, dy, dz, least):  # type: ignore[no-untyped-def]
+    """The first object that a ray meets beyond `least`, in units of its direction: how far, and which (or -1)."""
+    first, which = np.inf, -1
+    for index in range(objects.shape[0]):
+        thing = objects[index]
+        qx, qy, qz = thing.px - ox, thing.py - oy, thing.pz - oz
+        if thing.sphere:
+            d2 = dx * dx + dy * dy + dz * dz
+            along = qx * dx + qy * dy + qz * dz
+            # The discriminant from the ray's distance to the centre, which does not cancel for a far small sphere.
+            cx, cy, cz = qx - along / d2 * dx, qy - along / d2 * dy, qz - along / d2 * dz
+            inside = thing.radius**2 - (cx * cx + cy * cy + cz * cz)
+            if inside < 0:
+                continue
+            far = (along - math.sqrt(inside * d2)) / d2
+            if far <= least:
+                continue
+        else:
+            toward = thing.nx * dx + thing.ny * dy + thing.nz * dz
+            if toward == 0:
+                continue
+            far = (thing.nx * qx + thing.ny * qy + thing.nz * qz) / toward
+            if far <= least or far >= first:
+                continue
+            hx, hy, hz = far * dx - qx, far * dy - qy, far * dz - qz
+            if (
+                abs(thing.ux * hx + thing.uy * hy + thing.uz * hz) > thing.half_u
+                or abs(thing.vx * hx + thing.vy * hy + thing.vz * hz) > thing.half_v
+            ):
+                continue
+        if far < first:
+            first, which = far, index
+    return first, which
+
+
+@_inlined
+def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy):  # type: ignore[no-untyped-def]
+    """Radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
+    z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0)
+    if which < 0:
+        return background
+    thing = objects[which]
+    x, y = ox + z * dx, oy + z * dy
+    hx, hy, hz = x - thing.px, y - thing.py, z - thing.pz
+    if thing.sphere:
+        nx, ny, nz = hx / thing.radius, hy / thing.radius, hz / thing.radius
+        # Lambert's azimuthal map: equal areas, and singular only at the back of the sphere.
+        stretch = thing.radius * math.sqrt(2 / max(1 - nz, 1e-12))
+        u, v = stretch * nx, stretch * ny
+    else:
+        nx, ny, nz = thing.nx, thing.ny, thing.nz
+        u, v = thing.ux * hx + thing.uy * hy + thing.uz * hz, thing.vx * hx + thing.vy * hy + thing.vz * hz
+        if nx * dx + ny * dy + nz > 0:  # the side that is seen
+            nx, ny, nz = -nx, -ny, -nz
+    if thing.projected:
+        u, v = x / z, y / z
+    value = _spline(textures[which], u / thing.texel, v / thing.texel)
+    sx, sy, sz = sun
+    if sx == 0 and sy == 0 and sz == 0:
+        return value
+    facing = nx * sx + ny * sy + nz * sz
+    if facing <= 0 or _hit(objects, x, y, z, sx, sy, sz, 1e-6)[1] >= 0:
+        facing = 0.0
+    return value * (ambient + (1 - ambient) * facing)
+
+
+@_compiled
+def _cast_rows(  # type: ignore[no-untyped-def]
+    objects, textures, sun, ambient, background, rays, seed, aperture, focus, pixel, start, stop, image, distance
+):
+    """Fill the rows `start` to `stop` of image and distance."""
+    height, width = image.shape
+    samples = rays.shape[1]
+    for i in range(start, min(stop, height)):
+        for j in range(width):
+            tx, ty = (j - (width - 1) / 2) * pixel, (i - (height - 1) / 2) * pixel
+            distance[i, j] = _hit(objects, 0.0, 0.0, 0.0, tx, ty, 1.0, 0.0)[0]
+            pattern = rays[_deal(i, j, seed)]
+            total = 0.0
+            for n in range(samples):
+                ax, ay = aperture * pattern[n, 0], aperture * pattern[n, 1]
+                dx = tx + pixel * pattern[n, 2] - ax * focus
+                dy = ty + pixel * pattern[n, 3] - ay * focus
+                total += _radiance(objects, textures, sun, ambient, background, ax, ay, dx, dy)
+            image[i, j] = total / samples
+
+
+@_inlined
+def _deal(i, j, seed):  # type: ignore[no-untyped-def]
+    """Which set of rays a pixel gets: a hash of its place (the 32-bit finaliser of MurmurHash3)."""
+    h = (i * 0x1F123BB5 + j * 0x5F356495 + seed * 0x2545F491) & 0xFFFFFFFF
+    h = ((h ^ (h >> 16)) * 0x85EBCA6B) & 0xFFFFFFFF
+    h = ((h ^ (h >> 13)) * 0xC2B2AE35) & 0xFFFFFFFF
+    return (h ^ (h >> 16)) % PATTERNS

@@ -1,0 +1,102 @@
+"""Natural textures: random fields whose amplitude falls as 1/frequency, like that of photographs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+
+__all__ = ["TILE", "Texture"]
+
+TILE = 1024
+"""Texels along one side of the square tile with which a texture is repeated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """A surface's reflectance: a lognormal random field with a 1/f amplitude spectrum, smooth between its texels.
+
+    The field is the cubic spline through a periodic array of 1024 x 1024 texels, so it is defined exactly at every
+    point; its detail ends at half a cycle a texel. With texels as large as the pixels (seen from the camera) it is as
+    fine as a photograph in focus, and hardly aliases.
+
+    Parameters
+    ----------
+    seed
+        The same seed is the same field.
+    texel
+        Size of a texel: metres on the surface, or radians seen from the camera if `projected`.
+    mean
+        Mean reflectance, between 0 and 1.
+    contrast
+        Standard deviation / mean over the tile; 0 is a uniform surface.
+    projected
+        Painted in perspective, as by a slide projector at the lens: equally fine at every distance and slant.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range, or five standard deviations would take the reflectance above 1.
+
+    Examples
+    --------
+    >>> values = Texture(seed=1, mean=0.3, contrast=0.2).values()
+    >>> values.shape, round(float(values.mean()), 3), round(float(values.std() / values.mean()), 3)
+    ((1024, 1024), 0.3, 0.2)
+    """
+
+    seed: int = 0
+    texel: float = 0.3e-3
+    mean: float = 0.35
+    contrast: float = 0.2
+    projected: bool = False
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.seed, int) and self.seed >= 0):
+            raise InputError(f"seed is {self.seed!r}, but must be a whole number of 0 or more.")
+        if not (self.texel > 0 and math.isfinite(self.texel)):
+            unit = "radians" if self.projected else "metres"
+            raise InputError(f"texel is {self.texel!r}, but must be a positive size in {unit}.")
+        if not (self.contrast >= 0 and self.mean > 0 and self.mean * math.exp(5 * self._spread) <= 1):
+            raise InputError(
+                f"mean {self.mean!r} with contrast {self.contrast!r} is not a reflectance between 0 and 1: "
+                "lower the mean or the contrast, both positive."
+            )
+
+    @property
+    def _spread(self) -> float:
+        """Standard deviation of the logarithm of the reflectance."""
+        return math.sqrt(math.log1p(self.contrast**2))
+
+    def values(self) -> NDArray[np.float32]:
+        """Reflectance at the texels, 1024 x 1024 and periodic: row i, column j is at (j, i) texels from the anchor."""
+        field = np.exp(self._spread * _noise(self.seed))
+        return np.asarray(self.mean / field.mean() * field, np.float32)
+
+    def coefficients(self) -> NDArray[np.float32]:
+        """Coefficients, 1024 x 1024, of the cubic B-splines whose sum passes through `values`."""
+        return _coefficients(self.seed, self.mean, self.contrast)
+
+
+@lru_cache(maxsize=16)
+def _coefficients(seed: int, mean: float, contrast: float) -> NDArray[np.float32]:
+    # Cubic B-splines weigh neighbouring texels 1/6, 4/6, 1/6; a periodic tile is freed of that exactly, by frequency.
+    seen = (2 + np.cos(2 * np.pi * np.fft.fftfreq(TILE))) / 3
+    spectrum = np.fft.rfft2(Texture(seed, mean=mean, contrast=contrast).values().astype(float))
+    spectrum /= seen[:, None] * seen[None, : TILE // 2 + 1]
+    return np.fft.irfft2(spectrum, (TILE, TILE)).astype(np.float32)
+
+
+def _noise(seed: int) -> NDArray[np.float64]:
+    """A periodic Gaussian field, mean 0 and variance 1: amplitude 1/frequency, up to 1/2 cycle a texel all round."""
+    white = np.random.default_rng(seed).standard_normal((TILE, TILE))
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
+    frequency[0, 0] = np.inf
+    spectrum = np.where(frequency > 0.5, 0, np.fft.rfft2(white) / frequency)
+    field = np.fft.irfft2(spectrum, (TILE, TILE))
+    return np.asarray(field / field.std())

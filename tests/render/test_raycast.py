@@ -1,0 +1,270 @@
+"""Rendered views against closed forms: the geometry of rays, never the blur of a convolution."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.ndimage import map_coordinates
+
+from focalgradient import InputError, Lens, View
+from focalgradient.render import Rendered, cast, noisy
+from focalgradient.render.raycast import _spline
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
+
+PIXEL = 3e-4
+FRONT = (0.0, 0.0, -1.0)
+WHITE, BLACK = Texture(contrast=0, mean=1.0), Texture(contrast=0, mean=1e-9)
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """Optics that may focus at infinity and beyond."""
+
+    aperture_diameter: float
+    focus_vergence: float
+
+
+def card(
+    distance: float, width: float, height: float, x: float = 0.0, y: float = 0.0, texture: Texture = WHITE
+) -> Plane:
+    """A card facing the camera, its size and place in pixels."""
+    metres = PIXEL * distance
+    return Plane((x * metres, y * metres, distance), FRONT, texture, (width * metres, height * metres))
+
+
+@pytest.mark.parametrize(
+    ("focus", "vergence"),
+    [(1.0, 1.5), (1.0, 1.3), (1.0, 0.75), (1.0, 0.4), (0.0, 0.3), (0.0, 0.5), (-0.1, 0.35), (-0.7, 0.05)],
+)
+def test_blur_disc(focus: float, vergence: float) -> None:
+    """The image of a small bright square is a disc as wide as theory says, uniform, and holds all its light."""
+    side, theory = 4, 0.025 / 2 * abs(focus - vergence) / PIXEL  # in pixels
+    image = cast(
+        Scene((card(1 / vergence, side, side),)), Pupil(0.025, focus), (70, 72), PIXEL, samples=1024
+    ).view.image
+    assert image.sum() == pytest.approx(side**2, rel=0.01)
+    rows, columns = np.indices(image.shape)
+    # Second moments add: r^2/4 an axis for a disc, 1/12 of the square's and of the pixel's own width squared.
+    for offset in (rows - 34.5, columns - 35.5):
+        moment = (image * offset**2).sum() / image.sum()
+        assert 2 * math.sqrt(moment - (side**2 + 1) / 12) == pytest.approx(theory, rel=0.01)
+    # And it is flat: its middle as bright as its light over its area.
+    middle = np.hypot(rows - 34.5, columns - 35.5) < theory - side
+    assert image[middle].mean() == pytest.approx(side**2 / (math.pi * theory**2), rel=0.015)
+
+
+@pytest.mark.parametrize("distance", [0.7, 1.7])
+def test_step_edge_spreads_as_a_disc_does(distance: float) -> None:
+    """The light over an edge is the share of the disc on its bright side: a circular segment."""
+    lens = Lens(focal_length=0.025, f_number=2, focus_distance=1.0)
+    edge = Scene((card(distance, 400, 400, x=200),))
+    profile = cast(edge, lens, (40, 80), PIXEL, samples=256).view.image.mean(axis=0)
+    radius = abs(1 - 1 / distance) * 0.0125 / 2 / PIXEL
+    assert radius > 8
+    # The pixel's own width by averaging the closed form over it.
+    x = np.clip(((np.arange(80) - 39.5)[:, None] + np.linspace(-0.45, 0.45, 10)) / radius, -1, 1)
+    segment = (0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi).mean(axis=1)
+    assert np.abs(profile - segment).max() < 0.003
+
+
+def test_pinhole_is_sharp_and_its_pixel_is_a_box() -> None:
+    """A bright half that covers three tenths of a pixel lends it three tenths of its light, and others nothing."""
+    image = cast(Scene((card(2.0, 40, 40, x=20.2),)), Lens(0.025, math.inf, 0.5), (4, 9), PIXEL, samples=256).view.image
+    assert image == pytest.approx(np.broadcast_to([0, 0, 0, 0, 0.3, 1, 1, 1, 1], (4, 9)), abs=0.005)
+
+
+def test_in_focus_is_as_sharp_as_a_pinhole() -> None:
+    scene = plane(0.8, seed=3)
+    views = [cast(scene, Lens(0.025, n, 0.8), (48, 48), PIXEL, samples=256).view.image for n in (math.inf, 2)]
+    assert views[0].std() > 0.02
+    assert np.abs(views[0] - views[1]).max() < 1e-5
+
+
+def test_directions() -> None:
+    """x to the right and y down, in focus or out of it; no image upside down on either side of focus."""
+    for distance in (0.6, 1.0, 3.0):
+        spot = Scene((card(distance, 4, 4, x=12, y=-7),))
+        image = cast(spot, Lens(0.025, 4, 1.0), (64, 80), PIXEL, samples=256).view.image
+        rows, columns = np.indices(image.shape)
+        assert (image * columns).sum() / image.sum() == pytest.approx(39.5 + 12, abs=0.05)
+        assert (image * rows).sum() / image.sum() == pytest.approx(31.5 - 7, abs=0.05)
+
+
+def test_texture_is_where_it_should_be() -> None:
+    """Texels of one pixel, seen by a pinhole: pixels are the texels' means over a pixel, in place and upright."""
+    texture = Texture(seed=9, texel=PIXEL * 2.0)
+    image = cast(
+        plane(2.0, seed=9, texture=texture), Lens(0.025, math.inf, 1.0), (33, 41), PIXEL, samples=64
+    ).view.image
+    fine = (np.arange(-20 * 8 - 4, 20 * 8 + 4) + 0.5) / 8
+    seen = map_coordinates(
+        texture.values().astype(float),
+        np.meshgrid(fine[4 * 8 : -4 * 8], fine, indexing="ij"),
+        order=3,
+        mode="grid-wrap",
+    )
+    seen = seen.reshape(33, 8, 41, 8).mean(axis=(1, 3))
+    assert np.abs(image / seen - 1).max() < 2e-3
+
+
+def test_spline_agrees_with_scipy() -> None:
+    texture = Texture(seed=7)
+    places = np.random.default_rng(0).uniform(-3000, 3000, (2, 200))
+    ours = [_spline(texture.coefficients(), u, v) for v, u in places.T]
+    theirs = map_coordinates(texture.values().astype(float), places, order=3, mode="grid-wrap")
+    assert np.abs(ours - theirs).max() < 1e-6
+
+
+def test_projected_texture_is_equally_fine_at_every_distance() -> None:
+    """To a pinhole, a wall painted from the camera's place looks the same wherever it stands."""
+    pinhole = Lens(0.025, math.inf, 1.0)
+    near, far = (cast(plane(z, seed=1), pinhole, (20, 20), PIXEL).view.image for z in (0.5, 5.0))
+    assert np.abs(near - far).max() < 1e-6
+
+
+def test_depth_of_a_slanted_plane() -> None:
+    """Vergence is linear in the columns, from near at the left edge of the frame to far at its right edge."""
+    distance = cast(slant(0.9, 2.2, 50 * PIXEL), Lens(0.025, 4, 0.85), (4, 50), PIXEL, samples=1).distance
+    share = (np.arange(50) + 0.5) / 50
+    assert 1 / distance == pytest.approx(np.broadcast_to((1 - share) / 0.9 + share / 2.2, (4, 50)), rel=1e-12)
+
+
+def test_depth_of_a_sphere() -> None:
+    """Every point lies on the sphere, on the near side of it; around it there is nothing."""
+    centre, radius = np.array([0.002, -0.001, 1.0]), 0.01
+    scene = Scene((Sphere(tuple(centre.tolist()), radius),), background=0.5)
+    rendered = cast(scene, Lens(0.025, math.inf, 1.0), (101, 121), PIXEL, samples=4)
+    hit = np.isfinite(rendered.distance)
+    rows, columns = np.indices(hit.shape)
+    ray = np.stack([(columns - 60) * PIXEL, (rows - 50) * PIXEL, np.ones(hit.shape)], -1)
+    away = ray[hit] * rendered.distance[hit][:, None] - centre
+    assert np.linalg.norm(away, axis=1) == pytest.approx(radius, rel=1e-10)
+    assert np.all(np.einsum("ij,ij->i", away, ray[hit]) <= 0)
+    # A cone of half-angle asin(r/|c|) about the centre's direction: what it does not hold is background.
+    cosine = (ray @ centre) / np.linalg.norm(ray, axis=-1) / np.linalg.norm(centre)
+    assert np.array_equal(hit, np.arccos(cosine) < math.asin(radius / np.linalg.norm(centre)))
+    assert np.all(rendered.distance[~hit] == np.inf)
+    assert rendered.view.image[0, 0] == 0.5
+
+
+def test_behind_the_camera_is_nothing() -> None:
+    scene = Scene((Sphere((0, 0, -1.0), 0.2), Plane((0, 0, -2.0), FRONT)))
+    rendered = cast(scene, Lens(0.025, 2, 1.0), (4, 4), PIXEL)
+    assert not rendered.view.image.any()
+    assert np.isinf(rendered.distance).all()
+
+
+def test_what_is_behind_a_sharp_edge_does_not_spill_over_it() -> None:
+    """A focused card in front of a brilliant, blurred one stays what it is right up to its edge; behind its edge the
+    bright card shines from under it: the part of its disc that sees past."""
+    lens = Lens(0.025, 2, 0.6)
+    front = card(0.6, 400, 400, x=-200, texture=Texture(contrast=0, mean=0.25))
+    rendered = cast(Scene((card(1.5, 800, 800), front)), lens, (8, 80), PIXEL, samples=64)
+    assert rendered.view.image[:, :40] == pytest.approx(0.25, abs=1e-6)
+    assert rendered.view.image[:, 40:] == pytest.approx(1.0, abs=1e-6)
+    assert np.all(rendered.distance[:, :40] == 0.6)
+    assert np.all(rendered.distance[:, 40:] == 1.5)
+
+
+def test_a_blurred_edge_veils_by_its_own_blur() -> None:
+    """In front of a sharp wall a dark card out of focus takes away the light of its own disc, wherever the wall is."""
+    lens = Lens(0.025, 2, 1.5)
+    dark = card(0.8, 800, 800, x=-400, texture=BLACK)
+    profiles = [
+        cast(Scene((dark, *plane(wall, texture=WHITE).objects)), lens, (40, 80), PIXEL).view.image.mean(axis=0)
+        for wall in (1.5, 4.0)
+    ]
+    assert np.ptp(profiles[0]) > 0.99
+    assert np.abs(profiles[0] - profiles[1]).max() < 1e-6
+    assert np.abs(profiles[0] + profiles[0][::-1] - 1).max() < 0.01
+
+
+def test_light_is_neither_lost_nor_made() -> None:
+    """A world that is white all over looks white through any lens, whatever hides what."""
+    things = (card(0.5, 30, 30), Sphere((0, 0, 0.9), 0.005, WHITE), *plane(3.0, texture=WHITE).objects)
+    image = cast(Scene(things, background=1.0), Lens(0.025, 1.4, 0.9), (32, 32), PIXEL).view.image
+    assert image == pytest.approx(1.0, abs=1e-6)
+
+
+def test_sun_shades_and_shadows() -> None:
+    """A white ball under a low sun: Lambert's cosine where the sun sees it, the ambient share elsewhere."""
+    wall = plane(2.0, texture=WHITE).objects
+    ball = Sphere((0, 0, 1.5), 0.01, WHITE)
+    scene = Scene((ball, *wall), sun=(-1.0, 0.0, -1.0), ambient=0.2)
+    image = cast(scene, Lens(0.025, math.inf, 1.0), (101, 1901), PIXEL, samples=16).view.image
+    row = image[50]
+    assert row[0] == pytest.approx(0.2 + 0.8 * math.sqrt(0.5), rel=1e-5)
+    assert row[950] == pytest.approx(0.2 + 0.8 * math.sqrt(0.5), rel=0.01)  # the ball's middle faces the camera
+    assert row[950 + 20] == pytest.approx(0.2, rel=1e-5)  # its right side faces away: normal beyond 90 degrees
+    # Half a metre behind the ball, its shadow falls half a metre to the right.
+    shadow = 1000 + np.flatnonzero(row[1000:] < 0.5)
+    assert shadow.mean() == pytest.approx(950 + 0.5 / 2.0 / PIXEL, abs=1)
+
+
+def test_same_seed_same_picture() -> None:
+    def image(seed: int) -> np.ndarray:
+        cast_ = cast(spheres(1, field=40 * PIXEL), Lens(0.025, 5.6, 0.85), (30, 40), PIXEL, samples=16, seed=seed)
+        return cast_.view.image
+
+    assert np.array_equal(image(3), image(3))
+    assert not np.array_equal(image(3), image(4))
+
+
+@pytest.mark.parametrize(("blur", "most"), [(0.0, 0.0001), (2.0, 0.0015), (4.0, 0.002)])
+def test_noise_of_sampling(blur: float, most: float) -> None:
+    """256 rays leave noise far below a camera's on fine natural texture, blur discs of up to 4 pixels radius."""
+    optics = Pupil(2 * blur * PIXEL, 2.0)
+    first, second = (cast(plane(1.0, seed=2), optics, (48, 48), PIXEL, samples=256, seed=s).view.image for s in (0, 1))
+    assert first.std() > 0.05 * first.mean()
+    assert np.std(first - second) / math.sqrt(2) < most * first.mean()
+
+
+def test_progress_and_odd_shapes() -> None:
+    shares: list[float] = []
+    rendered = cast(plane(1.0), Lens(0.025, 4, 1.0), (19, 1), PIXEL, samples=3, progress=shares.append)
+    assert isinstance(rendered, Rendered)
+    assert rendered.view.shape == rendered.distance.shape == (19, 1)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_noisy() -> None:
+    view = View(np.full((200, 200), 0.5, np.float32), Lens(0.025, 4, 1.0), PIXEL)
+    image = noisy(view, 0.02, seed=1).image
+    assert image.dtype == np.float32
+    assert image.mean() == pytest.approx(0.5, abs=0.0005)
+    assert image.std() == pytest.approx(0.02, rel=0.02)
+    assert np.array_equal(image, noisy(view, 0.02, seed=1).image)
+    assert not np.array_equal(image, noisy(view, 0.02, seed=2).image)
+    assert np.all(view.image == 0.5)
+
+
+LENS = Lens(0.025, 4, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"shape": (0, 5)}, r"shape is \(0, 5\)"),
+        ({"shape": (5,)}, r"shape is \(5,\)"),
+        ({"shape": (5.0, 5)}, r"shape is \(5.0, 5\)"),
+        ({"pixel_angle": 0.0}, "pixel_angle is 0.0"),
+        ({"pixel_angle": math.inf}, "pixel_angle is inf"),
+        ({"samples": 0}, "samples is 0"),
+        ({"samples": 2.5}, "samples is 2.5"),
+        ({"seed": -1}, "seed is -1"),
+        ({"optics": Pupil(-0.001, 1.0)}, "aperture of -0.001 m"),
+        ({"optics": Pupil(0.001, math.nan)}, "focus vergence of nan D"),
+    ],
+)
+def test_bad_input_to_cast(change, words) -> None:  # type: ignore[no-untyped-def]
+    given = {"scene": plane(1.0), "optics": LENS, "shape": (5, 5), "pixel_angle": PIXEL} | change
+    with pytest.raises(InputError, match=words):
+        cast(**given)
+
+
+@pytest.mark.parametrize("sd", [-0.1, math.nan, math.inf])
+def test_bad_noise(sd: float) -> None:
+    with pytest.raises(InputError, match=f"sd is {sd}"):
+        noisy(View(np.ones((2, 2)), LENS, PIXEL), sd, seed=0)

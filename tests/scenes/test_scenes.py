@@ -1,0 +1,102 @@
+"""What a scene holds, before anybody looks at it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
+
+
+def test_texture_is_a_reflectance_of_the_stated_contrast() -> None:
+    for seed in range(3):
+        values = Texture(seed, mean=0.25, contrast=0.25).values()
+        assert 0 < values.min() < values.max() <= 1
+        assert values.mean() == pytest.approx(0.25, rel=1e-3)
+        assert values.std() / values.mean() == pytest.approx(0.25, rel=0.04)
+
+
+def test_texture_is_natural() -> None:
+    """Equal power in every octave of frequency, the mark of an amplitude of 1/frequency in two dimensions."""
+    values = Texture(seed=5).values().astype(float)
+    power = np.abs(np.fft.fft2(values - values.mean())) ** 2
+    frequency = np.hypot(np.fft.fftfreq(1024)[:, None], np.fft.fftfreq(1024))
+    octaves = [power[(frequency >= 0.5 / 2**k) & (frequency < 1 / 2**k)].sum() for k in range(2, 6)]
+    assert np.array(octaves) / np.mean(octaves) == pytest.approx(1, abs=0.1)
+    assert power[frequency > 0.5].sum() < 0.003 * power.sum()
+
+
+def test_texture_is_isotropic() -> None:
+    values = Texture(seed=2).values()
+    across, down = (np.std(np.diff(values, axis=axis)) for axis in (1, 0))
+    assert across == pytest.approx(down, rel=0.02)
+
+
+def test_splines_pass_through_the_texels() -> None:
+    texture = Texture(seed=4)
+    seen = texture.coefficients().astype(float)
+    for axis in (0, 1):
+        seen = (np.roll(seen, 1, axis) + 4 * seen + np.roll(seen, -1, axis)) / 6
+    assert np.abs(seen - texture.values()).max() < 1e-6
+
+
+def test_seed_is_the_field() -> None:
+    assert np.array_equal(Texture(seed=1).values(), Texture(seed=1, texel=1e-3).values())
+    assert abs(np.corrcoef(Texture(seed=1).values().ravel(), Texture(seed=2).values().ravel())[0, 1]) < 0.2
+
+
+def test_uniform_texture() -> None:
+    assert np.ptp(Texture(contrast=0, mean=1).values()) == 0
+
+
+def test_slant_passes_through_near_and_far_at_the_edges_of_the_frame() -> None:
+    (surface,) = slant(0.9, 2.2, 0.1).objects
+    assert isinstance(surface, Plane)
+    for x, distance in ((-0.05, 0.9), (0.05, 2.2)):
+        point = np.array([x * distance, 0.3, distance])
+        assert np.dot(point - surface.point, surface.normal) == pytest.approx(0, abs=1e-12)
+
+
+def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
+    for seed in range(4):
+        scene = spheres(seed)
+        balls = [thing for thing in scene.objects if isinstance(thing, Sphere)]
+        floor = next(thing for thing in scene.objects if isinstance(thing, Plane) and thing.normal[1])
+        assert [ball.centre[1] + ball.radius for ball in balls] == pytest.approx([floor.point[1]] * len(balls))
+        distances = np.array([ball.centre[2] for ball in balls])
+        assert distances.min() == pytest.approx(0.6)
+        assert np.diff(1 / distances).max() < -0.1
+    assert spheres(0) == spheres(0) != spheres(1)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Texture(seed=-1), "seed is -1"),
+        (lambda: Texture(seed=0.5), "seed is 0.5"),  # type: ignore[arg-type]
+        (lambda: Texture(texel=0), "texel is 0, .*metres"),
+        (lambda: Texture(texel=math.nan, projected=True), "texel is nan, .*radians"),
+        (lambda: Texture(mean=0.5, contrast=0.3), "mean 0.5 with contrast 0.3"),
+        (lambda: Texture(mean=0), "mean 0 "),
+        (lambda: Texture(contrast=-0.1), "contrast -0.1"),
+        (lambda: Plane((0, 0, math.inf), (0, 0, 1)), "point is .*inf"),
+        (lambda: Plane((0, 0, 1), (0, 0, 0)), "normal is the zero vector"),
+        (lambda: Plane((0, 0, 1), (0, 0, 1), size=(0.1, 0)), r"size is \(0.1, 0\)"),
+        (lambda: Sphere((0, 0), 0.1), "centre is"),  # type: ignore[arg-type]
+        (lambda: Sphere((0, 0, 1), 0), "radius is 0"),
+        (lambda: Sphere((0, 0, 1), 1.5), "radius is 1.5"),
+        (lambda: Scene((), background=-1), "background is -1"),
+        (lambda: Scene((), ambient=1.5), "ambient is 1.5"),
+        (lambda: Scene((), sun=(0, 0, 0)), "sun is the zero vector"),
+        (lambda: plane(0), "distance is 0"),
+        (lambda: plane(math.inf), "distance is inf"),
+        (lambda: slant(-1, 2, 0.1), "near is -1"),
+        (lambda: slant(1, math.nan, 0.1), "far is nan"),
+        (lambda: slant(1, 2, 0), "field is 0"),
+        (lambda: spheres(0, field=-0.1), "field is -0.1"),
+    ],
+)
+def test_bad_input(make, words) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError, match=words):
+        make()

@@ -1,0 +1,138 @@
+"""The house: which room may import which, how light the front door is, and that no file is tied to one machine."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "focalgradient"
+
+# What each room may import of the others; a room without a line here fails the tests until it is given one. The arrows
+# run one way: optics and views know nobody above them, true depth stays with the scenes and never meets the depth core,
+# and only the front door (`import focalgradient`) and the command line see several rooms.
+ROOMS = {
+    "errors": set(),
+    "optics": {"errors"},
+    "psf": {"errors"},
+    "view": {"errors", "optics"},
+    "depth": {"errors", "optics", "psf", "view"},
+    "scenes": {"errors"},
+    "render": {"errors", "optics", "psf", "scenes", "view"},
+    "photographs": {"errors", "optics", "view"},
+    "plotting": {"depth", "errors", "optics", "view"},
+    "cli": {"__init__", "depth", "errors", "optics", "photographs", "plotting", "view"},
+    "__init__": {"depth", "errors", "optics", "view"},
+}
+
+# Libraries that live in one place: a room, or a folder beside src.
+HOMES = {
+    "matplotlib": {"plotting", "analysis"},
+    "click": {"cli"},
+    "cv2": {"photographs"},
+    "PIL": {"photographs"},
+    "pydantic": {"photographs"},
+    "psychopy": {"experiments"},
+    "mitsuba": {"render"},
+}
+
+# What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed.
+HEAVY = {*HOMES, "numba", "pandas", "statsmodels"}
+
+
+def room_of(file: Path) -> str:
+    """The room of a file of the package; the folder of a file outside it."""
+    if file.is_relative_to(PACKAGE):
+        return file.relative_to(PACKAGE).with_suffix("").parts[0]
+    return file.relative_to(ROOT).parts[0]
+
+
+def imports(source: str, package: str = "") -> Iterator[str]:
+    """Dotted names of everything a source imports, at its top or inside a function; `package` resolves the relative."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: 1 - node.level or None] if node.level else []
+            origin = ".".join([*above, node.module] if node.module else above)
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
+
+
+def imported(file: Path) -> Iterator[tuple[str, str]]:
+    """(library, what of it) for each import of a file: for this package the room, for others the dotted rest."""
+    package = ".".join(file.relative_to(ROOT / "src").parts[:-1]) if file.is_relative_to(PACKAGE) else ""
+    for name in imports(file.read_text(encoding="utf-8"), package):
+        library, _, rest = name.partition(".")
+        part = rest.partition(".")[0]
+        yield library, (part if part in ROOMS else "__init__") if library == "focalgradient" else rest
+
+
+def test_imports_are_found_wherever_they_stand() -> None:
+    source = "import a.b\nfrom c import d\ndef f():\n    from . import e\n    from ..g.h import i\n"
+    assert sorted(imports(source, "p.q")) == ["a.b", "c.d", "p.g.h.i", "p.q.e"]
+
+
+def test_every_room_has_a_rule_and_every_rule_a_room() -> None:
+    assert {room_of(file) for file in PACKAGE.rglob("*.py")} == set(ROOMS)
+
+
+def test_rooms_import_only_what_they_may() -> None:
+    trespasses = [
+        f"{file.relative_to(ROOT)} imports {room}"
+        for file in sorted(PACKAGE.rglob("*.py"))
+        for library, room in imported(file)
+        if library == "focalgradient" and room not in ROOMS[room_of(file)] | {room_of(file)}
+    ]
+    assert not trespasses
+
+
+def test_arrows_run_one_way() -> None:
+    reached = {room: set(others) for room, others in ROOMS.items()}
+    for _ in ROOMS:
+        reached = {room: others.union(*(reached[other] for other in others)) for room, others in reached.items()}
+    assert not [room for room, others in reached.items() if room in others]
+
+
+def test_libraries_stay_at_home() -> None:
+    folders = (PACKAGE, ROOT / "analysis", ROOT / "benchmarks", ROOT / "experiments")
+    strays = [
+        f"{file.relative_to(ROOT)} imports {library}"
+        for folder in folders
+        for file in sorted(folder.rglob("*.py"))
+        for library, _ in imported(file)
+        if library in HOMES and room_of(file) not in HOMES[library]
+    ]
+    assert not strays
+
+
+def test_front_door_is_light() -> None:
+    program = (
+        "import sys, time; start = time.perf_counter(); import focalgradient; seconds = time.perf_counter() - start; "
+        f"print(seconds, *{HEAVY}.intersection(sys.modules))"
+    )
+    runs = [subprocess.check_output([sys.executable, "-c", program], text=True).split() for _ in range(3)]
+    assert min(float(seconds) for seconds, *_ in runs) < 0.5
+    assert runs[0][1:] == []  # loaded, though not needed yet
+
+
+@pytest.mark.skipif(not (shutil.which("git") and (ROOT / ".git").exists()), reason="not a git checkout")
+def test_no_file_of_the_repository_names_one_machine_or_a_package_index() -> None:
+    tied = re.compile(
+        r"(?<![\w.:/])/(?:home|Users|root|work|srv|tmp)/\w|[A-Z]:\\+Users\\+\w+\\"
+        r"|--(?:extra-)?index[-]url|--find[-]links|https?://\S+/simple\b|files\.pythonhosted\.org"
+    )
+    list_files = ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listing = subprocess.check_output(list_files, cwd=ROOT, text=True)
+    found = []
+    for name in filter(None, listing.split("\0")):
+        file = ROOT / name
+        content = file.read_bytes() if file.is_file() else b""
+        if b"\0" in content:
+            continue  # not text
+        found += [f"{name}: {match.group()}" for match in tied.finditer(content.decode("utf-8", "replace"))]
+    assert not found

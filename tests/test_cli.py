@@ -1,0 +1,400 @@
+"""The command, end to end on small pictures, and all that can be wrong with what it is given."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from PIL import Image
+from scipy import ndimage
+
+import focalgradient
+from focalgradient import DepthMap, FocalGradientWarning, InputError, Lens
+from focalgradient.cli import main
+
+TOML = """\
+[camera]
+focal_length_mm = 25.0
+pixel_pitch_um = 8.0
+[[view]]
+image = "a.png"
+f_number = 16
+focus_distance_m = 0.85
+[[view]]
+image = "b.png"
+f_number = 5.6
+focus_distance_m = 0.85
+"""
+DISTANCE = 1.5
+
+
+def texture(size: int = 96) -> np.ndarray:
+    """A seeded 1/f texture of mean 0.5 and standard deviation 0.1."""
+    rng = np.random.default_rng(3)
+    f = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None])
+    f[0, 0] = np.inf
+    image = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) / f, (size, size))
+    return 0.5 + 0.1 * image / image.std()
+
+
+def picture(f_number: float, k: float = 0.5) -> np.ndarray:
+    """The texture at DISTANCE, blurred as a Gaussian by an f_number of TOML's camera, 16 bits, 0.5 % noise."""
+    lens = Lens(0.025, f_number, 0.85)
+    sigma = k * float(lens.blur_radius(DISTANCE)) * lens.sensor_distance / 8e-6
+    noise = 0.005 * np.random.default_rng(int(f_number)).standard_normal((96, 96))
+    image = ndimage.gaussian_filter(texture(), sigma, mode="wrap") + noise
+    return np.rint(65535 * np.clip(image, 0, 1)).astype(np.uint16)
+
+
+def write(path: Path, pixels: np.ndarray) -> None:
+    path.write_bytes(cv2.imencode(path.suffix, pixels)[1].tobytes())
+
+
+@pytest.fixture(scope="module")
+def pictures() -> dict[str, np.ndarray]:
+    return {"a.png": picture(16), "b.png": picture(5.6)}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, pictures):
+    """A folder, made the current one, with two pictures and the settings file that names them."""
+    for name, pixels in pictures.items():
+        write(tmp_path / name, pixels)
+    (tmp_path / "views.toml").write_text(TOML)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(main, [*args])
+
+
+def sentence(result: Result) -> str:
+    """The one sentence with which a run was refused."""
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert result.stderr.startswith("Error: ")
+    assert result.stderr.count("\n") == 1
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+# --- What it does ------------------------------------------------------------------------------------------------
+
+
+def test_views_in_depth_out(folder):
+    result = run("depth", "views.toml", "--out", "new/out", "--near", "0.9", "--far", "4", "--psf", "gaussian")
+    assert result.exit_code == 0, result.output
+    out = folder / "new" / "out"
+    assert sorted(path.name for path in out.iterdir()) == ["depth.npz", "depth.png", "summary.json"]
+    with np.load(out / "depth.npz") as arrays:
+        assert {arrays[name].shape for name in ("distance", "vergence", "vergence_sd", "valid")} == {(96, 96)}
+        median = float(np.median(arrays["distance"][arrays["valid"]]))
+    assert median == pytest.approx(DISTANCE, rel=0.02)
+    with Image.open(out / "depth.png") as figure:
+        assert figure.size[0] > 400
+    summary = json.loads((out / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert summary["medians"]["distance_m"] == pytest.approx(median)
+    assert summary["share_valid"] > 0.5
+    assert [view["f_number"] for view in summary["settings"]["views"]] == [16, 5.6]
+    assert summary["versions"]["focalgradient"] == focalgradient.__version__
+    assert 0 < summary["seconds"] < 600
+    assert f"{median:.4g} m" in result.stdout
+    assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.png", "new", "views.toml"]
+
+
+def test_photographs_without_a_settings_file(folder, pictures):
+    for name, pixels in pictures.items():
+        exif = Image.Exif()
+        exif.get_ifd(0x8769).update({37386: 25.0, 41486: 1250.0, 41488: 3})  # 1250 per cm: 8 um
+        grey = Image.fromarray((pixels >> 8).astype(np.uint8))
+        grey.save(folder / name.replace("png", "jpg"), quality=98, exif=exif)
+    optics = ["--f-number", "16", "--f-number", "5.6", "--focus-distance", "0.85", "--focus-distance", "0.85"]
+    limits = ["--near", "0.9", "--far", "4", "--psf", "gaussian", "--encoding", "linear"]
+    result = run("depth", "a.jpg", "b.jpg", "--out", "out", *optics, *limits)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((folder / "out" / "summary.json").read_text())
+    assert summary["settings"]["camera"]["pixel_pitch_um"] == pytest.approx(8.0)
+    assert summary["medians"]["distance_m"] == pytest.approx(DISTANCE, rel=0.02)
+
+
+def test_results_replace_earlier_ones(folder):
+    for far in ("3", "4"):
+        assert run("depth", "views.toml", "--out", "out", "--near", "0.9", "--far", far).exit_code == 0
+    assert json.loads((folder / "out" / "summary.json").read_text())["settings"]["far_m"] == 4
+    assert len(list((folder / "out").iterdir())) == 3
+
+
+def fake_depth(details: dict, valid: bool = True):
+    """A stand-in for recover_depth, for what the command does with awkward results."""
+
+    def recover(views, **_):
+        ok = np.full(views[0].shape, valid)
+        vergence = np.linspace(0.5, 0.6, ok.size).reshape(ok.shape)
+        warnings.warn("the side\nis open", FocalGradientWarning, stacklevel=1)
+        return DepthMap(vergence, 0.01 * vergence, ok, ok, details)
+
+    return recover
+
+
+def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
+    (folder / "views.toml").write_text(TOML.replace("5.6", "inf"))
+    details = {"noise": [float("nan"), np.float32(0.5)], "reach": np.array([1.0, np.inf])}
+    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth(details, valid=False))
+    monkeypatch.setattr(DepthMap, "save", lambda self, path: path.touch())
+    result = run("depth", "views.toml", "--out", "out")
+    assert result.exit_code == 0, result.output
+    assert [line[:9] for line in result.stderr.splitlines()] == ["Warning: "] * 2
+    summary = json.loads((folder / "out" / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert summary["settings"]["views"][1]["f_number"] == "inf"
+    assert summary["details"] == {"noise": [None, 0.5], "reach": [1.0, "inf"]}
+    assert summary["medians"]["distance_m"] is None
+    assert summary["warnings"][0] == "the side\nis open"
+
+
+@pytest.mark.parametrize(("broken", "code"), [(KeyboardInterrupt, 130), (OSError(28, "No space left"), 2)])
+def test_nothing_is_half_written(folder, monkeypatch, broken, code):
+    def save(self, path):
+        path.write_bytes(b"half")
+        raise broken
+
+    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth({}))
+    monkeypatch.setattr(DepthMap, "save", save)
+    before = sorted(folder.rglob("*"))
+    result = run("depth", "views.toml", "--out", "out")
+    assert result.exit_code == code
+    assert "Traceback" not in result.stderr
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_help_and_version():
+    assert run("--version").stdout == f"focalgradient {focalgradient.__version__}\n"
+    said = run("depth", "--help").stdout
+    assert "focal_length_mm = 25.0" in said
+    assert "--focus-distance" in said
+
+
+def test_the_program_starts_light():
+    heavy = "cv2 matplotlib numba pandas pydantic PIL scipy.optimize tqdm"
+    code = f"import sys; from focalgradient.cli import main; print([m for m in {heavy.split()!r} if m in sys.modules])"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
+
+
+# --- What it refuses ---------------------------------------------------------------------------------------------
+
+SETTINGS = ("views.toml", "--out", "out")
+PHOTOGRAPHS = ("a.png", "b.png", "--out", "out")
+
+
+def edit(old: str, new: str):
+    def apply(folder: Path) -> None:
+        assert old in TOML
+        (folder / "views.toml").write_text(TOML.replace(old, new, 1))
+
+    return apply
+
+
+def content(name: str, data: bytes):
+    return lambda folder: (folder / name).write_bytes(data)
+
+
+def pixels(name: str, change):
+    def apply(folder: Path) -> None:
+        image = cv2.imread(str(folder / "b.png"), cv2.IMREAD_UNCHANGED)
+        write(folder / name, change(image))
+
+    return apply
+
+
+def array(change):
+    def apply(folder: Path) -> None:
+        image = cv2.imread(str(folder / "b.png"), cv2.IMREAD_UNCHANGED).astype(float)
+        np.save(folder / "b.npy", change(image))
+        edit("b.png", "b.npy")(folder)
+
+    return apply
+
+
+def poke(value: float):
+    def change(image: np.ndarray) -> np.ndarray:
+        image[3, 4:6] = value
+        return image
+
+    return array(change)
+
+
+BAD = {
+    # files
+    "no settings file": (None, ("none.toml", "--out", "out"), r"none\.toml cannot be read \(No such file"),
+    "settings is a folder": (lambda f: (f / "d.toml").mkdir(), ("d.toml", "--out", "out"), r"d\.toml cannot be read"),
+    "no image": (lambda f: (f / "b.png").unlink(), SETTINGS, r"b\.png cannot be read \(No such file"),
+    "image is a folder": (edit("b.png", ".."), SETTINGS, r"\.\. cannot be read \(Is a directory"),
+    "empty image": (content("b.png", b""), SETTINGS, r"b\.png is empty"),
+    "not an image": (content("b.png", b"hello " * 40), SETTINGS, r"b\.png cannot be read as an image: expected"),
+    "damaged image": (
+        content("b.png", b"\x89PNG\r\n\x1a\n" + b"x" * 99),
+        SETTINGS,
+        r"b\.png cannot be read as an image",
+    ),
+    "sizes differ": (pixels("b.png", lambda p: p[:-2]), SETTINGS, r"a\.png is 96 x 96 pixels but b\.png is 96 x 94"),
+    "black": (pixels("b.png", lambda p: 0 * p), SETTINGS, r"b\.png is black"),
+    "nearly black": (pixels("b.png", lambda p: (p >> 15).astype(np.uint8)), SETTINGS, r"b\.png is black"),
+    "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
+    "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
+    "NaN": (poke(np.nan), SETTINGS, r"b\.npy holds 2 NaN or infinite values"),
+    "infinite": (poke(np.inf), SETTINGS, r"b\.npy holds 2 NaN or infinite values"),
+    "array of a wrong shape": (
+        array(lambda p: p[None]),
+        SETTINGS,
+        r"b\.npy: its shape is \(1, 96, 96\), but must be H x W",
+    ),
+    "array of a wrong type": (array(lambda p: p.astype(int)), SETTINGS, r"b\.npy holds pixels of type int64"),
+    "pickled array": (array(lambda p: p.astype(object)), SETTINGS, r"b\.npy cannot be read as an image"),
+    # settings
+    "not TOML": (edit("= 25.0", "25.0"), SETTINGS, r"views\.toml is not valid TOML: .*line 2"),
+    "not text": (content("views.toml", b"\xff\xfe\x00"), SETTINGS, r"views\.toml is not a TOML file: expected text"),
+    "backslash": (edit("a.png", "C:\\Users\\a.png"), SETTINGS, r"views\.toml is not valid TOML: .*write \\ as /"),
+    "empty settings": (content("views.toml", b""), SETTINGS, r"camera is missing: give a table \[camera\]"),
+    "missing key": (
+        edit("pixel_pitch_um = 8.0\n", ""),
+        SETTINGS,
+        r"camera: pixel_pitch_um is missing: give a positive",
+    ),
+    "missing key of a view": (edit("f_number = 5.6\n", ""), SETTINGS, r"views\.toml: view 2: f_number is missing"),
+    "unknown key": (
+        edit("[camera]", "[camera]\nlens = 1"),
+        SETTINGS,
+        r"camera: lens is not a known key: use focal_len",
+    ),
+    "misspelt key": (edit("focal_length", "focal_lenght"), SETTINGS, r"did you mean focal_length_mm\?"),
+    "unknown table": (edit("[camera]", "[image]\n[camera]"), SETTINGS, r"image is not a known key: use camera, view"),
+    "misspelt key of a view": (edit("f_number = 5.6", "fnumber = 5.6"), SETTINGS, r"view 2: fnumber .*mean f_number\?"),
+    "text for a number": (
+        edit("= 5.6", '= "5.6"'),
+        SETTINGS,
+        r"view 2: f_number is '5\.6', but must be a positive number",
+    ),
+    "truth for a number": (
+        edit("= 25.0", "= true"),
+        SETTINGS,
+        r"focal_length_mm is true, but must be a positive number",
+    ),
+    "number for a path": (edit('"a.png"', "3"), SETTINGS, r"view 1: image is 3, but must be the path of an image"),
+    "unknown encoding": (
+        edit("[camera]", '[camera]\nencoding = "log"'),
+        SETTINGS,
+        r"camera: encoding is 'log', but must be 'linear' or 'srgb'",
+    ),
+    "number for a truth": (
+        edit("[camera]", "[camera]\ntelecentric = 1"),
+        SETTINGS,
+        r"telecentric is 1, but must be true",
+    ),
+    "zero length": (
+        edit("= 25.0", "= 0"),
+        SETTINGS,
+        r"camera: focal_length_mm is 0, but must be a positive number of mill",
+    ),
+    "negative length": (edit("= 0.85", "= -0.85"), SETTINGS, r"view 1: focus_distance_m is -0\.85, but must be"),
+    "endless length": (edit("= 8.0", "= inf"), SETTINGS, r"pixel_pitch_um is inf, but must be a positive number"),
+    "undefined number": (edit("= 5.6", "= nan"), SETTINGS, r"view 2: f_number is nan, but must be"),
+    "focus inside": (edit("= 0.85", "= 0.02"), SETTINGS, r"views\.toml: view 1 \(a\.png\): .* within the focal length"),
+    "one view": (
+        lambda f: (f / "views.toml").write_text(TOML[: TOML.rindex("[[view]]")]),
+        SETTINGS,
+        r"only 1 view is given, but depth needs two or more",
+    ),
+    "view not a list": (
+        lambda f: (f / "views.toml").write_text(TOML[: TOML.rindex("[[view]]")].replace("[[view]]", "[view]")),
+        SETTINGS,
+        r"view is a table, but must be two or more \[\[view\]\] tables, in double brackets",
+    ),
+    "camera not a table": (
+        lambda f: (f / "views.toml").write_text("camera = 3\n" + TOML[TOML.index("[[view]]") :]),
+        SETTINGS,
+        r"camera is 3, but must be a table \[camera\]",
+    ),
+    "view not a table": (
+        lambda f: (f / "views.toml").write_text("view = [1, 2]\n" + TOML[: TOML.index("[[view]]")]),
+        SETTINGS,
+        r"view 1 is 1, but must be a table",
+    ),
+    "identical optics": (edit("= 5.6", "= 16"), SETTINGS, r"same aperture and focus"),
+    # arguments and options
+    "no arguments": (None, (), r"Missing argument .*: see 'focalgradient depth --help'\."),
+    "no folder": (None, ("views.toml",), r"Missing option '--out': see 'focalgradient depth --help'\."),
+    "unknown option": (None, (*SETTINGS, "--speed", "9"), r"No such option.*--speed"),
+    "unknown shape": (None, (*SETTINGS, "--psf", "ring"), r"'--psf': 'ring' is not one of"),
+    "near beyond far": (None, (*SETTINGS, "--near", "2", "--far", "1"), r"--near 2 lies beyond or at --far 1"),
+    "negative near": (None, (*SETTINGS, "--near", "-1"), r"--near is -1, but must be a positive number of metres"),
+    "undefined far": (None, (*SETTINGS, "--far", "nan"), r"--far is nan, but must be a positive number of metres"),
+    "near no number": (None, (*SETTINGS, "--near", "x"), r"'--near': 'x' is not a valid float"),
+    "two settings files": (None, ("views.toml", *SETTINGS), r"views\.toml is a settings file, .*: give it alone"),
+    "one photograph": (
+        None,
+        ("a.png", "--out", "out"),
+        r"only a\.png is given, but depth needs a settings file, whose",
+    ),
+    "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
+    "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),
+    "no EXIF": (None, PHOTOGRAPHS, r"--focal-length MM, --f-number N .*, --focus-distance M .* and --pixel-pitch UM"),
+    "too few options": (None, (*PHOTOGRAPHS, "--f-number", "8"), r"--f-number needs one value .* but has 1: repeat it"),
+    "zero option": (
+        None,
+        (*PHOTOGRAPHS, "--pixel-pitch", "0"),
+        r"--pixel-pitch is 0, but must be a positive number of mic",
+    ),
+    "no photograph": (None, ("a.png", "c.png", "--out", "out"), r"c\.png cannot be read \(No such file"),
+    # the folder for the results
+    "out is a file": (None, ("views.toml", "--out", "a.png"), r"--out a\.png cannot be written \(Not a directory\)"),
+    "out within a file": (None, ("views.toml", "--out", "a.png/out"), r"--out a\.png/out cannot be written"),
+    "result is a folder": (
+        lambda f: (f / "depth.npz").mkdir(),
+        ("views.toml", "--out", "."),
+        r"depth\.npz is a folder, where a file is to be written",
+    ),
+}
+
+
+@pytest.mark.parametrize(("prepare", "args", "said"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_refused_in_one_sentence(folder, prepare, args, said):
+    if prepare:
+        prepare(folder)
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    assert re.search(said, sentence(run("depth", *args)))
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_may_not_be_written(folder):
+    (folder / "locked").mkdir(mode=0o555)
+    assert "--out locked/out cannot be written" in sentence(run("depth", "views.toml", "--out", "locked/out"))
+
+
+def test_input_errors_of_the_depth_core_are_sentences_too(folder, monkeypatch):
+    def recover(views, **_):
+        raise InputError("the views tell\nnothing: take others.")
+
+    monkeypatch.setattr(focalgradient, "recover_depth", recover)
+    assert sentence(run("depth", *SETTINGS)) == "Error: the views tell nothing: take others.\n"
+
+
+@pytest.mark.parametrize(
+    ("prepare", "said"),
+    [(edit("b.png", "none.png"), b"none.png cannot be read"), (content("b.png", b"\x89PNG\r\n\x1a\nxxxx"), b"b.png")],
+)
+def test_as_a_process_of_its_own(folder, prepare, said):
+    """The image libraries write past Python on standard error: only a real process shows that nothing comes through."""
+    prepare(folder)
+    command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "depth", *SETTINGS]
+    done = subprocess.run(command, capture_output=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr.count(b"\n")) == (2, b"", 1)
+    assert said in done.stderr
+    assert not (folder / "out").exists()

@@ -1,0 +1,182 @@
+"""What a newcomer meets first: the set-up behind `make`, and README's example."""
+
+import os
+import re
+import shutil
+import stat
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).parents[1]
+
+needs_sh = pytest.mark.skipif(not (shutil.which("sh") and shutil.which("cksum")), reason="no POSIX shell")
+
+# Stands for the system's Python and, once "made", for the one of .venv: it writes down what it is asked to do.
+PYTHON = """
+case "$*" in
+    *sys.version_info*) exit {fits} ;;
+    *python_version*) echo {version} ;;
+    *ensurepip*) exit {ensurepip} ;;
+    "-m venv"*) echo venv >>calls; rm -rf .venv; mkdir -p .venv/bin; cp "$0" .venv/bin/python ;;
+    *" -r "*) echo pinned >>calls; [ ! -e broken ] || {{ cat broken >&2; exit 1; }} ;;
+    *" -e "*) echo itself >>calls ;;
+esac
+"""
+APT_GET = 'echo "apt-get $*" >>calls; [ ! -e broken ]'
+
+
+class House:
+    """A copy of the set-up alone, in a folder of its own, with programs that only pretend."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        (folder / "bin").mkdir()
+        (folder / "requirements").mkdir()
+        shutil.copy(ROOT / "requirements" / "setup.sh", folder / "requirements")
+        for name in ("pyproject.toml", "requirements/python.txt", "requirements/debian.txt"):
+            (folder / name).write_text("")
+        self.python("python3")
+        self.program("id", "echo 0")
+        self.program("dpkg-query", 'case "$*" in *present*) echo "ii " ;; *) exit 1 ;; esac')
+        self.program("apt-get", APT_GET)
+
+    def program(self, name: str, script: str) -> None:
+        file = self.folder / "bin" / name
+        file.write_text(f"#!/bin/sh\n{script}\n")
+        file.chmod(file.stat().st_mode | stat.S_IXUSR)
+
+    def python(self, name: str, version: str = "3.11.2", *, fits: bool = True, ensurepip: bool = True) -> None:
+        self.program(name, PYTHON.format(version=version, fits=int(not fits), ensurepip=int(not ensurepip)))
+
+    def set_up(self, purpose: str = "test", **environment: str) -> tuple[int, list[str], str]:
+        """Exit status, what was done, what was said."""
+        calls = self.folder / "calls"
+        calls.unlink(missing_ok=True)
+        path = f"{self.folder / 'bin'}{os.pathsep}{os.environ['PATH']}"
+        clean = {name: value for name, value in os.environ.items() if name != "PYTHON"}
+        run = subprocess.run(
+            ["sh", "requirements/setup.sh", purpose],
+            cwd=self.folder,
+            env=clean | {"PATH": path} | environment,
+            capture_output=True,
+            text=True,
+        )
+        return run.returncode, calls.read_text().splitlines() if calls.exists() else [], run.stderr
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> House:
+    folder = tmp_path / "a house"  # a path with a space
+    folder.mkdir()
+    return House(folder)
+
+
+@needs_sh
+def test_set_up_happens_once(house: House) -> None:
+    status, calls, said = house.set_up()
+    assert (status, calls) == (0, ["venv", "pinned", "itself"])
+    assert said.count("\n") == 1
+    assert house.set_up("test") == house.set_up("reproduce") == (0, [], "")
+
+
+@needs_sh
+@pytest.mark.parametrize("name", ["pyproject.toml", "requirements/python.txt"])
+def test_what_is_pinned_anew_is_installed_into_the_same_environment(house: House, name: str) -> None:
+    house.set_up()
+    (house.folder / name).write_text("changed")
+    assert house.set_up()[:2] == (0, ["pinned", "itself"])
+    assert house.set_up()[:2] == (0, [])
+
+
+@needs_sh
+def test_set_up_that_was_cut_off_starts_over(house: House) -> None:
+    (house.folder / "broken").write_text("ERROR: hashes differ")
+    status, calls, said = house.set_up()
+    assert (status, calls) == (1, ["venv", "pinned"])
+    assert "hashes differ" in said
+    assert "call make again" in said
+    (house.folder / "broken").unlink()
+    assert house.set_up()[:2] == (0, ["venv", "pinned", "itself"])
+
+
+@needs_sh
+def test_environment_that_was_moved_or_is_of_another_python_is_made_anew(house: House) -> None:
+    house.set_up()
+    house.folder = house.folder.rename(house.folder.with_name("moved"))
+    assert house.set_up()[1] == ["venv", "pinned", "itself"]
+    house.python("python3.12", "3.12.1")
+    assert house.set_up(PYTHON="python3.12")[1] == ["venv", "pinned", "itself"]
+    assert house.set_up(PYTHON="python3.12")[1] == house.set_up()[1] == []
+
+
+@needs_sh
+def test_a_python_that_fits_is_found(house: House) -> None:
+    house.python("python3", "3.13.1", fits=False)
+    house.python("python3.12", "3.12.1")
+    assert house.set_up()[:2] == (0, ["venv", "pinned", "itself"])
+    assert "3.12.1" in (house.folder / ".venv/bin/python").read_text()
+
+
+@needs_sh
+def test_trouble_is_said_in_one_sentence_with_the_remedy(house: House) -> None:
+    house.python("old", "3.9.1", fits=False)
+    house.python("bare", ensurepip=False)
+    for environment, sentence in [
+        ({"PYTHON": "old"}, r"needs Python 3\.11 or 3\.12, but old is 3\.9\.1: .*make PYTHON=python3\.12 test"),
+        ({"PYTHON": "absent"}, r"but absent is missing: install"),
+        ({"PYTHON": "bare"}, r"bare cannot make virtual environments: .*python3-venv"),
+    ]:
+        status, calls, said = house.set_up(**environment)
+        assert (status, calls, said.count("\n")) == (1, [], 1)
+        assert re.search(sentence, said)
+    (house.folder / "broken").write_text("WARNING: connection broken by\nERROR: No matching distribution found")
+    status, _, said = house.set_up()
+    assert status == 1
+    assert said.splitlines()[1:] == [
+        "set-up: the package index cannot be reached: check the network connection (or the proxy) and call make again."
+    ]
+
+
+@needs_sh
+def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> None:
+    house.set_up()
+    (house.folder / "requirements" / "debian.txt").write_text("# why\npresent  # a reason\nxvfb # another\n")
+    status, calls, said = house.set_up()
+    assert status == 0
+    assert calls == ["apt-get update -qq", "apt-get install -y -qq --no-install-recommends xvfb"]
+
+    house.program("id", "echo 1000")
+    house.program("sudo", 'case "$*" in "-n true") ;; *) echo sudo >>calls; "$@" ;; esac')
+    assert house.set_up()[1] == ["sudo", calls[0], "sudo", calls[1]]
+
+    house.program("sudo", "exit 1")
+    status, calls, said = house.set_up("test")
+    assert (status, calls, said.count("\n")) == (1, [], 1)
+    assert "sudo apt-get install --no-install-recommends xvfb" in said
+    status, calls, said = house.set_up("reproduce")
+    assert (status, calls, said.count("\n")) == (0, [], 1)
+    assert "going on" in said
+
+
+def test_every_package_asked_for_is_pinned_with_a_hash() -> None:
+    text = (ROOT / "requirements" / "python.txt").read_text(encoding="utf-8").replace("\\\n", " ")
+    pins: dict[str, list[str]] = {}
+    for line in text.splitlines():
+        pin = re.match(r"([a-z0-9-]+)==(\S+) .*--hash=sha256:[0-9a-f]{64}", line)
+        assert pin, f"not a pin: {line}"
+        pins.setdefault(pin[1], []).append(pin[2])
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    for asked in map(Requirement, project["project"]["dependencies"] + project["dependency-groups"]["dev"]):
+        assert all(version in asked.specifier for version in pins[asked.name]), f"compile the pins anew for {asked}"
+
+
+def test_examples_in_readme_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    examples = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert examples
+    for example in examples:
+        exec(compile(example, "README.md", "exec"), {})

@@ -1,0 +1,264 @@
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from focalgradient import FocalGradientWarning, InputError
+from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
+from focalgradient.photographs import srgb_to_linear as decode
+
+RNG = np.random.default_rng(7)
+RGB16 = RNG.integers(0, 65000, (12, 16, 3), dtype=np.uint16)
+RGB8 = RNG.integers(0, 250, (12, 16, 3), dtype=np.uint8)
+REC709 = np.array([0.2126, 0.7152, 0.0722])
+
+
+def write(path: Path, rgb: np.ndarray) -> Path:
+    """Through OpenCV, which writes what Pillow cannot: 16-bit colour, floating point."""
+    path.write_bytes(cv2.imencode(path.suffix, rgb[..., ::-1] if rgb.ndim == 3 else rgb)[1].tobytes())
+    return path
+
+
+# --- Encoding and luminance --------------------------------------------------------------------------------------
+
+
+def test_srgb_against_the_standard():
+    # IEC 61966-2-1; mid grey 0.5 and the knee from colour-science tables.
+    np.testing.assert_allclose(
+        decode([0.0, 0.04045, 0.2, 0.5, 0.735357, 1.0]), [0, 0.0031308, 0.0331048, 0.2140411, 0.5, 1], atol=1e-6
+    )
+
+
+@given(st.floats(0, 1), st.floats(1e-6, 0.1))
+def test_srgb_rises_without_a_step(value, step):
+    low, high = decode(value), decode(value + step)
+    assert 0 < high - low < 3 * step  # its steepest slope, at 1.1, is below 2.7
+
+
+def test_luminance_is_formed_of_decoded_colour(tmp_path):
+    # Pure green at half the code value: decoding after mixing would give decode(0.7152 * 128 / 255) = 0.101.
+    pixels = np.zeros((4, 6, 3), np.uint8)
+    pixels[1, 2] = (0, 128, 0)
+    luminance = read_photograph(write(tmp_path / "green.png", pixels)).luminance
+    assert luminance.dtype == np.float32
+    assert luminance[1, 2] == pytest.approx(0.7152 * 0.21586, rel=1e-4)
+    assert luminance[0, 0] == 0
+
+
+def test_16_bit_colour_keeps_its_depth_and_channel_order(tmp_path):
+    for name in ("deep.png", "deep.tif"):
+        photograph = read_photograph(write(tmp_path / name, RGB16))
+        assert (photograph.encoding, photograph.pixel_type) == ("linear", "uint16")
+        np.testing.assert_allclose(photograph.luminance, RGB16 / 65535 @ REC709, atol=1e-7)
+        # 8 bits would leave errors of 1/512.
+        assert np.unique(photograph.luminance).size == 12 * 16
+
+
+@pytest.mark.parametrize(
+    ("name", "pixels", "stated", "encoding", "expected"),
+    [
+        ("a.png", RGB8[..., 0], None, "srgb", decode(RGB8[..., 0] / 255)),
+        ("a.png", RGB8[..., 0], "linear", "linear", RGB8[..., 0] / 255),
+        ("a.tif", RGB8, None, "srgb", decode(RGB8 / 255) @ REC709),
+        ("a.png", RGB16[..., 0], "srgb", "srgb", decode(RGB16[..., 0] / 65535)),
+        ("a.tif", (RGB16 / 1e5).astype(np.float32), None, "linear", RGB16 / 1e5 @ REC709),
+        ("a.tif", (RGB16[..., 0] / 1e5).astype(np.float32), None, "linear", RGB16[..., 0] / 1e5),
+        ("a.png", np.dstack([RGB16, RGB16[..., :1]])[..., [2, 1, 0, 3]], None, "linear", RGB16 / 65535 @ REC709),
+    ],
+    ids=["grey8", "grey8-linear", "colour8-tiff", "grey16-srgb", "float-colour", "float-grey", "alpha"],
+)
+def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expected):
+    if pixels.shape[2:] == (4,):  # already in OpenCV's order
+        (tmp_path / name).write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
+    else:
+        write(tmp_path / name, pixels)
+    photograph = read_photograph(tmp_path / name, stated)
+    assert photograph.encoding == encoding
+    np.testing.assert_allclose(photograph.luminance, expected, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("pixels", "expected"),
+    [(RGB8, RGB8 / 255 @ REC709), (RGB16[..., 1] * 1e-3, RGB16[..., 1] * 1e-3), (RGB16, RGB16 / 65535 @ REC709)],
+)
+def test_arrays_are_linear(tmp_path, pixels, expected):
+    np.save(tmp_path / "a.npy", pixels)
+    np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("suffix", ["jpg", "tif"])
+def test_orientation_is_obeyed_alike_in_every_format(tmp_path, suffix):
+    upright = np.zeros((16, 32), np.uint8)
+    upright[:, 16:] = 200
+    exif = Image.Exif()
+    exif[0x0112] = 6  # stored turned: to be shown, turn it clockwise
+    Image.fromarray(np.rot90(upright)).save(
+        tmp_path / f"turned.{suffix}", exif=exif, **({"quality": 100} if suffix == "jpg" else {})
+    )
+    luminance = read_photograph(tmp_path / f"turned.{suffix}", "linear").luminance
+    np.testing.assert_allclose(luminance, upright / 255, atol=0.02)
+
+
+def test_names_need_not_be_ascii(tmp_path):
+    assert read_photograph(write(tmp_path / "Größe 大.png", RGB16)).luminance.shape == (12, 16)
+
+
+def test_saturated_pixels_are_counted_and_said(tmp_path):
+    pixels = RGB8.copy()
+    pixels[:3, :, 2] = 255  # one channel is enough
+    with pytest.warns(FocalGradientWarning, match=r"a\.png: 25\.0% of the pixels are saturated"):
+        assert read_photograph(write(tmp_path / "a.png", pixels)).saturated == 0.25
+
+
+def test_black_leaves_dim_pictures_alone(tmp_path):
+    dim = np.tile(np.arange(80, dtype=np.uint16), (8, 1))  # 0.12 % of full scale, yet 80 levels
+    assert read_photograph(write(tmp_path / "dim.png", dim)).luminance.max() == pytest.approx(79 / 65535)
+
+
+@pytest.mark.parametrize("kind", ["jpg", "png", "tif", "npy"])
+def test_truncated_files_are_refused_in_silence(tmp_path, kind, capfd):
+    whole = tmp_path / f"whole.{kind}"
+    if kind == "npy":
+        np.save(whole, RGB16)
+    else:
+        write(whole, np.kron(RGB8, np.ones((8, 8, 1), np.uint8)))
+    cut = tmp_path / f"cut.{kind}"
+    cut.write_bytes(whole.read_bytes()[:-300])
+    with pytest.raises(InputError, match=rf"cut\.{kind} cannot be read as an image"):
+        read_photograph(cut)
+    assert capfd.readouterr() == ("", "")
+
+
+# --- Settings ----------------------------------------------------------------------------------------------------
+
+TOML = """
+[camera]
+focal_length_mm = 25
+pixel_pitch_um = 8.0
+{camera}
+[[view]]
+image = "near.png"
+f_number = 8
+focus_distance_m = 0.8
+[[view]]
+image = "sub/far.png"
+f_number = inf
+focus_distance_m = 1.25
+"""
+
+
+def test_settings_become_views(tmp_path):
+    (tmp_path / "sub").mkdir()
+    write(tmp_path / "near.png", RGB16)
+    write(tmp_path / "sub" / "far.png", RGB16[::-1])
+    (tmp_path / "views.toml").write_text(TOML.format(camera=""))
+    near, far = read_views(tmp_path / "views.toml")
+    assert (near.optics.focal_length, near.optics.f_number, near.optics.focus_distance) == (0.025, 8.0, 0.8)
+    assert (far.optics.aperture_diameter, far.optics.focus_distance) == (0.0, 1.25)
+    # By hand: 1/v0 = 1/0.025 - 1/0.8 = 38.75, so 8 um / v0 = 310 urad; at 1.25 m 39.2, 313.6 urad.
+    assert near.pixel_angle == pytest.approx(310.0e-6)
+    assert far.pixel_angle == pytest.approx(313.6e-6)
+    np.testing.assert_array_equal(near.image, far.image[::-1])
+
+
+def test_telecentric_views_share_the_pixel_angle(tmp_path):
+    (tmp_path / "views.toml").write_text(TOML.format(camera='telecentric = true\nencoding = "srgb"\nblur_k = 0.7'))
+    settings = load_settings(tmp_path / "views.toml")
+    assert settings.pixel_angles() == pytest.approx([310.0e-6, 310.0e-6])
+    assert (settings.camera.encoding, settings.camera.blur_k) == ("srgb", 0.7)
+
+
+def test_a_byte_order_mark_is_not_in_the_way(tmp_path):
+    (tmp_path / "views.toml").write_text(TOML.format(camera=""), encoding="utf-8-sig")
+    assert len(load_settings(tmp_path / "views.toml").shots) == 2
+
+
+# --- EXIF --------------------------------------------------------------------------------------------------------
+
+FOCAL_LENGTH, F_NUMBER, DISTANCE, PER_UNIT, UNIT, WIDTH, HEIGHT = 37386, 33437, 37382, 41486, 41488, 40962, 40963
+WHOLE = {FOCAL_LENGTH: 18.0, F_NUMBER: 10.0, DISTANCE: 0.25, PER_UNIT: 5080.0, UNIT: 2}  # 25400 um / 5080 = 5 um
+
+
+def photograph(path: Path, tags: dict[int, float]) -> Path:
+    exif = Image.Exif()
+    exif.get_ifd(0x8769).update(tags)
+    Image.fromarray(np.kron(RGB8, np.ones((8, 8, 1), np.uint8))).save(path, exif=exif)  # 128 x 96
+    return path
+
+
+def test_exif_tells_the_optics(tmp_path):
+    files = [photograph(tmp_path / "a.jpg", WHOLE), photograph(tmp_path / "b.jpg", WHOLE | {F_NUMBER: 2.8})]
+    settings = from_exif(files)
+    assert settings.camera.focal_length_mm == 18.0
+    assert settings.camera.pixel_pitch_um == pytest.approx(5.0)
+    assert [shot.f_number for shot in settings.shots] == pytest.approx([10.0, 2.8])
+    assert [shot.focus_distance_m for shot in settings.shots] == pytest.approx([0.25, 0.25])
+    assert [shot.image for shot in settings.shots] == files
+
+
+@pytest.mark.parametrize(
+    ("tags", "pitch"),
+    [
+        ({UNIT: 3, PER_UNIT: 2000.0}, 5.0),
+        ({UNIT: 4, PER_UNIT: 200.0}, 5.0),
+        ({WIDTH: 512, HEIGHT: 384}, 20.0),  # stored at a quarter of its width: four sensor pixels to one
+        ({WIDTH: 128, HEIGHT: 96}, 5.0),
+        ({WIDTH: 511, HEIGHT: 385}, 5.0 * 511 / 128),  # rounded when it was resized
+    ],
+)
+def test_pixel_pitch_by_unit_and_resizing(tmp_path, tags, pitch):
+    files = [photograph(tmp_path / name, WHOLE | tags) for name in ("a.jpg", "b.jpg")]
+    assert from_exif(files).camera.pixel_pitch_um == pytest.approx(pitch)
+
+
+def test_options_go_before_exif(tmp_path):
+    files = [photograph(tmp_path / name, WHOLE) for name in ("a.jpg", "b.jpg")]
+    settings = from_exif(
+        files, focal_length_mm=50.0, f_numbers=(16, 4), focus_distances_m=(1, math.inf), pixel_pitch_um=2.0
+    )
+    assert (settings.camera.focal_length_mm, settings.camera.pixel_pitch_um) == (50.0, 2.0)
+    assert [(shot.f_number, shot.focus_distance_m) for shot in settings.shots] == [(16, 1), (4, math.inf)]
+
+
+def test_an_endless_distance_in_exif(tmp_path):
+    from PIL.TiffImagePlugin import IFDRational
+
+    files = [photograph(tmp_path / n, WHOLE | {DISTANCE: IFDRational(0xFFFFFFFF, 1)}) for n in ("a.jpg", "b.jpg")]
+    assert from_exif(files).shots[0].focus_distance_m == math.inf
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        ({FOCAL_LENGTH: 0.0}, {FOCAL_LENGTH: 0.0}, r"tell the focal length in mm: give --focal-length MM\."),
+        ({}, {F_NUMBER: 0.0}, r"tell the f-number \(of b\.jpg\): give --f-number N"),
+        ({DISTANCE: 0.0}, {DISTANCE: 0.0}, r"tell the distance of focus in m: give --focus-distance M"),
+        ({UNIT: 1}, {UNIT: 1}, r"tell the pixel pitch in um: give --pixel-pitch UM\."),
+        # Cropped: width and height have shrunk unequally.
+        ({WIDTH: 4752, HEIGHT: 3168}, {WIDTH: 4752, HEIGHT: 3168}, r"pixel pitch in um: give --pixel-pitch UM\."),
+        ({}, {FOCAL_LENGTH: 55.0}, r"focal length in mm of 18 for a\.jpg but 55 for b\.jpg.*--focal-length MM"),
+    ],
+)
+def test_what_exif_lacks_is_named_with_its_option(tmp_path, first, second, said):
+    files = [photograph(tmp_path / "a.jpg", WHOLE | first), photograph(tmp_path / "b.jpg", WHOLE | second)]
+    with pytest.raises(InputError, match=said):
+        from_exif(files)
+
+
+def test_all_that_is_missing_is_named_at_once(tmp_path):
+    files = [write(tmp_path / name, RGB16) for name in ("a.png", "b.png")]
+    with pytest.raises(InputError) as error:
+        from_exif(files)
+    for option in ("--focal-length MM", "--f-number N", "--focus-distance M", "--pixel-pitch UM"):
+        assert option in str(error.value)
+
+
+def test_sizes_must_agree(tmp_path):
+    files = [write(tmp_path / "a.png", RGB16), write(tmp_path / "b.png", RGB16[:-1])]
+    with pytest.raises(InputError, match=r"a\.png is 16 x 12 pixels but .*b\.png is 16 x 11"):
+        read_photographs(files)

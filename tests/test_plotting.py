@@ -1,0 +1,197 @@
+"""Figures of depth maps: what they say, and what reaches the canvas."""
+
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from focalgradient import DepthMap, InputError, Lens, View
+from focalgradient.plotting import depth_figure, describe_optics, draw_depth, new_figure
+
+SHAPE = (60, 80)
+
+
+def views(*f_numbers: float, shape: tuple[int, int] = SHAPE) -> list[View]:
+    image = np.random.default_rng(0).uniform(0.1, 1, shape)
+    return [View(image, Lens(0.025, number, 0.85), 3e-4) for number in f_numbers]
+
+
+def ramp(near: float = 1.0, far: float = 2.0, *, shape: tuple[int, int] = SHAPE, **changes: object) -> DepthMap:
+    vergence = np.tile(np.linspace(1 / near, 1 / far, shape[1]), (shape[0], 1))
+    everywhere = np.ones(shape, bool)
+    parts = {"vergence": vergence, "vergence_sd": 0.01 * vergence, "valid": everywhere, "side_known": everywhere}
+    return DepthMap(**(parts | changes))
+
+
+def texts(figure) -> list[Text]:
+    return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+
+
+def written(figure) -> str:
+    return "\n".join(text.get_text() for text in texts(figure))
+
+
+def panel(figure, title: str):
+    (found,) = [ax for ax in figure.axes if ax.get_title(loc="left").startswith(title)]
+    return found
+
+
+def pixels(figure, ax) -> np.ndarray:
+    """What the canvas shows inside `ax`, H x W x 3, its frame left out."""
+    figure.canvas.draw()
+    canvas = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int)
+    box = ax.get_window_extent()
+    top, bottom = canvas.shape[0] - box.y1, canvas.shape[0] - box.y0
+    return canvas[round(top) + 4 : round(bottom) - 4, round(box.x0) + 4 : round(box.x1) - 4]
+
+
+def is_grey(colours: np.ndarray) -> np.ndarray:
+    return np.ptp(colours, axis=-1) <= 4
+
+
+def test_every_panel_is_named_and_has_its_unit():
+    depth = ramp()
+    figure = depth_figure(views(16, 5.6), depth, names=["a.png", "b.png"], truth=1 / depth.vergence)
+    said = written(figure)
+    assert "a.png\nf/16, focus 0.85 m" in said
+    assert "b.png\nf/5.6, focus 0.85 m" in said
+    for title in ("True depth", "Recovered depth", "Error", "Uncertainty"):
+        panel(figure, title)
+    assert [said.count(label) for label in ("distance (m)", "error (%)", "sd (%)")] == [2, 1, 1]
+
+
+def test_colour_bar_reads_in_metres():
+    figure = depth_figure(views(16, 5.6), ramp(0.8, 5.0))
+    (bar,) = [ax for ax in figure.findobj(matplotlib.axes.Axes) if ax.get_ylabel() == "distance (m)"]
+    read = [(float(label.get_text()), place) for label, place in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)]
+    assert len(read) >= 4
+    assert all(1 / metres == pytest.approx(place) for metres, place in read)
+    assert min(read)[0] < 1.0
+    assert max(read)[0] > 2.5
+    assert bar.yaxis_inverted()  # vergence falls upwards: far on top
+
+
+def test_infinity_is_on_the_bar_and_nothing_behind_it():
+    depth = ramp(vergence=np.tile(np.linspace(1.0, -0.2, SHAPE[1]), (SHAPE[0], 1)))
+    figure = depth_figure(views(16, 5.6), depth)
+    assert "∞" in written(figure)
+    assert panel(figure, "Recovered").images[0].norm.vmin == 0
+
+
+def test_refused_pixels_show_hatched_grey_and_valid_ones_colour():
+    valid = np.ones(SHAPE, bool)
+    valid[:, :40] = False
+    figure = depth_figure(views(16, 5.6), ramp(valid=valid), truth=1 / ramp().vergence)
+    for title in ("Recovered", "Error", "Uncertainty"):
+        shown = pixels(figure, panel(figure, title))
+        half = shown.shape[1] // 2
+        refused, kept = shown[:, : half - 4], shown[:, half + 4 :]
+        assert is_grey(refused).all(), title
+        assert refused.max() > 230, title
+        assert refused.min() < 190, title  # the hatch: not one flat colour that a map might hold
+        if title != "Error":  # here the error is 0, whose colour is nearly white
+            assert not is_grey(kept).any(), title
+    truth = pixels(figure, panel(figure, "True depth"))
+    assert not is_grey(truth).any()
+    assert "refused" in written(figure)
+    assert "50 % valid" in written(figure)
+
+
+def test_near_is_brighter_than_far():
+    shown = pixels(figure := depth_figure(views(16, 5.6), ramp(1.0, 2.0)), panel(figure, "Recovered"))
+    luminance = shown.mean(axis=(0, 2))
+    assert luminance[0] > 2 * luminance[-1]
+
+
+def test_truth_and_recovered_share_one_scale():
+    figure = depth_figure(views(16, 5.6), ramp(1.0, 1.5), truth=1 / ramp(1.0, 3.0).vergence)
+    true, recovered = (panel(figure, title).images[0].norm for title in ("True", "Recovered"))
+    assert (true.vmin, true.vmax) == (recovered.vmin, recovered.vmax)
+    assert true.vmin == pytest.approx(1 / 3, rel=0.02)
+
+
+def test_error_has_its_sign_and_size():
+    true = 1 / ramp().vergence
+    figure = depth_figure(views(16, 5.6), ramp(vergence=1 / (1.02 * true)), truth=true)
+    assert panel(figure, "Error").images[0].get_array().mean() == pytest.approx(2.0)
+    assert "bias +2 %" in written(figure)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, False),
+        ({"side_known": np.zeros(SHAPE, bool)}, True),
+        ({"details": {"side": "assumed: beyond focus"}}, True),
+        ({"details": {"side": "told by the views"}}, False),
+    ],
+)
+def test_an_assumed_side_of_focus_is_stated(changes, said):
+    assert ("assumed" in panel(depth_figure(views(16, 5.6), ramp(**changes)), "Recovered").get_title(loc="left")) == said
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 7])
+@pytest.mark.parametrize("shape", [(60, 80), (90, 40), (20, 200)])
+def test_legible_and_nothing_off_the_page(count, shape):
+    names = [f"a rather long name of a photograph {index}.png" for index in range(count)]
+    depth = ramp(shape=shape, side_known=np.zeros(shape, bool))
+    figure = depth_figure(views(*range(1, count + 1), shape=shape), depth, names=names, truth=1 / depth.vergence)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(180)
+    assert min(text.get_fontsize() for text in texts(figure)) >= 8
+    page = figure.bbox
+    for text in texts(figure):
+        box = text.get_window_extent()
+        assert box.x0 >= 0, text.get_text()
+        assert box.x1 <= page.x1, text.get_text()
+        assert box.y0 >= 0, text.get_text()
+        assert box.y1 <= page.y1, text.get_text()
+    assert (f"4 of {count} views" in written(figure)) == (count > 4)
+
+
+@pytest.mark.parametrize("truth", [None, np.full(SHAPE, np.inf)])
+def test_a_map_that_refuses_everything_can_be_drawn(truth):
+    nothing = np.zeros(SHAPE, bool)
+    sd = np.full(SHAPE, np.inf)
+    figure = depth_figure(views(16, 5.6), ramp(valid=nothing, vergence_sd=sd), truth=truth)
+    assert is_grey(pixels(figure, panel(figure, "Recovered"))).all()
+    assert "0 % valid" in written(figure)
+
+
+def test_one_depth_everywhere_can_be_drawn():
+    figure = depth_figure(views(16, 5.6), ramp(1.5, 1.5))
+    assert not is_grey(pixels(figure, panel(figure, "Recovered"))).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"names": ["one"]}, "1 entries for 2 views"), ({"truth": np.ones((3, 4))}, r"shape \(3, 4\)")],
+)
+def test_what_does_not_fit_is_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        depth_figure(views(16, 5.6), ramp(), **options)
+
+
+def test_any_optics_can_be_described():
+    class Eye:
+        aperture_diameter = 0.004
+        focus_vergence = -0.5
+
+    assert describe_optics(Eye()) == "aperture 4 mm, focus -0.5 D"
+    assert describe_optics(Lens(0.05, np.inf, np.inf)) == "pinhole, focus ∞ m"
+
+
+def test_helpers_draw_into_the_axes_given():
+    ax = new_figure().add_subplot()
+    assert draw_depth(ax, ramp(), title="mine") is ax
+    assert ax.get_title(loc="left") == "mine"
+
+
+def test_no_display_and_no_global_state():
+    before = dict(matplotlib.rcParams)
+    depth_figure(views(16, 5.6), ramp())
+    assert dict(matplotlib.rcParams) == before
+    code = "import sys, focalgradient.plotting; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
