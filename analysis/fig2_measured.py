@@ -17,18 +17,18 @@ from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane
 
 FOCUS = 2.0  # m, as in the paper's figure
-SHARP, BLURRED = (Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (8, 2.8))
+SHARP, BLURRED = (Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (11, 4))
 PIXEL = 8e-6 / SHARP.sensor_distance  # rad
 NOISE = 0.01  # of the mean radiance
 CLEAR = 1.5  # pixels of blur radius, above which blur is more than the pixel's own
-DISTANCES = (0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 1.9, 2.12, 2.25, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
+DISTANCES = (1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 1.9, 2.12, 2.25, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 
 
 def measure(
     distances: Sequence[float],
     *,
     blur: bool = True,
-    shape: tuple[int, int] = (176, 176),
+    shape: tuple[int, int] = (240, 240),
     samples: int = 64,
     seed: int = 1,
     progress: Progress | None = None,
@@ -91,7 +91,7 @@ def _score(depth: DepthMap, distance: float) -> dict[str, float]:
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
     distances = np.array(DISTANCES)
-    shape, samples = ((352, 352), 256) if full else ((176, 176), 64)
+    shape, samples = ((480, 480), 256) if full else ((240, 240), 64)
     on = measure(DISTANCES, shape=shape, samples=samples, progress=lambda share: report(0.65 * share))
     off = measure(
         DISTANCES, blur=False, shape=shape, samples=samples, progress=lambda share: report(0.65 + 0.35 * share)
@@ -165,7 +165,7 @@ def _draw(
         right.set_yticks([1, 10, 100], labels=["1", "10", "100"])
         right.set_title("The same, as a share of the blur")
         right.text(10.2, 130, "both views through the same aperture", color=ORANGE, ha="right", va="bottom")
-        right.text(2.35, 5.5, f"blur below {CLEAR:g} pixels", color=BLUE)
+        right.text(2.6, 6.0, f"blur below {CLEAR:g} pixels", color=BLUE)
         right.text(10.2, 120 * relative, f"$e$ = {percent}", color=BLUE, ha="right", va="bottom")
         for ax in (left, right):
             ax.set(xlim=(0, 10.3), xticks=range(0, 11, 2), xlabel="distance $D$ (m)")

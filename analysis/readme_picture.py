@@ -42,7 +42,7 @@ def write(figure: Figure, path: Path) -> None:
     colours = np.concatenate([colormaps["gray"](np.linspace(0, 1, 96)), colormaps["viridis"](np.linspace(0, 1, 160))])
     colours = np.rint(255 * colours[:, :3]).astype(np.uint8)
     index = cKDTree(colours).query(np.asarray(Image.open(buffer).convert("RGB")))[1]
-    picture = Image.fromarray(index.astype(np.uint8), mode="P")
+    picture = Image.fromarray(index.astype(np.uint8))
     picture.putpalette(colours.ravel().tolist())
     path.parent.mkdir(parents=True, exist_ok=True)
     picture.save(path, optimize=True)

@@ -75,8 +75,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "focus tells on which side of focus every surface lies.",
             "Hatched: refused. At the outline of a near surface the window of comparison holds two depths, and the "
             "near surface’s blur covers the far one: there the views contradict each other, most of it is refused, "
-            "and what is not is wrong by more than it states. The frame is refused where blur mixes in light from "
-            "outside it.",
+            "and what is not is wrong by more than it states.",
             f"The table scores all valid pixels, and those at least {margin} pixels from a jump in depth.",
         ),
         figure=depth_figure(views, depth, truth=truth),

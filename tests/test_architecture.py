@@ -35,7 +35,7 @@ HOMES = {
     "matplotlib": {"plotting", "analysis"},
     "click": {"cli"},
     "cv2": {"photographs"},
-    "PIL": {"photographs"},
+    "PIL": {"photographs", "analysis"},  # analysis packs the picture of README
     "pydantic": {"photographs"},
     "psychopy": {"experiments"},
     "mitsuba": {"render"},

@@ -66,7 +66,9 @@ def test_every_panel_is_named_and_has_its_unit():
 def test_colour_bar_reads_in_metres():
     figure = depth_figure(views(16, 5.6), ramp(0.8, 5.0))
     (bar,) = [ax for ax in figure.findobj(matplotlib.axes.Axes) if ax.get_ylabel() == "distance (m)"]
-    read = [(float(label.get_text()), place) for label, place in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)]
+    read = [
+        (float(label.get_text()), place) for label, place in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)
+    ]
     assert len(read) >= 4
     assert all(1 / metres == pytest.approx(place) for metres, place in read)
     assert min(read)[0] < 1.0
@@ -121,16 +123,19 @@ def test_error_has_its_sign_and_size():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("known", "side", "said"),
     [
-        ({}, False),
-        ({"side_known": np.zeros(SHAPE, bool)}, True),
-        ({"details": {"side": "assumed: beyond focus"}}, True),
-        ({"details": {"side": "told by the views"}}, False),
+        (True, "told by the views", ""),
+        (True, "beyond focus, by the limits of the search", ""),
+        (True, "assumed: nearer than focus", "side of focus assumed: nearer"),
+        (False, "the views leave it open: all is taken to lie beyond focus", "side of focus assumed: beyond"),
+        (False, "", "side of focus assumed"),
     ],
 )
-def test_an_assumed_side_of_focus_is_stated(changes, said):
-    assert ("assumed" in panel(depth_figure(views(16, 5.6), ramp(**changes)), "Recovered").get_title(loc="left")) == said
+def test_an_assumed_side_of_focus_is_stated(known, side, said):
+    depth = ramp(side_known=np.full(SHAPE, known), details={"side": side})
+    title = panel(depth_figure(views(16, 5.6), depth), "Recovered").get_title(loc="left")
+    assert title.partition("\n")[2] == said
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 7])

@@ -325,8 +325,9 @@ def _summary(text: str, percent: NDArray[np.floating]) -> str:
 
 
 def _side_note(depth: DepthMap) -> str | None:
-    """Say what is to be said about the side of focus, where the views leave it open."""
+    """Say which side of focus was assumed, where the views leave it open."""
     said = str(depth.details.get("side", ""))
     if "assumed" not in said and depth.side_known[depth.valid].all():
         return None
-    return said if "assumed" in said else f"side of focus assumed{': ' + said if said else ''}"
+    side = [word for word in ("beyond", "nearer") if word in said]
+    return "side of focus assumed" + (f": {side[0]}" if side else "")

@@ -36,8 +36,14 @@ RADIAL = 512
 LOW_RANK = 20
 """Up to this rank, moments of basis images are cheaper than filtering at every level."""
 
-STEEP = 0.6
+STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
+
+GROWTH = (0.5, 0.75, 1.125, 1.7)
+"""Windows that depth is gathered over, one after another, in units of the window asked for."""
+
+JUMP = 0.5
+"""Share of the local variance of depth about its plane that counts as doubt."""
 
 TOLERANCE = 0.01
 """Energy, in units of the noise variance, by which a low-rank family may err."""
@@ -253,19 +259,40 @@ class Equalised:
             drift = np.interp(level, place, noise * np.gradient(residual.noise) / 2)
             information += slope**2
             said -= rest * slope - drift.astype(np.float32)
-        shift, variance = _fit_planes(
+        # Noise in r'^2 makes the fit look better founded than it is; misfit adds to noise.
+        doubt = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
+        fitted, sd = kernels.grow_planes(
             kernels.block_sum(weight * information, self.step),
             kernels.block_sum(weight * (said + information * level), self.step),
             nodes.level,
-            self.window / self.step,
+            doubt,
+            [self.window * g / self.step for g in GROWTH],
+            STEEP,
         )
-        # Noise in r'^2 makes the fit look better founded than it is.
-        sd = np.sqrt(noise * variance * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
-        # Where the cost is no parabola (blur near nothing), a plane cannot mend it, nor tell its width.
+        # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
-        shift = np.clip(shift, -reach, reach)
-        level = np.clip(nodes.level + shift, 0, self.levels - 1)
-        return replace(nodes, level=level, sd=np.maximum(sd, np.minimum(nodes.sd, 2 * sd)))
+        fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
+        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / GROWTH[-1], 2 * sd)))
+
+    def beside_jumps(self, nodes: Nodes) -> Nodes:
+        """Doubt what lies beside a jump of depth, where blur mixes what lies on either side.
+
+        Adds to the sd the spread of depth about its local plane, in the window asked for.
+        """
+        trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
+
+        def local(values: FloatArray, order: tuple[int, int] = (0, 0)) -> FloatArray:
+            margin = min(4 * round(sd), *(n - 1 for n in values.shape))
+            wide = np.pad(values, margin, mode="reflect", reflect_type="odd" if values is nodes.level else "even")
+            return ndimage.gaussian_filter(wide, sd, order)[margin:-margin, margin:-margin]
+
+        sd = self.window / self.step
+        total = local(trust)
+        mean = local(trust * nodes.level) / total
+        spread = local(trust * nodes.level**2) / total - mean**2
+        down, right = np.gradient(mean)
+        spread = np.maximum(spread - sd**2 * (down**2 + right**2), 0)
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * spread))
 
     def agreement(self, nodes: Nodes, noise: float, window: float, false_alarm: float) -> NDArray[np.bool_]:
         """Whether each pixel's views agree at the depth read there: chi-square, false with rate `false_alarm`.
@@ -292,42 +319,6 @@ class Equalised:
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Values at nodes given to all pixels of their blocks."""
         return values.repeat(self.step, axis=0).repeat(self.step, axis=1)[: shape[0], : shape[1]]
-
-
-def _fit_planes(
-    weight: FloatArray, weighted: FloatArray, level: FloatArray, window: float
-) -> tuple[FloatArray, FloatArray]:
-    """Fit a plane, about each block, to values said with some weight by the blocks around it.
-
-    `weight` and `weighted` (value x weight) are sums over blocks, h x w, and `window` is in blocks. Returns what is to
-    be added to `level`, and its variance where the noise has variance 1 (h x w each).
-    """
-    y, x = (np.arange(n) - (n - 1) / 2 for n in weight.shape)
-    y = y[:, None]
-
-    def normal(window: float) -> FloatArray:
-        """Normal equations about each node, h x w x 3 x 3."""
-        a, ay, ax, ayy, ayx, axx = _gather(weight * np.stack([p * q for p, q in _products(y, x)]), window)
-        one_y, one_x = ay - y * a, ax - x * a
-        yy, yx, xx = ayy - 2 * y * ay + y**2 * a, ayx - y * ax - x * ay + y * x * a, axx - 2 * x * ax + x**2 * a
-        rows = [[a, one_y, one_x], [one_y, yy, yx], [one_x, yx, xx]]
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-    b, by, bx = _gather(weighted * np.stack([p * q for p, q in _products(y, x)[:3]]), window)
-    equations = normal(window)
-    # Without evidence the plane is flat: slopes beyond STEEP ask for it.
-    equations += np.diag([1e-9, STEEP**-2, STEEP**-2])
-    said = np.stack([b, by - y * b, bx - x * b], axis=-1) - equations[..., 0] * level[..., None]
-    first = np.linalg.inv(equations)[..., 0, :]
-    # Squared Gaussian weights are a Gaussian's, narrower by sqrt(2): they give the variance.
-    variance = np.einsum("...i,...ij,...j", first, normal(window / np.sqrt(2)), first)
-    return np.einsum("...i,...i", first, said), variance
-
-
-def _products(y: FloatArray, x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """The factors of 1, y, x, yy, yx, xx, each product h x w."""
-    one_y, one_x = np.ones_like(y), np.ones_like(x)
-    return [(one_y, one_x), (y, one_x), (one_y, x), (y * y, one_x), (y, x), (one_y, x * x)]
 
 
 def _gather(blocks: FloatArray, window: float) -> FloatArray:

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
+SEPARATE = 49.0
+"""Squared distance, over the variance, beyond which two values do not lie on one surface."""
+
 RIVAL = 9.0
 """A second minimum whose cost comes within this (three sd) of the least leaves the depth undecided."""
 
@@ -271,3 +274,110 @@ def _spread(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-d
                 pixels[y, x] = values[row, column]
             else:
                 pixels[y, x] = (1 - p) * ((1 - q) * a + q * b) + p * ((1 - q) * c + q * d)
+
+
+def grow_planes(
+    weight: NDArray[np.float64],
+    weighted: NDArray[np.float64],
+    level: NDArray[np.float64],
+    doubt: NDArray[np.float64],
+    windows: list[float],
+    steep: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Planes fitted about each block, in windows that grow over whatever lies on one surface.
+
+    Adaptive weights (propagation and separation, after Polzehl and Spokoiny): from one window to the next, a
+    neighbour counts by how well its own value agrees with the plane so far, so that depth is gathered along a
+    surface and not across its edge.
+
+    Parameters
+    ----------
+    weight, weighted
+        What each block says, and its value times that weight; h x w.
+    level
+        Value to start from, h x w.
+    doubt
+        Standard deviation of the noise in which `weight` is an inverse variance, h x w.
+    windows
+        Gaussian windows (sd, in blocks), from the narrowest up.
+    steep
+        Prior standard deviation of a plane's slope, per block.
+
+    Returns
+    -------
+    value, sd
+        h x w each.
+    """
+    # value, slope down, slope right, variance for noise of variance 1, still growing
+    state = np.stack([level, 0 * level, 0 * level, np.full_like(level, np.inf), np.ones_like(level)])
+    for window in windows:
+        grown = np.empty_like(state)
+        share_rows(
+            len(level),
+            lambda first, last: _grow_planes(weight, weighted, doubt, state, window, steep, first, last, grown),  # noqa: B023
+        )
+        state = grown
+    return state[0], doubt * np.sqrt(state[3])
+
+
+@njit(nogil=True, cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, grown):  # type: ignore[no-untyped-def]
+    rows, columns = weight.shape
+    reach = int(np.ceil(2.2 * window))
+    for row in range(first, last):
+        for column in range(columns):
+            value, down, right = state[0, row, column], state[1, row, column], state[2, row, column]
+            variance = state[3, row, column] * doubt[row, column] ** 2
+            start = not np.isfinite(variance)
+            a00 = a01 = a02 = a11 = a12 = a22 = 0.0
+            q00 = q01 = q02 = q11 = q12 = q22 = 0.0
+            b0 = b1 = b2 = 0.0
+            if state[4, row, column] > 0:
+                for i in range(max(0, row - reach), min(rows, row + reach + 1)):
+                    y = i - row
+                    for j in range(max(0, column - reach), min(columns, column + reach + 1)):
+                        x = j - column
+                        w = np.exp(-(y * y + x * x) / (2 * window * window))
+                        if not start:
+                            apart = state[0, i, j] - (value + down * y + right * x)
+                            s = apart * apart / (SEPARATE *  (variance + state[3, i, j] * doubt[i, j] ** 2))
+                            if s >= 1:
+                                continue
+                            w *= (1 - s) ** 2
+                        a = w * weight[i, j]
+                        q = w * a
+                        b = w * (weighted[i, j] - weight[i, j] * value)
+                        a00 += a
+                        a01 += a * y
+                        a02 += a * x
+                        a11 += a * y * y
+                        a12 += a * y * x
+                        a22 += a * x * x
+                        q00 += q
+                        q01 += q * y
+                        q02 += q * x
+                        q11 += q * y * y
+                        q12 += q * y * x
+                        q22 += q * x * x
+                        b0 += b
+                        b1 += b * y
+                        b2 += b * x
+            # Without evidence the plane is flat.
+            a11 += steep**-2
+            a22 += steep**-2
+            a00 += 1e-9
+            c0, c1, c2 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
+            det = a00 * c0 + a01 * c1 + a02 * c2
+            e0, e1, e2 = c0 / det, c1 / det, c2 / det
+            step = e0 * b0 + e1 * b1 + e2 * b2
+            spread = e0 * (e0 * q00 + 2 * (e1 * q01 + e2 * q02)) + e1 * (e1 * q11 + 2 * e2 * q12) + e2 * e2 * q22
+            if state[4, row, column] == 0 or (not start and step * step > 9 * variance):
+                # What a wider window says contradicts the narrower one: growth ends here.
+                grown[:, row, column] = state[:, row, column]
+                grown[4, row, column] = 0
+                continue
+            grown[0, row, column] = value + step
+            grown[1, row, column] = (c1 * b0 + (a00 * a22 - a02 * a02) * b1 + (a01 * a02 - a00 * a12) * b2) / det
+            grown[2, row, column] = (c2 * b0 + (a01 * a02 - a00 * a12) * b1 + (a00 * a11 - a01 * a01) * b2) / det
+            grown[3, row, column] = max(spread, 1e-12)
+            grown[4, row, column] = 1

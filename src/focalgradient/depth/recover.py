@@ -360,8 +360,9 @@ def _read_robustly(
         agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_WINDOW, false_alarm))
         if (before ^ agrees).mean() < 2e-3:
             break
-    nodes = equalised.refine(nodes, weight, scale)
-    return nodes, agrees, scale
+    for _ in range(2):  # the second time about the first's answer
+        nodes = equalised.refine(nodes, weight, scale)
+    return equalised.beside_jumps(nodes), agrees, scale
 
 
 def _check_settings(
