@@ -74,11 +74,12 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
     return matrix, (place >= -0.5) & (place <= count - 0.5)
 
 
-def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> Placement:
+def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tuple[Placement, float]:
     """Where `image` lies against `reference` (both H x W): translation and scale, to a few hundredths of a pixel.
 
     Least squares on smoothed images, robust to regions that differ. Blur is symmetric: a difference in blur between
-    the images leaves translation and scale unbiased.
+    the images leaves translation and scale unbiased. Also returns the standard deviation, in pixels, of the
+    displacement that the placement makes at most.
     """
     small = [_halve(np.asarray(picture, np.float32)) for picture in (reference, image)]
     smooth = [ndimage.gaussian_filter(picture, 1.5) for picture in small]
@@ -91,25 +92,33 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> Pla
     for _ in range(steps):
         placed, covered = resample(smooth[1], placement)
         used = frame & covered
-        slope_down, slope_right = np.gradient(placed)
-        columns = np.stack(
-            [(down * slope_down + right * slope_right)[used], slope_down[used], slope_right[used], placed[used]]
-        )
-        columns = np.vstack([columns, np.ones_like(columns[:1])]).astype(float)
-        # Exposure may differ: the image is matched up to gain and offset.
-        target = smooth[0][used].astype(float)
+        # The blurrier image is the sharper one, blurred somehow, brightened somehow, and displaced.
+        sharp, blurred, sign = smooth[0], placed, -1
+        if np.var(np.diff(placed)) > np.var(np.diff(smooth[0])):
+            sharp, blurred, sign = placed, smooth[0], 1
+        slope_down, slope_right = np.gradient(blurred)
+        moved = np.stack([down * slope_down + right * slope_right, slope_down, slope_right])[:, used]
+        spread = np.stack([sharp, *(ndimage.gaussian_filter(sharp, sd) for sd in (1.5, 3.0, 6.0))])[:, used]
+        columns = np.concatenate([moved, spread, np.ones_like(moved[:1])]).astype(float)
+        target = blurred[used].astype(float)
         weight = np.ones_like(target)
         for _ in range(3):
             weighted = columns * weight
-            fit = np.linalg.lstsq(weighted @ columns.T, weighted @ target, rcond=None)[0]
+            fit = np.linalg.lstsq(weighted @ weighted.T, weighted @ (weight * target), rcond=None)[0]
             rest = np.abs(target - fit @ columns)
             weight = 1 / (1 + (rest / (2 * np.median(rest) + 1e-12)) ** 2)
-        gain = fit[3] if fit[3] > 0 else 1.0
-        step = Placement(1 + fit[0] / gain, fit[1] / gain, fit[2] / gain)
+        step = Placement(1 + sign * fit[0], sign * fit[1], sign * fit[2])
         placement = placement.then(step)
         if step.displacement((height, width)) < 0.002:
             break
-    return Placement(placement.scale, 2 * placement.down, 2 * placement.right)
+    # A difference in blur leaves residuals alike over many pixels: blocks of the frame, not pixels, are independent.
+    cells = (8 * np.arange(height) // height)[:, None] * 8 + 8 * np.arange(width) // width
+    score = columns * (weight**2 * (target - fit @ columns))
+    by_cell = np.stack([np.bincount(cells[used], row, 64) for row in score])
+    inverse = np.linalg.pinv(weighted @ weighted.T)
+    variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:3]
+    error = 2 * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
+    return Placement(placement.scale, 2 * placement.down, 2 * placement.right), error
 
 
 def _halve(image: Image) -> Image:

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage, special, stats
+from scipy import fft, ndimage, optimize, special, stats
 
 from focalgradient.depth import kernels
 from focalgradient.psf import PsfName, transfer
@@ -147,7 +147,8 @@ class Residuals:
     noise: FloatArray  # L
     noise_slope: FloatArray  # L: what noise alone adds to the variance of the score, per level^2
     slope_energy: FloatArray  # L: what noise of variance 1 puts into the squared derivative by level
-    spectrum: FloatArray  # L x F: the residual's power spectrum where all is noise
+    gains: FloatArray  # n x L x F: the filters' power gains, which shape each view's noise
+    measure: FloatArray  # F: share of all frequencies at each radial sample
 
     @classmethod
     def of(cls, spectra: Spectra, filters: FloatArray) -> Residuals:
@@ -167,10 +168,10 @@ class Residuals:
             images = np.empty((levels, *spectra.shape), np.float32)
             for level in range(levels):
                 images[level] = spectra.filtered(filters[:, level])
-            return cls(images, None, noise, noise_slope, slope @ measure, gain * measure)
+            return cls(images, None, noise, noise_slope, slope @ measure, filters**2, measure)
         basis = right[:rank].reshape(rank, views, -1) / weight
         images = np.stack([spectra.filtered(row) for row in basis])
-        return cls(images, (left * strength)[:, :rank], noise, noise_slope, slope @ measure, gain * measure)
+        return cls(images, (left * strength)[:, :rank], noise, noise_slope, slope @ measure, filters**2, measure)
 
     def energy(self, weight: Image, step: int) -> tuple[FloatArray, FloatArray | None]:
         """Sums of squared residuals over blocks, or of the products that give them (see `cost`)."""
@@ -274,6 +275,36 @@ class Equalised:
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / GROWTH[-1], 2 * sd)))
 
+    def noise_by_view(self, nodes: Nodes) -> FloatArray:
+        """Noise variance of each view, in units of the one assumed, from what equalising leaves of the images.
+
+        Where a view is much blurred the residual's fine detail is that view's own noise, its coarse detail both
+        views': the spectrum of what is left tells whose the noise is.
+        """
+        shape = self.residuals[0].images.shape[1:]
+        level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
+        share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=self.levels) / level.size
+        taper = np.outer(np.hanning(shape[0]), np.hanning(shape[1])).astype(np.float32)
+        found, shaped = [], []
+        for residual in self.residuals:
+            left = Spectra.of([residual.at(level)[0] * taper], 0)
+            counts, power = left.measure_and_power()
+            seen = counts > 0
+            found.append(power[0, seen] / np.mean(taper**2))
+            shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, seen], share) * 1.0)
+        powers, model = np.concatenate(found), np.concatenate(shaped)
+        variance = np.full(model.shape[1], np.median(powers / np.maximum(model.sum(axis=1), 1e-9)))
+        count = len(variance)
+        for _ in range(4):
+            # Power is known to a share of itself; what the spectrum leaves open goes by equal parts.
+            weight = 1 / (model @ variance + 0.02 * variance.mean())
+            alike = (np.eye(count) - 1 / count) * 2 / variance.mean()
+            variance, _ = optimize.nnls(
+                np.vstack([model * weight[:, None], alike]), np.concatenate([powers * weight, np.zeros(count)])
+            )
+            variance = np.clip(variance, 0.01 * variance.max(), None)
+        return variance
+
     def beside_jumps(self, nodes: Nodes) -> Nodes:
         """Doubt what lies beside a jump of depth, where blur mixes what lies on either side.
 
@@ -294,23 +325,33 @@ class Equalised:
         spread = np.maximum(spread - sd**2 * (down**2 + right**2), 0)
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * spread))
 
-    def agreement(self, nodes: Nodes, noise: float, window: float, false_alarm: float) -> NDArray[np.bool_]:
+    def agreement(
+        self, nodes: Nodes, noise: float, side: int, false_alarm: float, tolerance: FloatArray
+    ) -> NDArray[np.bool_]:
         """Whether each pixel's views agree at the depth read there: chi-square, false with rate `false_alarm`.
 
-        What is left of the views is squared and averaged with a Gaussian `window` (sd, pixels), much smaller than
-        the one that depth is read with, to tell apart who contradicts from who stands beside.
+        What is left of the views is squared and averaged over squares of `side` pixels, much smaller than the window
+        that depth is read with, and with an end, to tell apart who contradicts from who stands beside. What a somewhat
+        different depth would explain is no contradiction, and is taken off; nor is what an error of the blur model
+        as large as `tolerance` (L, in levels) would leave.
         """
         shape = self.residuals[0].images.shape[1:]
         level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
-        energy = np.zeros(shape, np.float32)
+        rest, across, slope = (np.zeros(shape, np.float32) for _ in range(3))
         for residual in self.residuals:
-            energy += residual.at(level)[0] ** 2
-        energy = ndimage.gaussian_filter(energy, window, mode="reflect")
+            value, derivative = residual.at(level)
+            rest += value**2
+            across += value * derivative
+            slope += derivative**2
+        rest, across, slope = (ndimage.uniform_filter(image, side) for image in (rest, across, slope))
+        energy = rest - across**2 / (slope + np.float32(1e-12))
         expected = noise * sum(r.noise for r in self.residuals)
-        variance = sum((noise * r.noise) ** 2 / _freedom(r.spectrum, window) for r in self.residuals)
+        variance = sum((noise * r.noise) ** 2 / _freedom(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals)
         freedom = expected**2 / variance
         limit = expected * stats.chi2.isf(false_alarm, freedom) / freedom
-        return energy <= np.interp(level, np.arange(self.levels), limit)
+        place = np.arange(self.levels)
+        forgiven: Image = slope * np.interp(level, place, tolerance**2).astype(np.float32)
+        return energy - forgiven <= np.interp(level, place, limit)
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
         """Values at nodes carried to the pixels between them."""
@@ -368,9 +409,10 @@ def equalise(
     heard = _heard(radial, radius[:, :, None], psf)
     audible = heard * transfer(radial, radius[:, :, None], psf, k) / np.asarray(noise_sd)[:, None, None]
     signal = _scene_power(spectra, radial, noise_sd) * (audible**2).sum(axis=0)
-    # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q); the very
-    # lowest tell nothing of blur and much of uneven light.
-    weight = np.sqrt(signal / (1 + signal)) * (1 - np.exp(-((10 * window * radial) ** 2)))
+    # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest tell
+    # next to nothing of blur and much of uneven light, and their filters reach far over the image.
+    lowest = 1 / np.maximum(16, 6 * radius.max(axis=0))
+    weight = np.sqrt(signal / (1 + signal)) * (1 - np.exp(-((radial / lowest[:, None]) ** 2)))
     filters = [rows * heard * weight for rows in residual_filters(audible)]
     return Equalised([Residuals.of(spectra, rows) for rows in filters], step, window)
 
@@ -403,14 +445,16 @@ def _scene_power(spectra: Spectra, radial: FloatArray, noise_sd: Sequence[float]
     return level / np.maximum(radial, radial[1]) ** 2
 
 
-def _freedom(spectrum: FloatArray, window: float) -> FloatArray:
-    """Degrees of freedom (over 2 . chi-square's) of noise of power `spectrum` (L x F), squared, in a Gaussian window.
+def _freedom(spectrum: FloatArray, side: int) -> FloatArray:
+    """Independent samples, in a square of `side` pixels, of noise of power `spectrum` (L x F) at the radial samples.
 
-    Noise confined to few frequencies repeats itself over the window and averages out less than white noise does.
+    Noise confined to few frequencies repeats itself over the square and averages out less than white noise does.
     """
-    lag = np.linspace(0, 6 * window, 64)
+    lag = np.hypot(*np.mgrid[1 - side : side, 1 - side : side])
+    lags, index = np.unique(lag, return_inverse=True)
     radial = np.linspace(0, np.sqrt(0.5), RADIAL)
-    correlation = spectrum @ special.j0(2 * np.pi * radial[:, None] * lag) / spectrum.sum(axis=1, keepdims=True)
-    overlap = np.exp(-((lag / (2 * window)) ** 2)) * lag * (lag[1] - lag[0]) * 2 * np.pi / (4 * np.pi * window**2)
-    # White noise is correlated within its own pixel only, which the lags are too coarse to show.
-    return 1 / np.maximum(correlation**2 @ overlap, 1 / (4 * np.pi * window**2))
+    correlation = spectrum @ special.j0(2 * np.pi * radial[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
+    ramp = (side - np.abs(np.arange(1 - side, side))) / side**2
+    overlap = np.bincount(index.ravel(), np.outer(ramp, ramp).ravel())
+    samples: FloatArray = 1 / (correlation**2 @ overlap)
+    return samples

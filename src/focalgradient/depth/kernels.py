@@ -340,7 +340,7 @@ def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, gro
                         w = np.exp(-(y * y + x * x) / (2 * window * window))
                         if not start:
                             apart = state[0, i, j] - (value + down * y + right * x)
-                            s = apart * apart / (SEPARATE *  (variance + state[3, i, j] * doubt[i, j] ** 2))
+                            s = apart * apart / (SEPARATE * (variance + state[3, i, j] * doubt[i, j] ** 2))
                             if s >= 1:
                                 continue
                             w *= (1 - s) ** 2

@@ -31,8 +31,14 @@ LARGEST_BLUR = 16.0
 LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view."""
 
-CHECK_WINDOW = 2.5
-"""Standard deviation in pixels of the window in which the views' agreement is tested."""
+CHECK_SIDE = 5
+"""Side in pixels of the squares in which the views' agreement is tested."""
+
+MODEL_ERROR = 0.03
+"""Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction."""
+
+ROUNDS = 6
+"""Times that contradicting pixels are looked for, at most."""
 
 SHIFT_WARNING = 0.25
 """Displacement between views, in pixels, above which a user is warned."""
@@ -70,7 +76,7 @@ def recover_depth(
         Standard deviation in pixels of the Gaussian window in which the evidence is gathered.
     noise
         Standard deviation of the pixels' noise in the images' units, one for all or one for each view; estimated
-        from the views where not given (then taken to be the same in all).
+        from the views where not given (then alike in all, up to their exposure).
     align
         Measure translation and scale between the views and remove them first.
     false_alarm
@@ -126,7 +132,8 @@ def recover_depth(
     step = max(1, round(window / 2))
     equalised = search.equalise(placed.images, noise_sd, psf, k, window, step)
     say("reading depth")
-    nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, estimated=noise is None)
+    tolerance = MODEL_ERROR * search.radius(search.vergences) / (search.slope * search.spacing)
+    nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, tolerance, estimated=noise is None)
 
     level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
     sd_level = equalised.to_pixels(nodes.sd, nodes.sd, placed.shape)
@@ -202,6 +209,11 @@ class Search:
         return cls(lowest, highest, levels, focus, pixels, side_known, side_text)
 
     @property
+    def vergences(self) -> NDArray[np.float64]:
+        """Vergence of each level, D."""
+        return np.linspace(self.lowest, self.highest, self.levels)
+
+    @property
     def spacing(self) -> float:
         """Dioptres from level to level."""
         return (self.highest - self.lowest) / (self.levels - 1)
@@ -221,8 +233,7 @@ class Search:
         """Compare `images` at every level."""
         from focalgradient.depth.equalise import equalise
 
-        vergence = np.linspace(self.lowest, self.highest, self.levels)
-        radius = self.pixels[:, None] * np.abs(self.focus[:, None] - vergence)
+        radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
         reach = int(np.clip(2 * radius.max(), 16, 64))
         return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window, step=step)
 
@@ -249,12 +260,12 @@ class Placed:
 
         images = [np.asarray(view.image, np.float32) for view in views]
         usable = ~_clipped(images[0])
-        placed, found = [images[0]], [Placement()]
+        placed, found, errors = [images[0]], [Placement()], [0.0]
         for view, image in zip(views[1:], images[1:], strict=True):
             clipped = _clipped(image)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
             moved, covered = resample(image, placement)
-            shift = measure_placement(images[0], moved)
+            shift, error = measure_placement(images[0], moved)
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
@@ -263,9 +274,11 @@ class Placed:
             usable &= covered
             placed.append(moved)
             found.append(shift)
-        worst = max(found, key=lambda p: p.displacement(views[0].shape))
-        displacement = worst.displacement(views[0].shape)
-        if displacement > SHIFT_WARNING and not align:
+            errors.append(error)
+        displacements = [p.displacement(views[0].shape) for p in found]
+        displacement = max(displacements)
+        worst, error = next((p, e) for p, d, e in zip(found, displacements, errors, strict=True) if d == displacement)
+        if displacement > max(SHIFT_WARNING, 3 * error) and not align:
             warnings.warn(
                 FocalGradientWarning(
                     f"view {found.index(worst) + 1} is displaced against view 1 by up to {displacement:.2f} pixels "
@@ -282,10 +295,19 @@ class Placed:
         gains = [1.0, *(_gain(placed[0], image, usable) for image in placed[1:])]
         return cls([image / np.float32(g) for image, g in zip(placed, gains, strict=True)], usable, gains, found)
 
-    def crop(self, side: int) -> Placed:
-        """The middle, at most `side` pixels in each direction."""
-        middle = tuple(slice(max(0, (n - side) // 2), max(0, (n - side) // 2) + side) for n in self.shape)
-        return Placed([image[middle] for image in self.images], self.usable[middle], self.gains, self.found)
+    def busiest(self, side: int) -> Placed:
+        """The part, at most `side` pixels in each direction, that shows most texture."""
+        from scipy.ndimage import uniform_filter
+
+        down, right = np.gradient(self.images[0])
+        busy = uniform_filter((down**2 + right**2) * self.usable, [min(side, n) for n in self.shape], mode="constant")
+        middle = np.unravel_index(np.argmax(busy), busy.shape)
+        part = tuple(
+            slice(start, start + side)
+            for m, n in zip(middle, self.shape, strict=True)
+            for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
+        )
+        return Placed([image[part] for image in self.images], self.usable[part], self.gains, self.found)
 
 
 def _clipped(image: Image) -> NDArray[np.bool_]:
@@ -313,31 +335,52 @@ def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
 def _noise(
     noise: float | Sequence[float] | None, placed: Placed, search: Search, psf: PsfName, k: float, window: float
 ) -> list[float]:
-    """Standard deviation of each placed view's noise: as given, or from what equalising leaves in the middle."""
+    """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part."""
     from focalgradient.depth.equalise import fine_noise
 
     if noise is not None:
         given = np.broadcast_to(np.asarray(noise, float), len(placed.images))
         return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)]
-    middle = placed.crop(256)
-    spread = float(np.mean([image.std() for image in middle.images]))
+    part = placed.busiest(256)
+    spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
     gains = np.array(placed.gains)
     # An upper bound first: what the finest detail of the most blurred view holds.
-    level = max(floor, min(fine_noise(image) * gain for image, gain in zip(middle.images, gains, strict=True)))
+    level = max(floor, min(fine_noise(image) * gain for image, gain in zip(part.images, gains, strict=True)))
     step = max(1, round(window / 2))
-    for _ in range(2):
-        noise_sd = [float(level / gain) for gain in gains]
-        nodes = search.equalise(middle.images, noise_sd, psf, k, window, step).read(middle.usable.astype(np.float32))
-        change = math.sqrt(float(np.median(nodes.misfit)))
-        level = max(floor, level * change)
-        if change > 0.7:
-            break
-    return [float(level / gain) for gain in gains]
+
+    def settle(shape: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Noise of the given proportions, and how much speaks against them."""
+        noise_sd = np.maximum(floor, level * shape)
+        for _ in range(3):
+            equalised = search.equalise(part.images, noise_sd.tolist(), psf, k, window, step)
+            nodes = equalised.read(part.usable.astype(np.float32))
+            change = math.sqrt(_typical_misfit(nodes))
+            # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.
+            misfit = np.log(nodes.misfit[nodes.support > 0.5])
+            doubt = float(misfit.std() + 0.2 * np.ptp(np.log(equalised.noise_by_view(nodes)))) if uneven else 0.0
+            noise_sd = np.maximum(floor, noise_sd * change)
+            if 0.7 < change < 1.4:
+                break
+        return doubt, noise_sd
+
+    # Noise comes after exposure, alike in all views, or before, in proportion to it.
+    uneven = float(np.ptp(np.log(gains))) > 0.05
+    shapes = [1 / gains, np.ones_like(gains)] if uneven else [1 / gains]
+    _, noise_sd = min((settle(shape) for shape in shapes), key=lambda settled: settled[0])
+    return [float(sd) for sd in noise_sd]
+
+
+def _typical_misfit(nodes: Nodes) -> float:
+    """Median misfit of the nodes that see texture, or else of all that see anything."""
+    for seen in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
+        if seen.mean() > 0.02:
+            return float(np.median(nodes.misfit[seen]))
+    return 1.0
 
 
 def _read_robustly(
-    equalised: Equalised, placed: Placed, false_alarm: float, *, estimated: bool
+    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], *, estimated: bool
 ) -> tuple[Nodes, NDArray[np.bool_], float]:
     """Read depth without the pixels whose views contradict each other.
 
@@ -348,16 +391,14 @@ def _read_robustly(
     margin = min(round(equalised.window), min(placed.shape) // 8)
     rim = np.ones(placed.shape, np.bool_)
     rim[margin : placed.shape[0] - margin, margin : placed.shape[1] - margin] = False
-    scale = 1.0
     agrees = placed.usable
-    for _ in range(4):
+    # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
+    scale = _typical_misfit(equalised.read((agrees & ~rim).astype(np.float32))) if estimated else 1.0
+    for _ in range(ROUNDS):
         weight = (agrees & ~rim).astype(np.float32)
         nodes = equalised.read(weight, scale)
-        if estimated:
-            scale *= float(np.median(nodes.misfit[nodes.support > 0.5])) if (nodes.support > 0.5).any() else 1.0
-            nodes = equalised.read(weight, scale)
         before = agrees
-        agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_WINDOW, false_alarm))
+        agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_SIDE, false_alarm, tolerance))
         if (before ^ agrees).mean() < 2e-3:
             break
     for _ in range(2):  # the second time about the first's answer

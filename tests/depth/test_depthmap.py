@@ -1,0 +1,86 @@
+"""A depth map on disk: all of it or nothing."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from focalgradient import DepthMap, InputError
+
+
+@pytest.fixture
+def depth() -> DepthMap:
+    random = np.random.default_rng(0)
+    vergence = random.uniform(-0.1, 2, (5, 7)).astype(np.float32)
+    flags = random.random((2, 5, 7)) < 0.5
+    return DepthMap(vergence, 0.01 + 0 * vergence, flags[0], flags[1], {"psf": "disc", "gain": [1.0, 1.5], "near_m": None})
+
+
+def test_comes_back_as_it_was(depth: DepthMap, tmp_path: Path) -> None:
+    path = tmp_path / "depth.npz"
+    depth.save(path)
+    again = DepthMap.load(path)
+    for name in ("vergence", "vergence_sd", "valid", "side_known"):
+        before, after = getattr(depth, name), getattr(again, name)
+        assert after.dtype == before.dtype
+        assert (after == before).all()
+    assert again.details == depth.details
+    assert again.shape == (5, 7)
+    assert [file.name for file in tmp_path.iterdir()] == ["depth.npz"]
+
+
+def test_the_archive_can_be_read_without_us(depth: DepthMap, tmp_path: Path) -> None:
+    depth.save(tmp_path / "depth.npz")
+    with np.load(tmp_path / "depth.npz") as file:
+        assert set(file) == {"distance", "vergence", "vergence_sd", "valid", "side_known", "details"}
+        beyond_infinity = file["vergence"] <= 0
+        assert beyond_infinity.any()
+        assert np.isinf(file["distance"][beyond_infinity]).all()
+        assert (file["distance"] * file["vergence"])[~beyond_infinity] == pytest.approx(1)
+        assert file["valid"].dtype == bool
+        assert json.loads(str(file["details"]))["gain"] == [1.0, 1.5]
+
+
+def test_sd_of_distance_is_that_of_vergence_carried_over() -> None:
+    """Numerically: 1/V of many draws of V."""
+    draws = np.random.default_rng(1).normal(0.5, 0.005, 200_000)
+    one = np.ones((1, 1), bool)
+    depth = DepthMap(np.full((1, 1), 0.5), np.full((1, 1), 0.005), one, one)
+    assert depth.distance_sd[0, 0] == pytest.approx(float(np.std(1 / draws)), rel=0.01)
+
+
+def test_a_failed_save_leaves_what_was_there(depth: DepthMap, tmp_path: Path) -> None:
+    path = tmp_path / "depth.npz"
+    depth.save(path)
+    before = path.read_bytes()
+    with pytest.raises(TypeError):
+        DepthMap(depth.vergence, depth.vergence_sd, depth.valid, depth.side_known, {"lens": object()}).save(path)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["depth.npz"]
+
+
+@pytest.mark.parametrize("kind", ["text", "empty", "cut short", "other arrays", "npy", "pickle", "bad details"])
+def test_refuses_what_is_no_depth_map(kind: str, depth: DepthMap, tmp_path: Path) -> None:
+    path = tmp_path / f"{kind}.npz"
+    depth.save(path)
+    whole = path.read_bytes()
+    if kind == "text":
+        path.write_text("distance 1.0\n")
+    elif kind == "empty":
+        path.write_bytes(b"")
+    elif kind == "cut short":
+        path.write_bytes(whole[: len(whole) // 2])
+    elif kind == "other arrays":
+        np.savez(path, distance=np.ones((2, 2)))
+    elif kind == "npy":
+        with path.open("wb") as file:
+            np.save(file, np.ones((2, 2)))
+    elif kind == "pickle":
+        np.savez(path, vergence=np.array([{}], dtype=object))
+    else:
+        with np.load(path) as file:
+            arrays = dict(file)
+        np.savez(path, **(arrays | {"details": np.array("{not JSON")}))
+    with pytest.raises(InputError, match=f"{kind}.npz is not a depth map"):
+        DepthMap.load(path)

@@ -1,0 +1,80 @@
+"""What recover_depth refuses, in one clear sentence each, before any work is done."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from blurred import PIXEL, lens
+
+from focalgradient import InputError, View, recover_depth
+
+RANDOM = np.random.default_rng(0)
+IMAGE = RANDOM.uniform(0.5, 1.5, (64, 80))
+SHARP, WIDE = View(IMAGE, lens(16), PIXEL), View(IMAGE[::-1].copy(), lens(5.6), PIXEL)
+
+
+def with_image(view: View, image: np.ndarray) -> View:
+    return replace(view, image=image)
+
+
+@pytest.mark.parametrize(
+    ("views", "said"),
+    [
+        ([], "0 view given, but depth by comparison needs two or more: add a view"),
+        ([SHARP], "1 view given"),
+        ([SHARP, with_image(WIDE, IMAGE[:, :-2])], "view 1 is 80 x 64 pixels but view 2 is 78 x 64"),
+        ([SHARP, WIDE, with_image(WIDE, IMAGE[:-1])], "view 1 is 80 x 64 pixels but view 3 is 80 x 63"),
+        ([with_image(v, v.image[:31, :40]) for v in (SHARP, WIDE)], "views are 40 x 31 pixels, but at least 32"),
+        ([SHARP, with_image(WIDE, 0 * IMAGE)], "view 2 is black, but depth needs a lit scene"),
+        ([with_image(SHARP, IMAGE - 2), WIDE], "view 1 is black"),
+        ([SHARP, with_image(WIDE, 0 * IMAGE + 0.5)], "view 2 is constant, so that it shows no texture"),
+        ([with_image(SHARP, np.minimum(IMAGE, 0.9)), WIDE], "view 1 is saturated over more than half"),
+        ([SHARP, with_image(WIDE, IMAGE), SHARP][::2], "all views are blurred alike"),
+        ([replace(SHARP, optics=lens(math.inf, f)) for f in (0.8, 1.2)], "all views are blurred alike .*pinholes"),
+    ],
+)
+def test_views(views: list[View], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        recover_depth(views, near=0.85)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"near": 0.0}, r"near is 0\.0, but must be a positive number of metres"),
+        ({"near": -1.0}, r"near is -1\.0"),
+        ({"near": math.nan}, "near is nan"),
+        ({"near": math.inf}, "near is infinite, but must be a finite distance"),
+        ({"far": 0}, "far is 0, but must be a positive number of metres"),
+        ({"far": math.nan}, "far is nan"),
+        ({"near": 2.0, "far": 1.0}, "near 2 m lies beyond far 1 m, .*exchange"),
+        ({"near": 1.5, "far": 1.5}, r"near 1\.5 m lies beyond far 1\.5 m"),
+        ({"psf": "pillbox"}, "psf is 'pillbox', but must be one of disc, gaussian"),
+        ({"k": 0.0}, r"k is 0\.0, but must be a positive number"),
+        ({"window": 1}, "window is 1, but must be between 2 and 64"),
+        ({"window": 65.0}, r"window is 65\.0"),
+        ({"window": math.nan}, "window is nan"),
+        ({"noise": 0.0}, r"noise is 0\.0, but must be one positive number, or one for each of the 2 views"),
+        ({"noise": -1.0}, r"noise is -1\.0"),
+        ({"noise": [0.1, 0.1, 0.1]}, r"noise is \[0\.1, 0\.1, 0\.1\].* each of the 2 views"),
+        ({"noise": [0.1, math.nan]}, r"noise is \[0\.1, nan\]"),
+        ({"noise": math.inf}, "noise is inf"),
+        ({"k": math.inf}, "k is inf"),
+        ({"false_alarm": 0.0}, r"false_alarm is 0\.0, but must be a probability between 0 and 1"),
+        ({"false_alarm": 1.0}, r"false_alarm is 1\.0"),
+        ({"false_alarm": math.nan}, "false_alarm is nan"),
+    ],
+)
+def test_settings(settings: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        recover_depth([SHARP, WIDE], **({"near": 0.85} | settings))
+
+
+def test_views_that_do_not_overlap_in_brightness() -> None:
+    """Saturation elsewhere in each view leaves hardly a pixel that both show."""
+    one, other = IMAGE.copy(), WIDE.image.copy()
+    one[:, :39] = other[:, 41:] = 2.0  # just less than half of each
+    with pytest.raises(InputError, match="hardly a pixel is both unsaturated and seen by every view"):
+        recover_depth([with_image(SHARP, one), with_image(WIDE, other)], near=0.85)

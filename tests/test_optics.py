@@ -1,0 +1,202 @@
+"""Lenses against geometry: rays, similar triangles and hand-worked numbers, never the vergence formula they use."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from focalgradient import InputError, Lens, paper_distance
+
+FOCAL = st.floats(0.004, 0.2)
+NUMBER = st.floats(0.95, 45)
+FOCUS = st.floats(0.25, 50)
+DISTANCE = st.floats(0.25, 1000)
+
+
+def image_distance(distance: float, focal_length: float) -> float:
+    """Where a thin lens images a point, Newton's way: (u - F) (v - F) = F^2."""
+    return focal_length + focal_length**2 / (distance - focal_length)
+
+
+# --- sign conventions, written once -----------------------------------------------------------------------------------
+
+
+def test_sign_conventions() -> None:
+    """Distance grows in front of the lens, vergence falls with it, and defocus is positive beyond focus."""
+    lens = Lens(focal_length=0.05, f_number=2, focus_distance=1.0)
+    nearer, beyond = 0.8, 1.25
+    assert lens.focus_vergence == 1.0
+    assert lens.defocus(beyond) == pytest.approx(+0.2)
+    assert lens.defocus(nearer) == pytest.approx(-0.25)
+    assert (lens.blur_radius([nearer, beyond]) > 0).all()  # a radius has no sign
+    assert lens.distance_from_blur(1e-3, "nearer") < 1.0 < lens.distance_from_blur(1e-3, "beyond")
+    assert lens.sensor_distance > lens.focal_length  # focus comes closer as the sensor moves away
+
+
+# --- the thin lens ----------------------------------------------------------------------------------------------------
+
+
+@given(focal_length=FOCAL, focus=FOCUS)
+def test_sensor_stands_where_the_plane_of_focus_is_imaged(focal_length: float, focus: float) -> None:
+    assume(focus > focal_length)
+    sensor = Lens(focal_length, 4, focus).sensor_distance
+    assert sensor == pytest.approx(image_distance(focus, focal_length))
+    assert 1 / focus + 1 / sensor == pytest.approx(1 / focal_length)  # Eq. 12
+
+
+@given(focal_length=FOCAL, f_number=NUMBER, focus=FOCUS, distance=DISTANCE)
+def test_blur_by_similar_triangles(focal_length: float, f_number: float, focus: float, distance: float) -> None:
+    """The cone of light from the aperture's rim to the image point is cut by the sensor in a disc."""
+    assume(min(focus, distance) > 1.01 * focal_length)
+    lens = Lens(focal_length, f_number, focus)
+    image = image_distance(distance, focal_length)
+    on_sensor = focal_length / f_number / 2 * abs(lens.sensor_distance - image) / image
+    assert lens.blur_radius(distance) * lens.sensor_distance == pytest.approx(on_sensor, rel=1e-6, abs=1e-12)
+
+
+def test_a_hand_worked_camera() -> None:
+    """50 mm at f/2, focused at 1 m: sensor at 1000/19 mm; 2 m is imaged at 2000/39 mm, and its disc is 25/76 mm."""
+    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
+    assert lens.aperture_diameter == pytest.approx(0.025)
+    assert lens.sensor_distance == pytest.approx(1 / 19)
+    assert lens.blur_radius(2.0) * lens.sensor_distance == pytest.approx(0.025 / 76)
+
+
+def test_infinity() -> None:
+    """Focus at infinity puts the sensor at F, and only infinity is sharp; focus at H blurs H/2 and infinity alike."""
+    far = Lens(focal_length=0.025, f_number=4, focus_distance=math.inf)
+    assert far.sensor_distance == far.focal_length
+    assert far.focus_vergence == 0
+    assert far.blur_radius(math.inf) == 0
+    assert (far.defocus([0.5, 10.0]) < 0).all()  # everything lies nearer than focus
+    hyperfocal = Lens(focal_length=0.025, f_number=4, focus_distance=6.0)
+    assert hyperfocal.blur_radius(3.0) == pytest.approx(float(hyperfocal.blur_radius(math.inf)))
+    assert hyperfocal.distance_from_blur(hyperfocal.blur_radius(math.inf), "beyond") == math.inf
+    assert math.isnan(hyperfocal.distance_from_blur(1.01 * hyperfocal.blur_radius(math.inf), "beyond"))
+
+
+def test_pinhole() -> None:
+    pinhole = Lens(focal_length=0.025, f_number=math.inf, focus_distance=1.0)
+    assert pinhole.aperture_diameter == 0
+    assert not pinhole.blur_radius([0.1, 1.0, math.inf]).any()
+    with pytest.raises(InputError, match="a pinhole blurs nothing"):
+        pinhole.distance_from_blur(0.001, "beyond")
+
+
+# --- back from blur to distance ---------------------------------------------------------------------------------------
+
+
+@given(focal_length=FOCAL, f_number=NUMBER, focus=FOCUS, distance=DISTANCE)
+def test_distance_comes_back_on_its_own_side(
+    focal_length: float, f_number: float, focus: float, distance: float
+) -> None:
+    assume(focus > 1.01 * focal_length)
+    assume(abs(1 / focus - 1 / distance) > 1e-4)
+    lens = Lens(focal_length, f_number, focus)
+    side, other = ("beyond", "nearer") if distance > focus else ("nearer", "beyond")
+    blur = lens.blur_radius(distance)
+    assert lens.distance_from_blur(blur, side) == pytest.approx(distance, rel=1e-6)
+    mirror = lens.distance_from_blur(blur, other)
+    if np.isfinite(mirror):  # the other point that blurs alike lies across the plane of focus
+        assert (mirror - focus) * (distance - focus) < 0
+        assert lens.blur_radius(mirror) == pytest.approx(float(blur), rel=1e-6)
+
+
+@given(focus=FOCUS, side=st.sampled_from(["beyond", "nearer"]))
+def test_no_blur_is_the_plane_of_focus(focus: float, side: str) -> None:
+    assert Lens(0.02, 4, focus).distance_from_blur(0.0, side) == pytest.approx(focus)
+
+
+def test_error_of_distance_of_fig_2() -> None:
+    """2 % of blur, focus at 2 m: the paper's dD = 0.02 D |D/2 - 1|, so 0.8 m at 10 m, 2 cm at 1 m, none at focus."""
+    lens = Lens(focal_length=0.05, f_number=2, focus_distance=2.0)
+    distance = np.array([0.5, 1.0, 2.0, 4.0, 10.0])
+    blur, step = lens.blur_radius(distance), 1e-5
+    side = ["nearer", "nearer", "beyond", "beyond", "beyond"]
+    moved = [float(lens.distance_from_blur(b * (1 + step), s)) for b, s in zip(blur, side, strict=True)]
+    error = 0.02 / step * np.abs(np.array(moved) - distance)
+    assert error == pytest.approx([0.0075, 0.01, 0.0, 0.08, 0.8], rel=1e-3, abs=1e-9)
+
+
+# --- the paper's own terms --------------------------------------------------------------------------------------------
+
+
+@given(focal_length=FOCAL, f_number=NUMBER, focus=FOCUS, distance=DISTANCE)
+def test_eq_1_and_16_agree_with_vergence(focal_length: float, f_number: float, focus: float, distance: float) -> None:
+    assume(min(focus, distance) > 1.01 * focal_length)
+    lens = Lens(focal_length, f_number, focus)
+    found = paper_distance(
+        lens.blur_radius(distance) * lens.sensor_distance,
+        focal_length=focal_length,
+        sensor_distance=lens.sensor_distance,
+        paper_f_number=2 * f_number,
+        side="beyond" if distance > focus else "nearer",
+    )
+    # Equation 1 subtracts the nearly equal v0 and F, which costs digits.
+    assert 1 / found == pytest.approx(1 / distance, abs=1e-9)
+
+
+@pytest.mark.parametrize(("side", "true", "trapped"), [("beyond", 2.0, 4 / 3), ("nearer", 2 / 3, 4 / 5)])
+def test_the_trap_of_the_factor_two(side: str, true: float, trapped: float) -> None:
+    """f = F / (lens radius): the photographer's number takes the point half as far, in dioptres, from focus."""
+    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
+    given_lens = {"focal_length": 0.050, "sensor_distance": lens.sensor_distance, "side": side}
+    sigma = 0.025 / 76  # worked by hand above
+    assert paper_distance(sigma, paper_f_number=4, **given_lens) == pytest.approx(true)
+    assert paper_distance(sigma, paper_f_number=2, **given_lens) == pytest.approx(trapped)
+
+
+def test_eq_1_says_where_no_point_blurs_so_much() -> None:
+    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
+    infinity = float(lens.blur_radius(math.inf)) * lens.sensor_distance
+    found = paper_distance(
+        np.array([0.999, 1.001]) * infinity,
+        focal_length=0.050,
+        sensor_distance=lens.sensor_distance,
+        paper_f_number=4,
+        side="beyond",
+    )
+    assert found[0] == pytest.approx(1000, rel=1e-6)
+    assert found[1] < 0
+
+
+# --- bad input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((0.0, 4, 1.0), r"focal_length is 0\.0, but .*metres"),
+        ((-0.025, 4, 1.0), r"focal_length is -0\.025"),
+        ((math.inf, 4, 1.0), "focal_length is inf, but must be a positive finite number"),
+        ((math.nan, 4, 1.0), "focal_length is nan"),
+        ((0.025, 0, 1.0), "f_number is 0, but .*f-stops"),
+        ((0.025, math.nan, 1.0), "f_number is nan"),
+        ((0.025, 4, 0.0), r"focus_distance is 0\.0, but .*metres"),
+        ((0.025, 4, -1.0), r"focus_distance is -1\.0"),
+        ((0.025, 4, 0.025), r"focus_distance 0\.025 m lies within the focal length 0\.025 m"),
+        ((0.1, 4, 0.05), r"focus_distance 0\.05 m lies within the focal length 0\.1 m"),
+    ],
+)
+def test_impossible_lenses(values: tuple[float, float, float], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Lens(*values)
+
+
+@pytest.mark.parametrize("distance", [0.0, -1.0, math.nan, [1.0, -2.0]])
+def test_impossible_distances(distance: float | list[float]) -> None:
+    lens = Lens(0.025, 4, 1.0)
+    for ask in (lens.defocus, lens.blur_radius):
+        with pytest.raises(InputError, match="distance holds values that are not positive"):
+            ask(distance)
+
+
+def test_impossible_blur() -> None:
+    lens = Lens(0.025, 4, 1.0)
+    for radius in (-1e-3, math.nan, [1e-3, -1e-3]):
+        with pytest.raises(InputError, match="radius holds negative or undefined values"):
+            lens.distance_from_blur(radius, "beyond")
+    with pytest.raises(InputError, match="side is 'far', but must be 'beyond' or 'nearer'"):
+        lens.distance_from_blur(1e-3, "far")

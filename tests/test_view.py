@@ -1,0 +1,47 @@
+"""A view refuses what it cannot stand for."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError, Lens, View
+
+LENS = Lens(focal_length=0.025, f_number=4, focus_distance=1.0)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_shape_is_height_then_width(kind: type) -> None:
+    image = np.ones((48, 64), kind)
+    view = View(image, LENS, 3e-4)
+    assert view.shape == (48, 64)
+    assert view.image is image  # neither copied nor converted
+
+
+def spoiled(*values: float) -> np.ndarray:
+    image = np.ones((4, 5))
+    image.flat[: len(values)] = values
+    return image
+
+
+@pytest.mark.parametrize(
+    ("image", "pixel_angle", "said"),
+    [
+        (np.ones((4, 5), np.uint8), 3e-4, "image is of type uint8, but .*floating-point linear radiance: decode"),
+        (np.ones((4, 5), complex), 3e-4, "image is of type complex128"),
+        ([[1.0, 2.0]], 3e-4, "image is of type list"),
+        (np.ones((4, 5, 3)), 3e-4, r"image has shape \(4, 5, 3\), but must be H x W: turn colour into luminance"),
+        (np.ones(4), 3e-4, r"image has shape \(4,\)"),
+        (np.ones((0, 5)), 3e-4, r"image has shape \(0, 5\)"),
+        (spoiled(np.nan), 3e-4, "image holds 1 NaN or infinite pixels"),
+        (spoiled(np.nan, np.inf, -np.inf), 3e-4, "image holds 3 NaN or infinite pixels, .*repair or crop"),
+        (np.ones((4, 5)), 0.0, r"pixel_angle is 0\.0, but must be a positive angle in radians"),
+        (np.ones((4, 5)), -3e-4, r"pixel_angle is -0\.0003"),
+        (np.ones((4, 5)), math.inf, "pixel_angle is inf"),
+        (np.ones((4, 5)), math.nan, "pixel_angle is nan"),
+    ],
+)
+def test_refused(image: Any, pixel_angle: float, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        View(image, LENS, pixel_angle)
