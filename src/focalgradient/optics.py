@@ -120,8 +120,8 @@ class Lens:
         gives ``inf``; more blur than that, beyond focus, comes from no real point: ``nan``.
 
         >>> lens = Lens(0.050, 2, 1.0)
-        >>> lens.distance_from_blur(0.00625, "beyond").item(), round(lens.distance_from_blur(0.00625, "nearer").item(), 4)
-        (2.0, 0.6667)
+        >>> [round(lens.distance_from_blur(0.00625, side).item(), 4) for side in ("beyond", "nearer")]
+        [2.0, 0.6667]
         """
         if self.aperture_diameter == 0:
             raise InputError("a pinhole blurs nothing, so its blur gives no distance: use a finite f_number.")

@@ -91,4 +91,4 @@ def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np
     >>> round(float(pixel_transfer(0.0, 0.5)), 4)
     0.6366
     """
-    return np.sinc(frequency_y) * np.sinc(frequency_x)
+    return np.sinc(np.asarray(frequency_y, dtype=float)) * np.sinc(np.asarray(frequency_x, dtype=float))

@@ -5,7 +5,7 @@ import pytest
 from blurred import SHAPE, Camera, lens, wall
 
 from focalgradient import FocalGradientWarning, recover_depth
-from focalgradient.depth.align import Placement, measure_placement, resample
+from focalgradient.depth.align import Placement, resample
 
 LENSES = [lens(16), lens(5.6)]
 DISTANCE = 1.3  # blur discs of 0.9 and 2.8 pixels
@@ -39,7 +39,6 @@ def test_a_shift_is_said_and_removed(camera: Camera) -> None:
         assert np.hypot(*(np.abs([down - camera.down, right - camera.right]) + stretch)) <= 0.05
         assert depth.details["shift_px"][0] == [0.0, 0.0]
     assert error(aligned) < 0.008
-    assert error(left_alone) > 2 * error(aligned) or left_alone.valid.mean() < 0.5
     assert aligned.valid.mean() > 0.9
 
 
@@ -88,7 +87,15 @@ def test_placements_compose() -> None:
 
 
 def test_a_region_that_differs_does_not_pull_the_rest() -> None:
-    one, other = (v.image for v in wall(LENSES, DISTANCE, cameras=[Camera(), Camera(down=0.6, right=-0.4)]))
-    other[60:150, 100:210] = wall(LENSES, DISTANCE, seed=9)[1].image[60:150, 100:210]
-    found = measure_placement(one, other)
-    assert (found.down, found.right) == pytest.approx((0.6, -0.4), abs=0.05)
+    views = wall([*LENSES, lens(8)], DISTANCE, cameras=[Camera(), Camera(down=0.6, right=-0.4), Camera()])
+    views[1].image[60:150, 100:210] = wall(LENSES, DISTANCE, seed=9)[1].image[60:150, 100:210]
+    found = recover_depth(views, near=0.85, align=True).details["shift_px"][1]
+    assert found == pytest.approx([0.6, -0.4], abs=0.05)
+
+
+def test_what_a_shift_does_when_left_in() -> None:
+    """The warning is deserved: unaligned, depth is several times worse, or refused."""
+    views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(down=0.8, right=-0.6)], seed=5)
+    with pytest.warns(FocalGradientWarning, match="displaced"):
+        left_alone = recover_depth(views, near=0.85)
+    assert left_alone.valid.mean() < 0.5 or error(left_alone) > 4 * error(recover_depth(views, near=0.85, align=True))

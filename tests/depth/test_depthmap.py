@@ -14,7 +14,9 @@ def depth() -> DepthMap:
     random = np.random.default_rng(0)
     vergence = random.uniform(-0.1, 2, (5, 7)).astype(np.float32)
     flags = random.random((2, 5, 7)) < 0.5
-    return DepthMap(vergence, 0.01 + 0 * vergence, flags[0], flags[1], {"psf": "disc", "gain": [1.0, 1.5], "near_m": None})
+    return DepthMap(
+        vergence, 0.01 + 0 * vergence, flags[0], flags[1], {"psf": "disc", "gain": [1.0, 1.5], "near_m": None}
+    )
 
 
 def test_comes_back_as_it_was(depth: DepthMap, tmp_path: Path) -> None:

@@ -32,7 +32,10 @@ def test_what_is_left_of_a_scene_is_nothing_and_of_noise_all_that_is_unexplained
     lenses = [lens(16), lens(8), lens(5.6, 1.1), lens(np.inf)]
     frequency, vergence = np.linspace(0, 0.5, 60), np.linspace(0.3, 1.6, 30)[:, None]
     transfers = np.stack(
-        [transfer(frequency, one.aperture_diameter / 2 / PIXEL * abs(one.focus_vergence - vergence), psf) for one in lenses]
+        [
+            transfer(frequency, one.aperture_diameter / 2 / PIXEL * abs(one.focus_vergence - vergence), psf)
+            for one in lenses
+        ]
     )
     filters = np.stack(residual_filters(transfers))
     random = np.random.default_rng(0)
@@ -42,4 +45,3 @@ def test_what_is_left_of_a_scene_is_nothing_and_of_noise_all_that_is_unexplained
     explained = (noise * transfers).sum(axis=0) ** 2 / (transfers**2).sum(axis=0)
     left = ((filters * noise).sum(axis=1) ** 2).sum(axis=0)
     assert left == pytest.approx((noise**2).sum(axis=0) - explained, abs=1e-3)
-

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,18 @@ from focalgradient.psf import PsfName, transfer
 
 __all__ = ["Equalised", "Nodes", "equalise", "residual_filters"]
 
+Number = TypeVar("Number", bound=np.floating[Any])
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.float32]
 
 RADIAL = 512
 """Samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out."""
 
-LOW_RANK = 20
-"""Up to this rank, moments of basis images are cheaper than filtering at every level."""
+FINEST = 0.47
+"""Cycles per pixel up to which images are heard: finer detail is aliased by the pixels, and lost in resampling."""
+
+BAND = 4_000_000
+"""Products of basis images that are held at a time."""
 
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
@@ -164,7 +169,8 @@ class Residuals:
         left, strength, right = np.linalg.svd(rows, full_matrices=False)
         left_over = np.cumsum(((left * strength) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
         rank = max(1, int(np.searchsorted(-left_over, -TOLERANCE)))
-        if rank > LOW_RANK:
+        # A product of images costs about a fiftieth of filtering one.
+        if rank + rank**2 / 100 > levels:
             images = np.empty((levels, *spectra.shape), np.float32)
             for level in range(levels):
                 images[level] = spectra.filtered(filters[:, level])
@@ -173,14 +179,24 @@ class Residuals:
         images = np.stack([spectra.filtered(row) for row in basis])
         return cls(images, (left * strength)[:, :rank], noise, noise_slope, slope @ measure, filters**2, measure)
 
-    def energy(self, weight: Image, step: int) -> tuple[FloatArray, FloatArray | None]:
-        """Sums of squared residuals over blocks, or of the products that give them (see `cost`)."""
+    def energy(self, weight: Image, step: int) -> Image:
+        """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
         if self.coefficients is None:
-            return kernels.block_squares(self.images, weight, step), None
-        products = kernels.block_products(self.images, weight, step)
+            return kernels.block_squares(self.images, weight, step).astype(np.float32)
         first, second = np.tril_indices(self.coefficients.shape[1])
         quadratic = self.coefficients[:, first] * self.coefficients[:, second] * np.where(first == second, 1.0, 2.0)
-        return products, quadratic
+        height, width = weight.shape
+        # By bands of rows, for the products to stay small.
+        band = max(1, BAND // (len(first) * -(-width // step)))
+        bands = [
+            quadratic
+            @ kernels.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
+                len(first), -1
+            )
+            for y in range(0, height, band * step)
+        ]
+        energy = np.concatenate([part.astype(np.float32) for part in bands], axis=1)
+        return energy.reshape(len(quadratic), -(-height // step), -(-width // step))
 
     def at(self, level: Image) -> tuple[Image, Image]:
         """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
@@ -198,8 +214,8 @@ class Nodes:
     misfit: FloatArray  # mean squared residual over what noise explains: 1 where the views agree
     texture: FloatArray  # power of what tells depth over the noise in its band
     alone: NDArray[np.bool_]  # no rival minimum fits about as well
-    support: FloatArray  # share of the window that could be used
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
+    support: FloatArray  # share of the window that could be used
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,20 +244,21 @@ class Equalised:
         count = _gather(kernels.block_sum(weight, self.step), self.window / self.step)
         full = 2 * np.pi * self.window**2
         support = count / full
-        cost = np.zeros((rows * columns, self.levels))
-        for residual in self.residuals:
-            energy, quadratic = residual.energy(weight, self.step)
-            mean = _gather(energy, self.window / self.step) / np.maximum(count, 1e-6 * full)
-            flat = mean.reshape(len(mean), -1).T
-            cost += flat if quadratic is None else flat @ quadratic.T
-        expected = noise * sum(r.noise for r in self.residuals)
-        noise_slope = sum(r.noise_slope for r in self.residuals)
-        size = self.window_size() * support.ravel()
-        level, sd, misfit, texture, alone, inside = (
-            values.reshape(rows, columns)
-            for values in kernels.read_minima(cost, expected, noise_slope, noise, np.maximum(size, 1e-3))
+        energy = self.residuals[0].energy(weight, self.step)
+        for residual in self.residuals[1:]:
+            energy += residual.energy(weight, self.step)
+        mean = _gather(energy, self.window / self.step)
+        mean /= np.maximum(count, 1e-6 * full)
+        values, flags = kernels.read_minima(
+            mean.reshape(self.levels, -1).T,
+            noise * np.sum([r.noise for r in self.residuals], axis=0),
+            np.sum([r.noise_slope for r in self.residuals], axis=0),
+            noise,
+            np.maximum(self.window_size() * support.ravel(), 1e-3),
         )
-        return Nodes(level, sd, misfit, texture, alone, support, inside)
+        level, sd, misfit, texture = values.reshape(4, rows, columns)
+        alone, inside = flags.reshape(2, rows, columns)
+        return Nodes(level, sd, misfit, texture, alone, inside, support)
 
     def refine(self, nodes: Nodes, weight: Image, noise: float = 1.0) -> Nodes:
         """Let depth slope within the window: a local plane through what each pixel says.
@@ -362,10 +379,10 @@ class Equalised:
         return values.repeat(self.step, axis=0).repeat(self.step, axis=1)[: shape[0], : shape[1]]
 
 
-def _gather(blocks: FloatArray, window: float) -> FloatArray:
+def _gather(blocks: NDArray[Number], window: float) -> NDArray[Number]:
     """Gaussian sums over blocks, ... x h x w, weight 1 at the middle."""
-    down, across = (_window(n, window) for n in blocks.shape[-2:])
-    gathered: FloatArray = down @ blocks @ across.T
+    down, across = (_window(n, window).astype(blocks.dtype) for n in blocks.shape[-2:])
+    gathered: NDArray[Number] = down @ blocks @ across.T
     return gathered
 
 
@@ -412,7 +429,8 @@ def equalise(
     # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest tell
     # next to nothing of blur and much of uneven light, and their filters reach far over the image.
     lowest = 1 / np.maximum(16, 6 * radius.max(axis=0))
-    weight = np.sqrt(signal / (1 + signal)) * (1 - np.exp(-((radial / lowest[:, None]) ** 2)))
+    band = (1 - np.exp(-((radial / lowest[:, None]) ** 2))) * np.exp(-((radial / FINEST) ** 16) / 2)
+    weight = np.sqrt(signal / (1 + signal)) * band
     filters = [rows * heard * weight for rows in residual_filters(audible)]
     return Equalised([Residuals.of(spectra, rows) for rows in filters], step, window)
 

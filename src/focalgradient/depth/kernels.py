@@ -121,12 +121,12 @@ def _mix(images, coefficients, level, first, last, value, slope):  # type: ignor
 
 
 def read_minima(
-    energy: NDArray[np.float64],
+    energy: NDArray[np.floating],
     expected: NDArray[np.float64],
     noise_slope: NDArray[np.float64],
     noise: float,
     size: NDArray[np.float64],
-) -> tuple[NDArray[np.generic], ...]:
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Where along its levels each node's residual energy is least, how sharply, how well it fits, whether alone.
 
     Parameters
@@ -144,21 +144,18 @@ def read_minima(
 
     Returns
     -------
-    level, sd, misfit, texture, alone, inside
-        Per node: the level (fractional) and its standard deviation in levels; the energy over what noise explains;
-        the power of what tells depth over that of the noise in the same band; whether no rival minimum fits about
-        as well; whether the best fit lies within the levels, not beyond their ends.
+    values
+        4 x nodes: the level (fractional); its standard deviation in levels; the energy over what noise explains; the
+        power of what tells depth over that of the noise in the same band.
+    flags
+        2 x nodes: no rival minimum fits about as well; the best fit lies within the levels, not beyond their ends.
     """
-    nodes = len(energy)
-    level, sd, misfit, texture = np.empty(nodes), np.empty(nodes), np.empty(nodes), np.empty(nodes)
-    alone, inside = np.empty(nodes, np.bool_), np.empty(nodes, np.bool_)
+    values, flags = np.empty((4, len(energy))), np.empty((2, len(energy)), np.bool_)
     share_rows(
-        nodes,
-        lambda first, last: _read_minima(
-            energy, expected, noise_slope, noise, size, first, last, level, sd, misfit, texture, alone, inside
-        ),
+        len(energy),
+        lambda first, last: _read_minima(energy, expected, noise_slope, noise, size, first, last, *values, *flags),
     )
-    return level, sd, misfit, texture, alone, inside
+    return values, flags
 
 
 @njit(nogil=True, cache=True)
@@ -324,6 +321,7 @@ def grow_planes(
 def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, grown):  # type: ignore[no-untyped-def]
     rows, columns = weight.shape
     reach = int(np.ceil(2.2 * window))
+    fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * window * window))
     for row in range(first, last):
         for column in range(columns):
             value, down, right = state[0, row, column], state[1, row, column], state[2, row, column]
@@ -335,9 +333,10 @@ def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, gro
             if state[4, row, column] > 0:
                 for i in range(max(0, row - reach), min(rows, row + reach + 1)):
                     y = i - row
+                    fall_y = fall[abs(y)]
                     for j in range(max(0, column - reach), min(columns, column + reach + 1)):
                         x = j - column
-                        w = np.exp(-(y * y + x * x) / (2 * window * window))
+                        w = fall_y * fall[abs(x)]
                         if not start:
                             apart = state[0, i, j] - (value + down * y + right * x)
                             s = apart * apart / (SEPARATE * (variance + state[3, i, j] * doubt[i, j] ** 2))
@@ -345,20 +344,20 @@ def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, gro
                                 continue
                             w *= (1 - s) ** 2
                         a = w * weight[i, j]
-                        q = w * a
                         b = w * (weighted[i, j] - weight[i, j] * value)
+                        ay, ax = a * y, a * x
                         a00 += a
-                        a01 += a * y
-                        a02 += a * x
-                        a11 += a * y * y
-                        a12 += a * y * x
-                        a22 += a * x * x
-                        q00 += q
-                        q01 += q * y
-                        q02 += q * x
-                        q11 += q * y * y
-                        q12 += q * y * x
-                        q22 += q * x * x
+                        a01 += ay
+                        a02 += ax
+                        a11 += ay * y
+                        a12 += ay * x
+                        a22 += ax * x
+                        q00 += w * a
+                        q01 += w * ay
+                        q02 += w * ax
+                        q11 += w * ay * y
+                        q12 += w * ay * x
+                        q22 += w * ax * x
                         b0 += b
                         b1 += b * y
                         b2 += b * x
