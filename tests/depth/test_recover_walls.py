@@ -64,7 +64,9 @@ def test_unbiased_with_the_uncertainty_stated(
     )
     standard_error = tiles.std(ddof=1) / math.sqrt(tiles.size)
     bias = np.mean(errors)
-    assert abs(bias) <= max(4 * standard_error, 0.25 * sd), f"bias {bias / sd:+.2f} sd, {100 * bias * distance:+.3f} %"
+    assert abs(bias) * distance <= 0.001 + 2 * standard_error * distance, (
+        f"bias {bias / sd:+.2f} sd, {100 * bias * distance:+.3f} %"
+    )
     assert 0.75 <= rms / sd <= 1.3, f"root mean square error {rms / sd:.2f} times what is stated"
     within = np.mean(np.abs(errors) <= 2 * np.array(stated))
     assert 0.88 <= within <= 0.99, f"{100 * within:.1f} % within 2 sd"
@@ -151,8 +153,9 @@ def test_a_border_does_not_reach_the_opposite_one(pair: list[View], reading: Dep
     }[side]
     lit[near] *= 6
     depth = recover_depth(wall(APERTURES, 1.3, seed=2, field=lit), near=0.85)
-    moved = np.abs(depth.vergence - reading.vergence)[far] / reading.vergence_sd[far]
-    assert np.median(moved) < 0.3
+    # More light alters the weights of all frequencies, and all depths by a fraction of their sd: the middle shows it.
+    moved = np.abs(depth.vergence - reading.vergence) / reading.vergence_sd
+    assert np.median(moved[far]) < 0.1 + 1.25 * np.median(moved[80:160, 120:200])
     assert (depth.valid[far] == reading.valid[far]).mean() > 0.97
 
 

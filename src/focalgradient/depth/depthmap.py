@@ -99,7 +99,7 @@ class DepthMap:
             If the file is not such an archive.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with Path(path).open("rb") as opened, np.load(opened, allow_pickle=False) as file:
                 return cls(
                     file["vergence"],
                     file["vergence_sd"],
@@ -107,5 +107,5 @@ class DepthMap:
                     file["side_known"],
                     json.loads(str(file["details"])),
                 )
-        except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        except (KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(f"{path} is not a depth map: expected the depth.npz that focalgradient writes.") from error

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from focalgradient.psf import PsfName, transfer
 
 __all__ = ["Equalised", "Nodes", "equalise", "residual_filters"]
 
-Number = TypeVar("Number", bound=np.floating[Any])
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.float32]
 
@@ -50,7 +48,7 @@ GROWTH = (0.5, 0.75, 1.125, 1.7)
 JUMP = 0.5
 """Share of the local variance of depth about its plane that counts as doubt."""
 
-TOLERANCE = 0.01
+TOLERANCE = 1e-5
 """Energy, in units of the noise variance, by which a low-rank family may err."""
 
 
@@ -160,24 +158,24 @@ class Residuals:
         """Filter whole images by `filters` (n x L x F)."""
         measure, power = spectra.measure_and_power()
         views, levels, _ = filters.shape
-        gain = (filters**2).sum(axis=0)
-        slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
-        noise, noise_slope = gain @ measure, (gain * slope) @ measure
-
         weight = np.sqrt(measure * power) + 1e-6 * np.sqrt(power.max())  # the energy that a filter meets
         rows = (filters * weight[:, None]).transpose(1, 0, 2).reshape(levels, -1)
-        left, strength, right = np.linalg.svd(rows, full_matrices=False)
-        left_over = np.cumsum(((left * strength) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
+        left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough to tell
+        basis = left.T @ rows
+        left_over = np.cumsum((left**2 * (basis**2).sum(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
         rank = max(1, int(np.searchsorted(-left_over, -TOLERANCE)))
         # A product of images costs about a fiftieth of filtering one.
         if rank + rank**2 / 100 > levels:
-            images = np.empty((levels, *spectra.shape), np.float32)
-            for level in range(levels):
-                images[level] = spectra.filtered(filters[:, level])
-            return cls(images, None, noise, noise_slope, slope @ measure, filters**2, measure)
-        basis = right[:rank].reshape(rank, views, -1) / weight
-        images = np.stack([spectra.filtered(row) for row in basis])
-        return cls(images, (left * strength)[:, :rank], noise, noise_slope, slope @ measure, filters**2, measure)
+            images = np.stack([spectra.filtered(filters[:, level]) for level in range(levels)])
+            coefficients = None
+        else:
+            coefficients = left[:, :rank]
+            parts = basis[:rank].reshape(rank, views, -1) / weight
+            images = np.stack([spectra.filtered(part) for part in parts])
+            filters = np.einsum("lr,rnf->nlf", coefficients, parts)  # what was kept of them
+        gain = (filters**2).sum(axis=0)
+        slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
+        return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, slope @ measure, filters**2, measure)
 
     def energy(self, weight: Image, step: int) -> Image:
         """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
@@ -241,13 +239,15 @@ class Equalised:
         `noise` is the noise variance in units of the one assumed.
         """
         rows, columns = (-(-n // self.step) for n in weight.shape)
-        count = _gather(kernels.block_sum(weight, self.step), self.window / self.step)
+        count = kernels.gather(kernels.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)[
+            0
+        ]
         full = 2 * np.pi * self.window**2
         support = count / full
         energy = self.residuals[0].energy(weight, self.step)
         for residual in self.residuals[1:]:
             energy += residual.energy(weight, self.step)
-        mean = _gather(energy, self.window / self.step)
+        mean = kernels.gather(energy, self.window / self.step)
         mean /= np.maximum(count, 1e-6 * full)
         values, flags = kernels.read_minima(
             mean.reshape(self.levels, -1).T,
@@ -260,7 +260,7 @@ class Equalised:
         alone, inside = flags.reshape(2, rows, columns)
         return Nodes(level, sd, misfit, texture, alone, inside, support)
 
-    def refine(self, nodes: Nodes, weight: Image, noise: float = 1.0) -> Nodes:
+    def refine(self, nodes: Nodes, weight: Image, noise: float = 1.0, growth: Sequence[float] = GROWTH) -> Nodes:
         """Let depth slope within the window: a local plane through what each pixel says.
 
         A window reads the depth where its texture happens to lie, not at its middle. Linearised at the depth read so
@@ -284,13 +284,13 @@ class Equalised:
             kernels.block_sum(weight * (said + information * level), self.step),
             nodes.level,
             doubt,
-            [self.window * g / self.step for g in GROWTH],
+            [self.window * g / self.step for g in growth],
             STEEP,
         )
         # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
-        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / GROWTH[-1], 2 * sd)))
+        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
 
     def noise_by_view(self, nodes: Nodes) -> FloatArray:
         """Noise variance of each view, in units of the one assumed, from what equalising leaves of the images.
@@ -377,20 +377,6 @@ class Equalised:
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Values at nodes given to all pixels of their blocks."""
         return values.repeat(self.step, axis=0).repeat(self.step, axis=1)[: shape[0], : shape[1]]
-
-
-def _gather(blocks: NDArray[Number], window: float) -> NDArray[Number]:
-    """Gaussian sums over blocks, ... x h x w, weight 1 at the middle."""
-    down, across = (_window(n, window).astype(blocks.dtype) for n in blocks.shape[-2:])
-    gathered: NDArray[Number] = down @ blocks @ across.T
-    return gathered
-
-
-def _window(count: int, sd: float) -> FloatArray:
-    """Gaussian weights, 1 at the middle, of each node for each other: count x count."""
-    place = np.arange(count)
-    weights: FloatArray = np.exp(-(((place[:, None] - place) / sd) ** 2) / 2)
-    return weights
 
 
 def equalise(

@@ -79,6 +79,33 @@ def _block_squares(images, weight, step, first, last, sums):  # type: ignore[no-
                     sums[k, row, column] += total
 
 
+def gather(blocks: NDArray[np.float32], window: float) -> NDArray[np.float32]:
+    """Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
+    across, down = np.empty_like(blocks), np.empty_like(blocks)
+    fall = np.exp(-(np.arange(int(np.ceil(4 * window)) + 1) ** 2) / (2 * window**2)).astype(np.float32)
+    share_rows(len(blocks), lambda first, last: _gather(blocks, fall, first, last, across, down))
+    return down
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _gather(blocks, fall, first, last, across, down):  # type: ignore[no-untyped-def]
+    rows, columns = blocks.shape[1:]
+    for k in range(first, last):
+        for row in range(rows):
+            for x in range(columns):
+                across[k, row, x] = fall[0] * blocks[k, row, x]
+            for d in range(1, min(len(fall), columns)):
+                for x in range(columns - d):
+                    across[k, row, x] += fall[d] * blocks[k, row, x + d]
+                    across[k, row, x + d] += fall[d] * blocks[k, row, x]
+        for row in range(rows):
+            for x in range(columns):
+                down[k, row, x] = 0
+            for other in range(max(0, row - len(fall) + 1), min(rows, row + len(fall))):
+                for x in range(columns):
+                    down[k, row, x] += fall[abs(other - row)] * across[k, other, x]
+
+
 def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
     """Sums over blocks of step x step pixels; the last blocks may be partial."""
     rows, columns = (np.arange(0, n, step) for n in image.shape)
@@ -87,9 +114,11 @@ def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
 
 def pick(images: NDArray[np.float32], level: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The stack of images (L x H x W) read, at each pixel, at that pixel's fractional level; and its derivative."""
-    base = np.clip(level.astype(np.intp), 0, len(images) - 2)
-    low, high = (np.take_along_axis(images, (base + i)[None], axis=0)[0] for i in (0, 1))
-    return low + (level - base).astype(np.float32) * (high - low), high - low
+    base = np.clip(np.rint(level).astype(np.intp), 1, len(images) - 2)
+    part = (level - base).astype(np.float32)
+    below, at, above = (np.take_along_axis(images, (base + i)[None], axis=0)[0] for i in (-1, 0, 1))
+    slope, bend = (above - below) / 2, above - 2 * at + below
+    return at + part * (slope + part * bend / 2), slope + part * bend
 
 
 def mix(
@@ -97,7 +126,7 @@ def mix(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The image mixed, at each pixel, with the coefficients of that pixel's level, and its derivative by level.
 
-    `images` is r x H x W, `coefficients` L x r, `level` H x W (fractional, linear in between).
+    `images` is r x H x W, `coefficients` L x r, `level` H x W (fractional, a parabola through the nearest three).
     """
     value, slope = np.empty_like(level), np.empty_like(level)
     share_rows(level.shape[0], lambda first, last: _mix(images, coefficients, level, first, last, value, slope))
@@ -110,14 +139,17 @@ def _mix(images, coefficients, level, first, last, value, slope):  # type: ignor
     top = coefficients.shape[0] - 2
     for y in range(first, last):
         for x in range(level.shape[1]):
-            base = min(max(int(level[y, x]), 0), top)
+            base = min(max(round(level[y, x]), 1), top)
             part = level[y, x] - base
-            low = high = np.float32(0)
+            below = at = above = np.float32(0)
             for k in range(count):
-                low += coefficients[base, k] * images[k, y, x]
-                high += coefficients[base + 1, k] * images[k, y, x]
-            value[y, x] = low + part * (high - low)
-            slope[y, x] = high - low
+                pixel = images[k, y, x]
+                below += coefficients[base - 1, k] * pixel
+                at += coefficients[base, k] * pixel
+                above += coefficients[base + 1, k] * pixel
+            rise, bend = (above - below) / 2, above - 2 * at + below
+            value[y, x] = at + part * (rise + part * bend / 2)
+            slope[y, x] = rise + part * bend
 
 
 def read_minima(
@@ -205,7 +237,9 @@ def _read_minima(  # type: ignore[no-untyped-def]
         # The cost's rise at one sd is 1 where signal dominates, more where noise meets noise or the model misfits.
         curvature = a2 + t * (3 * a3 + t * 6 * a4)
         slope = noise_slope[best] * size[node]
-        texture[node] = curvature / slope if slope > 0 else 0.0
+        # Noise alone makes the cost wander over its levels, the more so the more of it they let through.
+        wander = np.sqrt(2 * size[node] * expected.max() / noise) * max(1.0, misfit[node])
+        texture[node] = curvature / slope if slope > 0 and cost.max() - cost[best] > 6 * wander else 0.0
         spread = max(1.0, misfit[node]) * (1 + slope / max(curvature, slope / 3 + 1e-30))
         rise = 4 * spread
         narrow = np.sqrt(rise / curvature) if curvature > 0 else np.inf
@@ -235,7 +269,8 @@ def _read_minima(  # type: ignore[no-untyped-def]
             over = False
             while 0 <= i + direction < levels:
                 i += direction
-                if cost[i] > bound:
+                apart = abs(expected[i] - expected[best]) / noise
+                if cost[i] > bound + 3 * np.sqrt(2 * size[node] * apart):
                     over = True
                 elif over:
                     alone[node] = False

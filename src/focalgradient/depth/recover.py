@@ -37,6 +37,9 @@ CHECK_SIDE = 5
 MODEL_ERROR = 0.03
 """Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction."""
 
+MISFIT = 4.0
+"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
+
 ROUNDS = 6
 """Times that contradicting pixels are looked for, at most."""
 
@@ -127,13 +130,13 @@ def recover_depth(
     say("placing the views")
     placed = Placed.of(views, align)
     say("measuring noise")
-    noise_sd = _noise(noise, placed, search, psf, k, window)
+    noise_sd, raisable = _noise(noise, placed, search, psf, k, window)
     say("equalising blur")
     step = max(1, round(window / 2))
     equalised = search.equalise(placed.images, noise_sd, psf, k, window, step)
     say("reading depth")
     tolerance = MODEL_ERROR * search.radius(search.vergences) / (search.slope * search.spacing)
-    nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, tolerance, estimated=noise is None)
+    nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, tolerance, raisable)
 
     level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
     sd_level = equalised.to_pixels(nodes.sd, nodes.sd, placed.shape)
@@ -142,7 +145,7 @@ def recover_depth(
     # Texture enough: blur known to 0.3 pixel or to a tenth, and told by signal rather than by noise.
     blur = search.radius(vergence.astype(float))
     clear = vergence_sd * search.slope <= np.maximum(0.3, 0.1 * blur)
-    told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support >= 0.1)
+    told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support >= 0.1) & (nodes.misfit < MISFIT)
     valid = clear & agrees & equalised.to_blocks(told, placed.shape)
     if not search.side_known:
         warnings.warn(FocalGradientWarning(search.side_text), stacklevel=2)
@@ -334,13 +337,16 @@ def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
 
 def _noise(
     noise: float | Sequence[float] | None, placed: Placed, search: Search, psf: PsfName, k: float, window: float
-) -> list[float]:
-    """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part."""
+) -> tuple[list[float], float]:
+    """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part.
+
+    Also returns by how much its variance may still be raised, as the whole frame may ask for.
+    """
     from focalgradient.depth.equalise import fine_noise
 
     if noise is not None:
         given = np.broadcast_to(np.asarray(noise, float), len(placed.images))
-        return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)]
+        return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], 1.0
     part = placed.busiest(256)
     spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
@@ -348,6 +354,9 @@ def _noise(
     # An upper bound first: what the finest detail of the most blurred view holds.
     level = max(floor, min(fine_noise(image) * gain for image, gain in zip(part.images, gains, strict=True)))
     step = max(1, round(window / 2))
+
+    # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
+    most = 2 * np.array([fine_noise(image) for image in part.images]) + floor
 
     def settle(shape: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         """Noise of the given proportions, and how much speaks against them."""
@@ -359,7 +368,7 @@ def _noise(
             # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.
             misfit = np.log(nodes.misfit[nodes.support > 0.5])
             doubt = float(misfit.std() + 0.2 * np.ptp(np.log(equalised.noise_by_view(nodes)))) if uneven else 0.0
-            noise_sd = np.maximum(floor, noise_sd * change)
+            noise_sd = np.clip(noise_sd * change, floor, most)
             if 0.7 < change < 1.4:
                 break
         return doubt, noise_sd
@@ -368,7 +377,7 @@ def _noise(
     uneven = float(np.ptp(np.log(gains))) > 0.05
     shapes = [1 / gains, np.ones_like(gains)] if uneven else [1 / gains]
     _, noise_sd = min((settle(shape) for shape in shapes), key=lambda settled: settled[0])
-    return [float(sd) for sd in noise_sd]
+    return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 
 
 def _typical_misfit(nodes: Nodes) -> float:
@@ -380,20 +389,24 @@ def _typical_misfit(nodes: Nodes) -> float:
 
 
 def _read_robustly(
-    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], *, estimated: bool
+    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], raisable: float
 ) -> tuple[Nodes, NDArray[np.bool_], float]:
     """Read depth without the pixels whose views contradict each other.
 
     Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
     Returns the nodes, which pixels agree, and the noise variance in units of the one assumed.
     """
+    from focalgradient.depth.equalise import GROWTH
+
     # Blur carries light in from beyond the frame: its rim is neither read nor judged.
     margin = min(round(equalised.window), min(placed.shape) // 8)
     rim = np.ones(placed.shape, np.bool_)
     rim[margin : placed.shape[0] - margin, margin : placed.shape[1] - margin] = False
     agrees = placed.usable
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    scale = _typical_misfit(equalised.read((agrees & ~rim).astype(np.float32))) if estimated else 1.0
+    scale = 1.0
+    if raisable > 1:
+        scale = min(raisable, _typical_misfit(equalised.read((agrees & ~rim).astype(np.float32))))
     for _ in range(ROUNDS):
         weight = (agrees & ~rim).astype(np.float32)
         nodes = equalised.read(weight, scale)
@@ -401,8 +414,8 @@ def _read_robustly(
         agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_SIDE, false_alarm, tolerance))
         if (before ^ agrees).mean() < 2e-3:
             break
-    for _ in range(2):  # the second time about the first's answer
-        nodes = equalised.refine(nodes, weight, scale)
+    nodes = equalised.refine(nodes, weight, scale, GROWTH[:-1])
+    nodes = equalised.refine(nodes, weight, scale)  # again, about the first's answer
     return equalised.beside_jumps(nodes), agrees, scale
 
 
@@ -433,11 +446,12 @@ def _check_settings(
     if psf not in MODELS:
         raise InputError(f"psf is {psf!r}, but must be one of {', '.join(MODELS)}.")
     positive("k", k, ", sigma / disc radius")
+    if math.isinf(k):
+        raise InputError("k is infinite, but must be finite: sigma / disc radius, 0.5 for the disc's second moment.")
     if not (np.ndim(window) == 0 and 2 <= window <= 64):
         raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
-    if noise is not None and (
-        np.ndim(noise) > 1 or np.size(noise) not in (1, count) or not np.all(np.asarray(noise) > 0)
-    ):
+    values = np.asarray(1.0 if noise is None else noise, dtype=float)
+    if values.ndim > 1 or values.size not in (1, count) or not np.all((values > 0) & np.isfinite(values)):
         raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the {count} views.")
     if not 0 < false_alarm < 1:
         raise InputError(f"false_alarm is {false_alarm!r}, but must be a probability between 0 and 1.")
