@@ -30,6 +30,9 @@ __all__ = ["Equalised", "Nodes", "equalise", "residual_filters"]
 FloatArray = NDArray[np.float64]
 Image = NDArray[np.float32]
 
+FINE = 8
+"""Parts of a radial sample to which filters are interpolated."""
+
 RADIAL = 512
 """Samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out."""
 
@@ -94,7 +97,7 @@ class Spectra:
     shape: tuple[int, int]
     size: tuple[int, int]
     reach: int
-    position: NDArray[np.float32]  # of each frequency along the radial samples, 0 to RADIAL - 1
+    position: NDArray[np.int32]  # of each frequency along the radial samples, in FINE parts of one
 
     @classmethod
     def of(cls, images: Sequence[Image], reach: int) -> Spectra:
@@ -109,12 +112,12 @@ class Spectra:
             (height, width),
             (rows, columns),
             reach,
-            (frequency * ((RADIAL - 1) * np.sqrt(2))).astype(np.float32),
+            np.rint(frequency * (FINE * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
         )
 
     def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
         """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
-        index = np.rint(self.position).astype(np.intp).ravel()
+        index = (self.position.ravel() + FINE // 2) // FINE
         # A real image's spectrum is stored by half: all but the first column stand for two.
         twice = np.full(self.position.shape, 2.0)
         twice[:, 0] = 1.0
@@ -127,14 +130,20 @@ class Spectra:
 
     def filtered(self, filters: FloatArray) -> Image:
         """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
-        fine = 8
-        samples = np.arange(fine * (RADIAL - 1) + 1) / fine
-        index = np.rint(self.position * fine).astype(np.int32)
-        total = np.zeros(self.position.shape, np.complex64)
+        samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
+        total = None
         for row, spectrum in zip(filters, self.values, strict=True):
-            total += np.interp(samples, np.arange(RADIAL), row).astype(np.float32)[index] * spectrum
+            part = np.interp(samples, np.arange(RADIAL), row).astype(np.float32)[self.position] * spectrum
+            total = part if total is None else np.add(total, part, out=total)
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
-        return np.ascontiguousarray(fft.irfft2(total, self.size, workers=-1)[inside])
+        return fft.irfft2(total, self.size, workers=-1, overwrite_x=True)[inside]
+
+    def stack(self, filters: FloatArray) -> Image:
+        """One filtered image for each of `filters` (r x n x F): r x H x W."""
+        images = np.empty((len(filters), *self.shape), np.float32)
+        for image, rows in zip(images, filters, strict=True):
+            image[:] = self.filtered(rows)
+        return images
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,12 +175,12 @@ class Residuals:
         rank = max(1, int(np.searchsorted(-left_over, -TOLERANCE)))
         # A product of images costs about a fiftieth of filtering one.
         if rank + rank**2 / 100 > levels:
-            images = np.stack([spectra.filtered(filters[:, level]) for level in range(levels)])
+            images = spectra.stack(filters.transpose(1, 0, 2))
             coefficients = None
         else:
             coefficients = left[:, :rank]
             parts = basis[:rank].reshape(rank, views, -1) / weight
-            images = np.stack([spectra.filtered(part) for part in parts])
+            images = spectra.stack(parts)
             filters = np.einsum("lr,rnf->nlf", coefficients, parts)  # what was kept of them
         gain = (filters**2).sum(axis=0)
         slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
@@ -238,17 +247,21 @@ class Equalised:
 
         `noise` is the noise variance in units of the one assumed.
         """
-        rows, columns = (-(-n // self.step) for n in weight.shape)
-        count = kernels.gather(kernels.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)[
-            0
-        ]
+        return self.minima(*self.averages(weight), noise)
+
+    def averages(self, weight: Image) -> tuple[Image, FloatArray]:
+        """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
+        count = kernels.gather(kernels.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
         full = 2 * np.pi * self.window**2
-        support = count / full
         energy = self.residuals[0].energy(weight, self.step)
         for residual in self.residuals[1:]:
             energy += residual.energy(weight, self.step)
         mean = kernels.gather(energy, self.window / self.step)
         mean /= np.maximum(count, 1e-6 * full)
+        return mean, (count[0] / full).astype(float)
+
+    def minima(self, mean: Image, support: FloatArray, noise: float = 1.0) -> Nodes:
+        """Read what `averages` returns."""
         values, flags = kernels.read_minima(
             mean.reshape(self.levels, -1).T,
             noise * np.sum([r.noise for r in self.residuals], axis=0),
@@ -256,8 +269,8 @@ class Equalised:
             noise,
             np.maximum(self.window_size() * support.ravel(), 1e-3),
         )
-        level, sd, misfit, texture = values.reshape(4, rows, columns)
-        alone, inside = flags.reshape(2, rows, columns)
+        level, sd, misfit, texture = values.reshape(4, *support.shape)
+        alone, inside = flags.reshape(2, *support.shape)
         return Nodes(level, sd, misfit, texture, alone, inside, support)
 
     def refine(self, nodes: Nodes, weight: Image, noise: float = 1.0, growth: Sequence[float] = GROWTH) -> Nodes:

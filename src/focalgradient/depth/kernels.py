@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -19,11 +21,18 @@ RIVAL = 9.0
 """A second minimum whose cost comes within this (three sd) of the least leaves the depth undecided."""
 
 
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(THREADS, thread_name_prefix="focalgradient")
+
+
 def share_rows(rows: int, work: Callable[[int, int], object]) -> None:
     """Call ``work(first, last)`` on bands of rows that cover ``range(rows)``, side by side."""
-    edges = np.linspace(0, rows, THREADS + 1).astype(int)
-    with ThreadPoolExecutor(THREADS) as pool:
-        list(pool.map(work, edges[:-1].tolist(), edges[1:].tolist()))
+    edges = np.linspace(0, rows, THREADS + 1).astype(int).tolist()
+    others = [_pool().submit(work, first, last) for first, last in pairwise(edges[1:])]
+    work(edges[0], edges[1])
+    for other in others:
+        other.result()
 
 
 def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:
@@ -41,21 +50,23 @@ def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], ste
 @njit(nogil=True, cache=True, fastmath=True)
 def _block_products(images, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
     count, height, width = images.shape
-    columns = sums.shape[2]
-    weighted = np.empty(width, np.float32)
+    weighted, total = np.empty((step, width), np.float32), np.empty(width, np.float32)
     for row in range(first, last):
-        for y in range(row * step, min(height, (row + 1) * step)):
-            pair = 0
-            for k in range(count):
+        top, bottom = row * step, min(height, (row + 1) * step)
+        pair = 0
+        for k in range(count):
+            for y in range(top, bottom):
                 for x in range(width):
-                    weighted[x] = weight[y, x] * images[k, y, x]
-                for other in range(k + 1):
-                    for column in range(columns):
-                        total = np.float32(0)
-                        for x in range(column * step, min(width, (column + 1) * step)):
-                            total += weighted[x] * images[other, y, x]
-                        sums[pair, row, column] += total
-                    pair += 1
+                    weighted[y - top, x] = weight[y, x] * images[k, y, x]
+            for other in range(k + 1):
+                total[:] = 0
+                for y in range(top, bottom):
+                    for x in range(width):
+                        total[x] += weighted[y - top, x] * images[other, y, x]
+                for column in range(sums.shape[2]):
+                    for x in range(column * step, min(width, (column + 1) * step)):
+                        sums[pair, row, column] += total[x]
+                pair += 1
 
 
 def block_squares(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:

@@ -404,16 +404,17 @@ def _read_robustly(
     rim[margin : placed.shape[0] - margin, margin : placed.shape[1] - margin] = False
     agrees = placed.usable
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    scale = 1.0
-    if raisable > 1:
-        scale = min(raisable, _typical_misfit(equalised.read((agrees & ~rim).astype(np.float32))))
+    weight = (agrees & ~rim).astype(np.float32)
+    averages = equalised.averages(weight)
+    scale = min(raisable, _typical_misfit(equalised.minima(*averages))) if raisable > 1 else 1.0
+    nodes = equalised.minima(*averages, scale)
     for _ in range(ROUNDS):
-        weight = (agrees & ~rim).astype(np.float32)
-        nodes = equalised.read(weight, scale)
         before = agrees
         agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_SIDE, false_alarm, tolerance))
         if (before ^ agrees).mean() < 2e-3:
             break
+        weight = (agrees & ~rim).astype(np.float32)
+        nodes = equalised.read(weight, scale)
     nodes = equalised.refine(nodes, weight, scale, GROWTH[:-1])
     nodes = equalised.refine(nodes, weight, scale)  # again, about the first's answer
     return equalised.beside_jumps(nodes), agrees, scale
