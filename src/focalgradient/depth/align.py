@@ -81,7 +81,8 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tup
     the images leaves translation and scale unbiased. Also returns the standard deviation, in pixels, of the
     displacement that the placement makes at most.
     """
-    small = [_halve(np.asarray(picture, np.float32)) for picture in (reference, image)]
+    factor = max(2, min(reference.shape) // 120)
+    small = [_shrink(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
     smooth = [ndimage.gaussian_filter(picture, 1.5) for picture in small]
     placement = _coarse_shift(*smooth)
     height, width = smooth[0].shape
@@ -117,14 +118,16 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tup
     by_cell = np.stack([np.bincount(cells[used], row, 64) for row in score])
     inverse = np.linalg.pinv(weighted @ weighted.T)
     variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:3]
-    error = 2 * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
-    return Placement(placement.scale, 2 * placement.down, 2 * placement.right), error
+    error = factor * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
+    return Placement(placement.scale, factor * placement.down, factor * placement.right), error
 
 
-def _halve(image: Image) -> Image:
-    """Average over 2 x 2 pixels."""
-    height, width = (n // 2 * 2 for n in image.shape)
-    return image[:height, :width].reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
+def _shrink(image: Image, factor: int) -> Image:
+    """Average over squares of `factor` pixels, of the frame's middle where they do not fill it."""
+    rows, columns = (n // factor for n in image.shape)
+    top, left = ((n - m * factor) // 2 for n, m in zip(image.shape, (rows, columns), strict=True))
+    part = image[top : top + rows * factor, left : left + columns * factor]
+    return part.reshape(rows, factor, columns, factor).mean(axis=(1, 3))
 
 
 def _coarse_shift(reference: Image, image: Image) -> Placement:

@@ -20,27 +20,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage, optimize, special, stats
+from scipy import ndimage, optimize, special, stats
 
 from focalgradient.depth import kernels
+from focalgradient.depth.filters import RADIAL, FloatArray, Image, Residuals, Spectra, residual_filters
 from focalgradient.psf import PsfName, transfer
 
-__all__ = ["Equalised", "Nodes", "equalise", "residual_filters"]
-
-FloatArray = NDArray[np.float64]
-Image = NDArray[np.float32]
-
-FINE = 8
-"""Parts of a radial sample to which filters are interpolated."""
-
-RADIAL = 512
-"""Samples of radial frequency, 0 to 1/sqrt(2) cycles per pixel, at which filters are worked out."""
+__all__ = ["GROWTH", "Equalised", "Nodes", "Seen", "equalise"]
 
 FINEST = 0.47
 """Cycles per pixel up to which images are heard: finer detail is aliased by the pixels, and lost in resampling."""
-
-BAND = 4_000_000
-"""Products of basis images that are held at a time."""
 
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
@@ -50,166 +39,6 @@ GROWTH = (0.5, 0.75, 1.125, 1.7)
 
 JUMP = 0.5
 """Share of the local variance of depth about its plane that counts as doubt."""
-
-TOLERANCE = 1e-5
-"""Energy, in units of the noise variance, by which a low-rank family may err."""
-
-
-def residual_filters(transfers: FloatArray) -> list[FloatArray]:
-    """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
-
-    Parameters
-    ----------
-    transfers
-        n x L x F: transfer of view i at candidate l and frequency f, over the standard deviation of its noise.
-
-    Returns
-    -------
-    list of ndarray
-        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
-        that for two views it is (H2, -H1) / sqrt(H1^2 + H2^2).
-
-    Examples
-    --------
-    >>> residual_filters(np.array([[[0.8]], [[0.6]]]))[0].ravel().round(3).tolist()
-    [0.6, -0.8]
-    """
-    tiny = 1e-6 * np.abs(transfers).max()  # where every transfer vanishes, noise is compared with noise
-    filters = []
-    # The best estimate so far is combination . views, of transfer `reached`. Its sign follows the first view's, for
-    # the filters to change smoothly with V.
-    combination, reached = np.ones_like(transfers[:1]), transfers[0]
-    for j in range(1, len(transfers)):
-        norm = np.sqrt(reached**2 + transfers[j] ** 2 + tiny**2)
-        rows = np.zeros_like(transfers)
-        rows[:j] = combination * (transfers[j] / norm)
-        rows[j] = -reached / norm
-        filters.append(rows)
-        combination, reached = transfers[: j + 1] / norm, norm
-    return filters
-
-
-@dataclass(frozen=True, slots=True)
-class Spectra:
-    """Whole images as spectra, mirrored all around so that no filter wraps, with where each frequency lies."""
-
-    values: list[NDArray[np.complex64]]
-    shape: tuple[int, int]
-    size: tuple[int, int]
-    reach: int
-    position: NDArray[np.int32]  # of each frequency along the radial samples, in FINE parts of one
-
-    @classmethod
-    def of(cls, images: Sequence[Image], reach: int) -> Spectra:
-        """Spectra of `images`, each H x W, with at least `reach` pixels of mirrored surround."""
-        height, width = images[0].shape
-        reach = min(reach, height, width)
-        rows, columns = (fft.next_fast_len(n + 2 * reach, real=True) for n in (height, width))
-        around = ((reach, rows - height - reach), (reach, columns - width - reach))
-        frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
-        return cls(
-            [fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1) for image in images],
-            (height, width),
-            (rows, columns),
-            reach,
-            np.rint(frequency * (FINE * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
-        )
-
-    def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
-        """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
-        index = (self.position.ravel() + FINE // 2) // FINE
-        # A real image's spectrum is stored by half: all but the first column stand for two.
-        twice = np.full(self.position.shape, 2.0)
-        twice[:, 0] = 1.0
-        counts = np.bincount(index, twice.ravel(), RADIAL)
-        power = [
-            np.bincount(index, (twice * (s.real**2 + s.imag**2)).ravel(), RADIAL) / np.maximum(counts, 1)
-            for s in self.values
-        ]
-        return counts / counts.sum(), np.stack(power) / (self.size[0] * self.size[1])
-
-    def filtered(self, filters: FloatArray) -> Image:
-        """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
-        samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
-        total = None
-        for row, spectrum in zip(filters, self.values, strict=True):
-            part = np.interp(samples, np.arange(RADIAL), row).astype(np.float32)[self.position] * spectrum
-            total = part if total is None else np.add(total, part, out=total)
-        inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
-        return fft.irfft2(total, self.size, workers=-1, overwrite_x=True)[inside]
-
-    def stack(self, filters: FloatArray) -> Image:
-        """One filtered image for each of `filters` (r x n x F): r x H x W."""
-        images = np.empty((len(filters), *self.shape), np.float32)
-        for image, rows in zip(images, filters, strict=True):
-            image[:] = self.filtered(rows)
-        return images
-
-
-@dataclass(frozen=True, slots=True)
-class Residuals:
-    """What one comparison of views leaves unexplained, at every candidate level, as a few images.
-
-    The residual at level l is ``sum_k coefficients[l, k] * images[k]``. `coefficients` is None where the images are
-    the residuals themselves, one a level. ``noise[l]`` is the residual's variance from noise of variance 1.
-    """
-
-    images: Image  # r x H x W
-    coefficients: FloatArray | None  # L x r
-    noise: FloatArray  # L
-    noise_slope: FloatArray  # L: what noise alone adds to the variance of the score, per level^2
-    slope_energy: FloatArray  # L: what noise of variance 1 puts into the squared derivative by level
-    gains: FloatArray  # n x L x F: the filters' power gains, which shape each view's noise
-    measure: FloatArray  # F: share of all frequencies at each radial sample
-
-    @classmethod
-    def of(cls, spectra: Spectra, filters: FloatArray) -> Residuals:
-        """Filter whole images by `filters` (n x L x F)."""
-        measure, power = spectra.measure_and_power()
-        views, levels, _ = filters.shape
-        weight = np.sqrt(measure * power) + 1e-6 * np.sqrt(power.max())  # the energy that a filter meets
-        rows = (filters * weight[:, None]).transpose(1, 0, 2).reshape(levels, -1)
-        left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough to tell
-        basis = left.T @ rows
-        left_over = np.cumsum((left**2 * (basis**2).sum(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
-        rank = max(1, int(np.searchsorted(-left_over, -TOLERANCE)))
-        # A product of images costs about a fiftieth of filtering one.
-        if rank + rank**2 / 100 > levels:
-            images = spectra.stack(filters.transpose(1, 0, 2))
-            coefficients = None
-        else:
-            coefficients = left[:, :rank]
-            parts = basis[:rank].reshape(rank, views, -1) / weight
-            images = spectra.stack(parts)
-            filters = np.einsum("lr,rnf->nlf", coefficients, parts)  # what was kept of them
-        gain = (filters**2).sum(axis=0)
-        slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
-        return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, slope @ measure, filters**2, measure)
-
-    def energy(self, weight: Image, step: int) -> Image:
-        """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
-        if self.coefficients is None:
-            return kernels.block_squares(self.images, weight, step).astype(np.float32)
-        first, second = np.tril_indices(self.coefficients.shape[1])
-        quadratic = self.coefficients[:, first] * self.coefficients[:, second] * np.where(first == second, 1.0, 2.0)
-        height, width = weight.shape
-        # By bands of rows, for the products to stay small.
-        band = max(1, BAND // (len(first) * -(-width // step)))
-        bands = [
-            quadratic
-            @ kernels.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
-                len(first), -1
-            )
-            for y in range(0, height, band * step)
-        ]
-        energy = np.concatenate([part.astype(np.float32) for part in bands], axis=1)
-        return energy.reshape(len(quadratic), -(-height // step), -(-width // step))
-
-    def at(self, level: Image) -> tuple[Image, Image]:
-        """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
-        if self.coefficients is None:
-            return kernels.pick(self.images, level)
-        return kernels.mix(self.images, self.coefficients.astype(np.float32), level)
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,6 +52,16 @@ class Nodes:
     alone: NDArray[np.bool_]  # no rival minimum fits about as well
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What each pixel (H x W) shows at its own level: sums over the comparisons of r^2, r r' and r'^2."""
+
+    level: Image
+    rest: Image
+    cross: Image
+    slope: Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,28 +112,35 @@ class Equalised:
         alone, inside = flags.reshape(2, *support.shape)
         return Nodes(level, sd, misfit, texture, alone, inside, support)
 
-    def refine(self, nodes: Nodes, weight: Image, noise: float = 1.0, growth: Sequence[float] = GROWTH) -> Nodes:
+    def look(self, nodes: Nodes) -> Seen:
+        """What each pixel shows at the depth read around it."""
+        shape = self.residuals[0].images.shape[1:]
+        level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
+        rest, cross, slope = (np.zeros(shape, np.float32) for _ in range(3))
+        for residual in self.residuals:
+            value, derivative = residual.at(level)
+            rest += value**2
+            cross += value * derivative
+            slope += derivative**2
+        return Seen(level, rest, cross, slope)
+
+    def refine(
+        self, nodes: Nodes, seen: Seen, weight: Image, noise: float = 1.0, growth: Sequence[float] = GROWTH
+    ) -> Nodes:
         """Let depth slope within the window: a local plane through what each pixel says.
 
-        A window reads the depth where its texture happens to lie, not at its middle. Linearised at the depth read so
-        far, pixel x says "level(x) - r/r', with weight r'^2"; a plane fitted to that gives the level at the node, and
+        A window reads the depth where its texture happens to lie, not at its middle. Linearised at the depth `seen`,
+        pixel x says "level(x) - r/r', with weight r'^2"; a plane fitted to that gives the level at the node, and
         its sandwich variance the sd, uneven texture included.
         """
-        shape = weight.shape
-        level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
-        place = np.arange(self.levels)
-        information, said = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-        for residual in self.residuals:
-            rest, slope = residual.at(level)
-            # What noise alone puts into r r' on average is known, and taken out.
-            drift = np.interp(level, place, noise * np.gradient(residual.noise) / 2)
-            information += slope**2
-            said -= rest * slope - drift.astype(np.float32)
+        # What noise alone puts into r r' on average is known, and taken out.
+        drift = sum(np.gradient(r.noise) for r in self.residuals) * (noise / 2)
+        said = np.interp(seen.level, np.arange(self.levels), drift).astype(np.float32) - seen.cross
         # Noise in r'^2 makes the fit look better founded than it is; misfit adds to noise.
         doubt = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
         fitted, sd = kernels.grow_planes(
-            kernels.block_sum(weight * information, self.step),
-            kernels.block_sum(weight * (said + information * level), self.step),
+            kernels.block_sum(weight * seen.slope, self.step),
+            kernels.block_sum(weight * (said + seen.slope * seen.level), self.step),
             nodes.level,
             doubt,
             [self.window * g / self.step for g in growth],
@@ -305,23 +151,22 @@ class Equalised:
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
 
-    def noise_by_view(self, nodes: Nodes) -> FloatArray:
+    def noise_by_view(self, seen: Seen) -> FloatArray:
         """Noise variance of each view, in units of the one assumed, from what equalising leaves of the images.
 
         Where a view is much blurred the residual's fine detail is that view's own noise, its coarse detail both
         views': the spectrum of what is left tells whose the noise is.
         """
-        shape = self.residuals[0].images.shape[1:]
-        level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
+        level = seen.level
         share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=self.levels) / level.size
-        taper = np.outer(np.hanning(shape[0]), np.hanning(shape[1])).astype(np.float32)
+        taper = np.outer(*(np.hanning(n) for n in level.shape)).astype(np.float32)
         found, shaped = [], []
         for residual in self.residuals:
             left = Spectra.of([residual.at(level)[0] * taper], 0)
             counts, power = left.measure_and_power()
-            seen = counts > 0
-            found.append(power[0, seen] / np.mean(taper**2))
-            shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, seen], share) * 1.0)
+            some = counts > 0
+            found.append(power[0, some] / np.mean(taper**2))
+            shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, some], share))
         powers, model = np.concatenate(found), np.concatenate(shaped)
         variance = np.full(model.shape[1], np.median(powers / np.maximum(model.sum(axis=1), 1e-9)))
         count = len(variance)
@@ -356,32 +201,24 @@ class Equalised:
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * spread))
 
     def agreement(
-        self, nodes: Nodes, noise: float, side: int, false_alarm: float, tolerance: FloatArray
+        self, seen: Seen, noise: float, side: int, false_alarm: float, tolerance: FloatArray
     ) -> NDArray[np.bool_]:
-        """Whether each pixel's views agree at the depth read there: chi-square, false with rate `false_alarm`.
+        """Whether each pixel's views agree at the depth `seen`: chi-square, false with rate `false_alarm`.
 
-        What is left of the views is squared and averaged over squares of `side` pixels, much smaller than the window
-        that depth is read with, and with an end, to tell apart who contradicts from who stands beside. What a somewhat
-        different depth would explain is no contradiction, and is taken off; nor is what an error of the blur model
-        as large as `tolerance` (L, in levels) would leave.
+        What is left of the views is averaged over squares of `side` pixels, much smaller than the window that depth
+        is read with, and with an end, to tell apart who contradicts from who stands beside. What a somewhat different
+        depth would explain is no contradiction, and is taken off; nor is what an error of the blur model as large as
+        `tolerance` (L, in levels) would leave.
         """
-        shape = self.residuals[0].images.shape[1:]
-        level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
-        rest, across, slope = (np.zeros(shape, np.float32) for _ in range(3))
-        for residual in self.residuals:
-            value, derivative = residual.at(level)
-            rest += value**2
-            across += value * derivative
-            slope += derivative**2
-        rest, across, slope = (ndimage.uniform_filter(image, side) for image in (rest, across, slope))
-        energy = rest - across**2 / (slope + np.float32(1e-12))
+        rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (seen.rest, seen.cross, seen.slope))
+        energy = rest - cross**2 / (slope + np.float32(1e-12))
         expected = noise * sum(r.noise for r in self.residuals)
         variance = sum((noise * r.noise) ** 2 / _freedom(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals)
         freedom = expected**2 / variance
         limit = expected * stats.chi2.isf(false_alarm, freedom) / freedom
         place = np.arange(self.levels)
-        forgiven: Image = slope * np.interp(level, place, tolerance**2).astype(np.float32)
-        return energy - forgiven <= np.interp(level, place, limit)
+        forgiven: Image = slope * np.interp(seen.level, place, tolerance**2).astype(np.float32)
+        return energy - forgiven <= np.interp(seen.level, place, limit)
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
         """Values at nodes carried to the pixels between them."""
@@ -432,12 +269,6 @@ def equalise(
     weight = np.sqrt(signal / (1 + signal)) * band
     filters = [rows * heard * weight for rows in residual_filters(audible)]
     return Equalised([Residuals.of(spectra, rows) for rows in filters], step, window)
-
-
-def fine_noise(image: Image) -> float:
-    """Standard deviation of noise that would explain the finest detail (beyond 0.45 cycles per pixel) of `image`."""
-    _, power = Spectra.of([image], 0).measure_and_power()
-    return float(np.sqrt(np.median(power[0, int(0.45 * np.sqrt(2) * RADIAL) :])))
 
 
 def _heard(radial: FloatArray, radius: FloatArray, psf: PsfName) -> FloatArray:

@@ -354,24 +354,25 @@ def grow_planes(
     # value, slope down, slope right, variance for noise of variance 1, still growing
     state = np.stack([level, 0 * level, 0 * level, np.full_like(level, np.inf), np.ones_like(level)])
     for window in windows:
-        grown = np.empty_like(state)
-        share_rows(
-            len(level),
-            lambda first, last: _grow_planes(weight, weighted, doubt, state, window, steep, first, last, grown),  # noqa: B023
-        )
+        grown, variance = np.empty_like(state), state[3] * doubt**2
+
+        def work(first: int, last: int) -> None:
+            _grow_planes(weight, weighted, variance, state, window, steep, first, last, grown)  # noqa: B023
+
+        share_rows(len(level), work)
         state = grown
     return state[0], doubt * np.sqrt(state[3])
 
 
 @njit(nogil=True, cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
-def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, grown):  # type: ignore[no-untyped-def]
+def _grow_planes(weight, weighted, variances, state, window, steep, first, last, grown):  # type: ignore[no-untyped-def]
     rows, columns = weight.shape
     reach = int(np.ceil(2.2 * window))
     fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * window * window))
     for row in range(first, last):
         for column in range(columns):
             value, down, right = state[0, row, column], state[1, row, column], state[2, row, column]
-            variance = state[3, row, column] * doubt[row, column] ** 2
+            variance = variances[row, column]
             start = not np.isfinite(variance)
             a00 = a01 = a02 = a11 = a12 = a22 = 0.0
             q00 = q01 = q02 = q11 = q12 = q22 = 0.0
@@ -382,13 +383,10 @@ def _grow_planes(weight, weighted, doubt, state, window, steep, first, last, gro
                     fall_y = fall[abs(y)]
                     for j in range(max(0, column - reach), min(columns, column + reach + 1)):
                         x = j - column
-                        w = fall_y * fall[abs(x)]
-                        if not start:
-                            apart = state[0, i, j] - (value + down * y + right * x)
-                            s = apart * apart / (SEPARATE * (variance + state[3, i, j] * doubt[i, j] ** 2))
-                            if s >= 1:
-                                continue
-                            w *= (1 - s) ** 2
+                        # At the start every variance is infinite, and every neighbour counts.
+                        apart = state[0, i, j] - (value + down * y + right * x)
+                        s = min(1.0, apart * apart / (SEPARATE * (variance + variances[i, j])))
+                        w = fall_y * fall[abs(x)] * (1 - s) * (1 - s)
                         a = w * weight[i, j]
                         b = w * (weighted[i, j] - weight[i, j] * value)
                         ay, ax = a * y, a * x

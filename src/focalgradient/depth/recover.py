@@ -5,31 +5,26 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth.search import Search
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import DISC_K, MODELS, PsfName
 from focalgradient.view import View
 
 if TYPE_CHECKING:
-    from focalgradient.depth.align import Placement
     from focalgradient.depth.equalise import Equalised, Nodes
+    from focalgradient.depth.placed import Placed
 
 __all__ = ["recover_depth"]
 
 Image = NDArray[np.float32]
 Progress = Callable[[str], None]
-
-LARGEST_BLUR = 16.0
-"""Radius in pixels, in the widest view, up to which blur is sought where the user sets no limit."""
-
-LEVEL_STEP = 0.125
-"""Spacing of the candidate levels, in pixels of blur radius in the widest view."""
 
 CHECK_SIDE = 5
 """Side in pixels of the squares in which the views' agreement is tested."""
@@ -42,9 +37,6 @@ MISFIT = 4.0
 
 ROUNDS = 6
 """Times that contradicting pixels are looked for, at most."""
-
-SHIFT_WARNING = 0.25
-"""Displacement between views, in pixels, above which a user is warned."""
 
 
 def recover_depth(
@@ -127,12 +119,15 @@ def recover_depth(
     _check_views(views)
     search = Search.over(views, near, far)
 
+    # Imported here, for `import focalgradient` to stay light.
+    from focalgradient.depth.placed import Placed
+
     say("placing the views")
     placed = Placed.of(views, align)
     say("measuring noise")
     noise_sd, raisable = _noise(noise, placed, search, psf, k, window)
     say("equalising blur")
-    step = max(1, round(window / 2))
+    step = max(1, round(window / 1.6))
     equalised = search.equalise(placed.images, noise_sd, psf, k, window, step)
     say("reading depth")
     tolerance = MODEL_ERROR * search.radius(search.vergences) / (search.slope * search.spacing)
@@ -173,168 +168,6 @@ def recover_depth(
     return DepthMap(vergence, vergence_sd, valid, side_known, details)
 
 
-@dataclass(frozen=True, slots=True)
-class Search:
-    """The candidate levels of vergence, and each view's blur at them."""
-
-    lowest: float
-    highest: float
-    levels: int
-    focus: NDArray[np.float64]  # each view's focus vergence, D
-    pixels: NDArray[np.float64]  # each view's blur radius in pixels per dioptre of defocus
-    side_known: bool
-    side_text: str
-
-    @classmethod
-    def over(cls, views: Sequence[View], near: float | None, far: float | None) -> Search:
-        """The search over the limits given, or else as far as blur is sought."""
-        focus = np.array([view.optics.focus_vergence for view in views])
-        # Blur is an angle, so that all views count it in the first view's pixels.
-        pixels = np.array([view.optics.aperture_diameter / 2 for view in views]) / views[0].pixel_angle
-        span = LARGEST_BLUR / pixels.max()
-        lowest = 1 / far if far is not None else max(0.0, focus.min() - span)
-        highest = 1 / near if near is not None else focus.max() + span
-        side_known, side_text = True, "told by the views"
-        if np.ptp(focus) <= 1e-9 * max(1.0, np.abs(focus).max()):
-            shared = float(focus[0])
-            slack = 1e-3 * (highest - lowest)
-            if highest <= shared + slack:
-                highest, side_text = min(highest, shared), "beyond focus, by the limits of the search"
-            elif lowest >= shared - slack:
-                lowest, side_text = max(lowest, shared), "nearer than focus, by the limits of the search"
-            else:
-                highest, side_known = shared, False
-                side_text = (
-                    "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
-                    "taken to lie beyond it; limit the search by near or far, or focus one view elsewhere"
-                )
-        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / LEVEL_STEP), 8, 400)) + 1
-        return cls(lowest, highest, levels, focus, pixels, side_known, side_text)
-
-    @property
-    def vergences(self) -> NDArray[np.float64]:
-        """Vergence of each level, D."""
-        return np.linspace(self.lowest, self.highest, self.levels)
-
-    @property
-    def spacing(self) -> float:
-        """Dioptres from level to level."""
-        return (self.highest - self.lowest) / (self.levels - 1)
-
-    @property
-    def slope(self) -> float:
-        """Pixels of blur radius per dioptre in the widest view."""
-        return float(self.pixels.max())
-
-    def radius(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Blur radius in pixels in the most blurred view, at `vergence`."""
-        return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)
-
-    def equalise(
-        self, images: Sequence[Image], noise_sd: Sequence[float], psf: PsfName, k: float, window: float, step: int
-    ) -> Equalised:
-        """Compare `images` at every level."""
-        from focalgradient.depth.equalise import equalise
-
-        radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        reach = int(np.clip(2 * radius.max(), 16, 64))
-        return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window, step=step)
-
-
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """The views on the first one's grid, at one exposure, with what can be used of them."""
-
-    images: list[Image]
-    usable: NDArray[np.bool_]
-    gains: list[float]
-    found: list[Placement]
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width in pixels."""
-        height, width = self.usable.shape
-        return height, width
-
-    @classmethod
-    def of(cls, views: Sequence[View], align: bool) -> Placed:
-        """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
-        from focalgradient.depth.align import Placement, measure_placement, resample
-
-        images = [np.asarray(view.image, np.float32) for view in views]
-        usable = ~_clipped(images[0])
-        placed, found, errors = [images[0]], [Placement()], [0.0]
-        for view, image in zip(views[1:], images[1:], strict=True):
-            clipped = _clipped(image)
-            placement = Placement(views[0].pixel_angle / view.pixel_angle)
-            moved, covered = resample(image, placement)
-            shift, error = measure_placement(images[0], moved)
-            if align:
-                placement = placement.then(shift)
-                moved, covered = resample(image, placement)
-            if clipped.any():
-                covered &= resample(clipped.astype(np.float32), placement)[0] < 0.05
-            usable &= covered
-            placed.append(moved)
-            found.append(shift)
-            errors.append(error)
-        displacements = [p.displacement(views[0].shape) for p in found]
-        displacement = max(displacements)
-        worst, error = next((p, e) for p, d, e in zip(found, displacements, errors, strict=True) if d == displacement)
-        if displacement > max(SHIFT_WARNING, 3 * error) and not align:
-            warnings.warn(
-                FocalGradientWarning(
-                    f"view {found.index(worst) + 1} is displaced against view 1 by up to {displacement:.2f} pixels "
-                    f"({worst.right:+.2f} right, {worst.down:+.2f} down, scale {worst.scale:.5f}), which biases "
-                    "depth: align the views (align=True, --align)."
-                ),
-                stacklevel=3,
-            )
-        if usable.mean() < 0.05:
-            raise InputError(
-                "hardly a pixel is both unsaturated and seen by every view, but all views must show the same scene: "
-                "check that the views belong together and are rightly exposed."
-            )
-        gains = [1.0, *(_gain(placed[0], image, usable) for image in placed[1:])]
-        return cls([image / np.float32(g) for image, g in zip(placed, gains, strict=True)], usable, gains, found)
-
-    def busiest(self, side: int) -> Placed:
-        """The part, at most `side` pixels in each direction, that shows most texture."""
-        from scipy.ndimage import uniform_filter
-
-        down, right = np.gradient(self.images[0])
-        busy = uniform_filter((down**2 + right**2) * self.usable, [min(side, n) for n in self.shape], mode="constant")
-        middle = np.unravel_index(np.argmax(busy), busy.shape)
-        part = tuple(
-            slice(start, start + side)
-            for m, n in zip(middle, self.shape, strict=True)
-            for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
-        )
-        return Placed([image[part] for image in self.images], self.usable[part], self.gains, self.found)
-
-
-def _clipped(image: Image) -> NDArray[np.bool_]:
-    """Pixels at the image's ceiling, where a whole crowd of pixels shares the highest value."""
-    top = image == image.max()
-    return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
-
-
-def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
-    """Exposure of `image` over that of `reference`: the median ratio of their local means, brighter places first."""
-    from focalgradient.depth.kernels import block_sum
-
-    mask = usable.astype(np.float32)
-    step = max(4, min(reference.shape) // 32)
-    one, other = (block_sum(picture * mask, step).ravel() for picture in (reference, image))
-    lit = one > 0.1 * one.max()
-    order = np.argsort(other[lit] / one[lit])
-    weight = np.cumsum(one[lit][order])
-    ratio = float((other[lit] / one[lit])[order][np.searchsorted(weight, weight[-1] / 2)])
-    if not ratio > 0:
-        raise InputError("one view is dark where another is bright, but views may differ by a positive gain only.")
-    return ratio
-
-
 def _noise(
     noise: float | Sequence[float] | None, placed: Placed, search: Search, psf: PsfName, k: float, window: float
 ) -> tuple[list[float], float]:
@@ -342,18 +175,18 @@ def _noise(
 
     Also returns by how much its variance may still be raised, as the whole frame may ask for.
     """
-    from focalgradient.depth.equalise import fine_noise
+    from focalgradient.depth.filters import fine_noise
 
     if noise is not None:
         given = np.broadcast_to(np.asarray(noise, float), len(placed.images))
         return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], 1.0
-    part = placed.busiest(256)
+    part = placed.busiest(192)
     spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
     gains = np.array(placed.gains)
     # An upper bound first: what the finest detail of the most blurred view holds.
     level = max(floor, min(fine_noise(image) * gain for image, gain in zip(part.images, gains, strict=True)))
-    step = max(1, round(window / 2))
+    step = max(1, round(window / 1.6))
 
     # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
     most = 2 * np.array([fine_noise(image) for image in part.images]) + floor
@@ -367,7 +200,11 @@ def _noise(
             change = math.sqrt(_typical_misfit(nodes))
             # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.
             misfit = np.log(nodes.misfit[nodes.support > 0.5])
-            doubt = float(misfit.std() + 0.2 * np.ptp(np.log(equalised.noise_by_view(nodes)))) if uneven else 0.0
+            doubt = (
+                float(misfit.std() + 0.2 * np.ptp(np.log(equalised.noise_by_view(equalised.look(nodes)))))
+                if uneven
+                else 0.0
+            )
             noise_sd = np.clip(noise_sd * change, floor, most)
             if 0.7 < change < 1.4:
                 break
@@ -398,25 +235,28 @@ def _read_robustly(
     """
     from focalgradient.depth.equalise import GROWTH
 
-    # Blur carries light in from beyond the frame: its rim is neither read nor judged.
-    margin = min(round(equalised.window), min(placed.shape) // 8)
-    rim = np.ones(placed.shape, np.bool_)
-    rim[margin : placed.shape[0] - margin, margin : placed.shape[1] - margin] = False
+    # Blur carries light in from beyond the frame: its rim is not read, and goes by what lies next to it.
+    rim = min(round(equalised.window), min(placed.shape) // 8)
+    middle = (slice(rim, -rim), slice(rim, -rim))
+    frame = np.zeros(placed.shape, np.bool_)
+    frame[middle] = True
     agrees = placed.usable
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    weight = (agrees & ~rim).astype(np.float32)
-    averages = equalised.averages(weight)
-    scale = min(raisable, _typical_misfit(equalised.minima(*averages))) if raisable > 1 else 1.0
-    nodes = equalised.minima(*averages, scale)
+    weight = (agrees & frame).astype(np.float32)
+    mean, support = equalised.averages(weight)
+    some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+    scale = min(raisable, _typical_misfit(some)) if raisable > 1 else 1.0
+    nodes = equalised.minima(mean, support, scale)
     for _ in range(ROUNDS):
-        before = agrees
-        agrees = placed.usable & (rim | equalised.agreement(nodes, scale, CHECK_SIDE, false_alarm, tolerance))
+        seen, before = equalised.look(nodes), agrees
+        agreement = equalised.agreement(seen, scale, CHECK_SIDE, false_alarm, tolerance)
+        agrees = placed.usable & np.pad(agreement[middle], rim, mode="edge")
         if (before ^ agrees).mean() < 2e-3:
             break
-        weight = (agrees & ~rim).astype(np.float32)
+        weight = (agrees & frame).astype(np.float32)
         nodes = equalised.read(weight, scale)
-    nodes = equalised.refine(nodes, weight, scale, GROWTH[:-1])
-    nodes = equalised.refine(nodes, weight, scale)  # again, about the first's answer
+    nodes = replace(equalised.refine(nodes, seen, weight, scale, GROWTH[:2]), sd=nodes.sd)
+    nodes = equalised.refine(nodes, equalised.look(nodes), weight, scale)  # again, about the first's answer
     return equalised.beside_jumps(nodes), agrees, scale
 
 
