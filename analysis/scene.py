@@ -61,7 +61,7 @@ def score(depth: DepthMap, truth: NDArray[np.float64], where: NDArray[np.bool_])
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
-    shape, samples = ((720, 960), 256) if full else ((360, 480), 64)
+    shape, samples = (720, 960) if full else (360, 480), 256
     views, truth = views_and_truth(shape=shape, samples=samples, progress=lambda share: report(0.6 * share))
     depth = recover_depth(views)
     margin = round(EDGE * shape[1])

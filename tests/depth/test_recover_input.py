@@ -73,6 +73,7 @@ def test_settings(settings: dict[str, Any], said: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:view 2 is displaced")  # views with nothing in common may seem to lie anywhere
+@pytest.mark.filterwarnings("ignore:view 2 does not seem to show")
 def test_views_that_do_not_overlap_in_brightness() -> None:
     """Saturation elsewhere in each view leaves hardly a pixel that both show."""
     one, other = IMAGE.copy(), WIDE.image.copy()

@@ -110,7 +110,7 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tup
             weight = 1 / (1 + (rest / (2 * np.median(rest) + 1e-12)) ** 2)
         step = Placement(1 + sign * fit[0], sign * fit[1], sign * fit[2])
         placement = placement.then(step)
-        if step.displacement((height, width)) < 0.002:
+        if step.displacement((height, width)) < 0.002 or not 0.5 < placement.scale < 2:
             break
     # A difference in blur leaves residuals alike over many pixels: blocks of the frame, not pixels, are independent.
     cells = (8 * np.arange(height) // height)[:, None] * 8 + 8 * np.arange(width) // width

@@ -43,12 +43,13 @@ class Placed:
         """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
         images = [np.asarray(view.image, np.float32) for view in views]
         usable = ~_clipped(images[0])
-        placed, found, errors = [images[0]], [Placement()], [0.0]
+        placed, found = [images[0]], [Placement()]
         for view, image in zip(views[1:], images[1:], strict=True):
             clipped = _clipped(image)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
             moved, covered = resample(image, placement)
             shift, error = measure_placement(images[0], moved)
+            _judge(len(placed) + 1, shift, error, view.shape, align)
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
@@ -57,19 +58,6 @@ class Placed:
             usable &= covered
             placed.append(moved)
             found.append(shift)
-            errors.append(error)
-        displacements = [p.displacement(views[0].shape) for p in found]
-        displacement = max(displacements)
-        worst, error = next((p, e) for p, d, e in zip(found, displacements, errors, strict=True) if d == displacement)
-        if displacement > max(SHIFT_WARNING, 3 * error) and not align:
-            warnings.warn(
-                FocalGradientWarning(
-                    f"view {found.index(worst) + 1} is displaced against view 1 by up to {displacement:.2f} pixels "
-                    f"({worst.right:+.2f} right, {worst.down:+.2f} down, scale {worst.scale:.5f}), which biases "
-                    "depth: align the views (align=True, --align)."
-                ),
-                stacklevel=3,
-            )
         if usable.mean() < 0.05:
             raise InputError(
                 "hardly a pixel is both unsaturated and seen by every view, but all views must show the same scene: "
@@ -89,6 +77,25 @@ class Placed:
             for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
         )
         return Placed([image[part] for image in self.images], self.usable[part], self.gains, self.found)
+
+
+def _judge(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> None:
+    """Warn of a displaced view; refuse to align one that fits nowhere. `error` is the displacement's sd in pixels."""
+    displacement = shift.displacement(shape)
+    if not (0.8 < shift.scale < 1.25 and displacement < max(shape) / 3):
+        trouble = f"view {number} does not seem to show what view 1 shows, wherever it is laid"
+        if align:
+            raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
+        warnings.warn(FocalGradientWarning(f"{trouble}: check that they show one scene."), stacklevel=4)
+    elif not align and displacement > max(SHIFT_WARNING, 3 * error):
+        warnings.warn(
+            FocalGradientWarning(
+                f"view {number} is displaced against view 1 by up to {displacement:.2f} pixels "
+                f"({shift.right:+.2f} right, {shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: "
+                "align the views (align=True, --align)."
+            ),
+            stacklevel=4,
+        )
 
 
 def _clipped(image: Image) -> NDArray[np.bool_]:

@@ -32,6 +32,9 @@ CHECK_SIDE = 5
 MODEL_ERROR = 0.03
 """Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction."""
 
+LENIENCE = 2.0
+"""Times the noise that an image can hold up to which what is left of the views is put down to noise."""
+
 MISFIT = 4.0
 """Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
 
@@ -189,7 +192,7 @@ def _noise(
     step = max(1, round(window / 1.6))
 
     # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
-    most = 2 * np.array([fine_noise(image) for image in part.images]) + floor
+    most = LENIENCE * np.array([fine_noise(image) for image in part.images]) + floor
 
     def settle(shape: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         """Noise of the given proportions, and how much speaks against them."""
@@ -205,7 +208,7 @@ def _noise(
                 if uneven
                 else 0.0
             )
-            noise_sd = np.clip(noise_sd * change, floor, most)
+            noise_sd = np.maximum(floor, noise_sd * min(change, float(np.min(most / noise_sd))))
             if 0.7 < change < 1.4:
                 break
         return doubt, noise_sd

@@ -57,7 +57,7 @@ class Search:
                 highest, side_known = shared, False
                 side_text = (
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
-                    "taken to lie beyond it; limit the search by near or far, or focus one view elsewhere"
+                    "taken to lie beyond it; limit the search (near, far; --near, --far) or focus one view elsewhere"
                 )
         levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / LEVEL_STEP), 8, 400)) + 1
         return cls(lowest, highest, levels, focus, pixels, side_known, side_text)
