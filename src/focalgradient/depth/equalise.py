@@ -31,6 +31,9 @@ __all__ = ["GROWTH", "Equalised", "Nodes", "Seen", "equalise"]
 FINEST = 0.47
 """Cycles per pixel up to which images are heard: finer detail is aliased by the pixels, and lost in resampling."""
 
+NODES = 1.6
+"""Nodes that depth is read at, to a window's standard deviation."""
+
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
 
@@ -187,10 +190,10 @@ class Equalised:
         """
         trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
 
-        def local(values: FloatArray, order: tuple[int, int] = (0, 0)) -> FloatArray:
+        def local(values: FloatArray) -> FloatArray:
             margin = min(4 * round(sd), *(n - 1 for n in values.shape))
-            wide = np.pad(values, margin, mode="reflect", reflect_type="odd" if values is nodes.level else "even")
-            return ndimage.gaussian_filter(wide, sd, order)[margin:-margin, margin:-margin]
+            wide = np.pad(values, margin, mode="reflect")
+            return ndimage.gaussian_filter(wide, sd)[margin:-margin, margin:-margin]
 
         sd = self.window / self.step
         total = local(trust)
@@ -238,7 +241,6 @@ def equalise(
     *,
     reach: int,
     window: float,
-    step: int,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -254,8 +256,8 @@ def equalise(
         Blur model (see `focalgradient.psf.transfer`).
     reach
         Pixels of mirrored surround.
-    window, step
-        Standard deviation of the averaging window, and spacing of the nodes, in pixels.
+    window
+        Standard deviation of the averaging window in pixels.
     """
     spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
     radial = np.linspace(0, np.sqrt(0.5), RADIAL)
@@ -268,6 +270,7 @@ def equalise(
     band = (1 - np.exp(-((radial / lowest[:, None]) ** 2))) * np.exp(-((radial / FINEST) ** 16) / 2)
     weight = np.sqrt(signal / (1 + signal)) * band
     filters = [rows * heard * weight for rows in residual_filters(audible)]
+    step = max(1, round(window / NODES))
     return Equalised([Residuals.of(spectra, rows) for rows in filters], step, window)
 
 

@@ -132,7 +132,6 @@ class Residuals:
     coefficients: FloatArray | None  # L x r
     noise: FloatArray  # L
     noise_slope: FloatArray  # L: what noise alone adds to the variance of the score, per level^2
-    slope_energy: FloatArray  # L: what noise of variance 1 puts into the squared derivative by level
     gains: FloatArray  # n x L x F: the filters' power gains, which shape each view's noise
     measure: FloatArray  # F: share of all frequencies at each radial sample
 
@@ -158,7 +157,7 @@ class Residuals:
             filters = np.einsum("lr,rnf->nlf", coefficients, parts)  # what was kept of them
         gain = (filters**2).sum(axis=0)
         slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
-        return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, slope @ measure, filters**2, measure)
+        return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, filters**2, measure)
 
     def energy(self, weight: Image, step: int) -> Image:
         """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""

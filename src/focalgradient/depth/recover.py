@@ -130,8 +130,7 @@ def recover_depth(
     say("measuring noise")
     noise_sd, raisable = _noise(noise, placed, search, psf, k, window)
     say("equalising blur")
-    step = max(1, round(window / 1.6))
-    equalised = search.equalise(placed.images, noise_sd, psf, k, window, step)
+    equalised = search.equalise(placed.images, noise_sd, psf, k, window)
     say("reading depth")
     tolerance = MODEL_ERROR * search.radius(search.vergences) / (search.slope * search.spacing)
     nodes, agrees, scale = _read_robustly(equalised, placed, false_alarm, tolerance, raisable)
@@ -189,7 +188,6 @@ def _noise(
     gains = np.array(placed.gains)
     # An upper bound first: what the finest detail of the most blurred view holds.
     level = max(floor, min(fine_noise(image) * gain for image, gain in zip(part.images, gains, strict=True)))
-    step = max(1, round(window / 1.6))
 
     # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
     most = LENIENCE * np.array([fine_noise(image) for image in part.images]) + floor
@@ -198,16 +196,13 @@ def _noise(
         """Noise of the given proportions, and how much speaks against them."""
         noise_sd = np.maximum(floor, level * shape)
         for _ in range(3):
-            equalised = search.equalise(part.images, noise_sd.tolist(), psf, k, window, step)
+            equalised = search.equalise(part.images, noise_sd.tolist(), psf, k, window)
             nodes = equalised.read(part.usable.astype(np.float32))
             change = math.sqrt(_typical_misfit(nodes))
             # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.
             misfit = np.log(nodes.misfit[nodes.support > 0.5])
-            doubt = (
-                float(misfit.std() + 0.2 * np.ptp(np.log(equalised.noise_by_view(equalised.look(nodes)))))
-                if uneven
-                else 0.0
-            )
+            each = equalised.noise_by_view(equalised.look(nodes)) if uneven else np.ones(1)
+            doubt = float(misfit.std() + 0.2 * np.ptp(np.log(each)))
             noise_sd = np.maximum(floor, noise_sd * min(change, float(np.min(most / noise_sd))))
             if 0.7 < change < 1.4:
                 break

@@ -88,11 +88,10 @@ class Search:
         psf: PsfName,
         k: float,
         window: float,
-        step: int,
     ) -> Equalised:
         """Compare `images` at every level."""
         from focalgradient.depth.equalise import equalise
 
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
         reach = int(np.clip(2 * radius.max(), 16, 64))
-        return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window, step=step)
+        return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window)
