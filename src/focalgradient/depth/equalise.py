@@ -115,6 +115,21 @@ class Equalised:
         alone, inside = flags.reshape(2, *support.shape)
         return Nodes(level, sd, misfit, texture, alone, inside, support)
 
+    def noise_found(self, nodes: Nodes) -> float:
+        """Noise variance, in units of the one assumed, told by the quarter of the textured nodes that fit best.
+
+        Where depth jumps, or the views contradict each other, the misfit is not the noise's; chi-square tells how
+        well the best quarter would fit by chance alone.
+        """
+        gains = [r.gains.sum(axis=0) for r in self.residuals]
+        mean, square = (sum((g**power) @ self.residuals[0].measure for g in gains) for power in (1, 2))
+        freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
+        for seen in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
+            if seen.mean() > 0.02:
+                by_chance = stats.chi2.ppf(0.25, freedom[seen]) / freedom[seen]
+                return float(np.quantile(nodes.misfit[seen] / by_chance, 0.25))
+        return 1.0
+
     def look(self, nodes: Nodes) -> Seen:
         """What each pixel shows at the depth read around it."""
         shape = self.residuals[0].images.shape[1:]

@@ -172,16 +172,16 @@ def recover_depth(
 
 def _noise(
     noise: float | Sequence[float] | None, placed: Placed, search: Search, psf: PsfName, k: float, window: float
-) -> tuple[list[float], float]:
+) -> tuple[list[float], float | None]:
     """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part.
 
-    Also returns by how much its variance may still be raised, as the whole frame may ask for.
+    Also returns by how much its variance may still be raised, as the whole frame may ask for; None where it is given.
     """
     from focalgradient.depth.filters import fine_noise
 
     if noise is not None:
         given = np.broadcast_to(np.asarray(noise, float), len(placed.images))
-        return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], 1.0
+        return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], None
     part = placed.busiest(192)
     spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
@@ -198,7 +198,7 @@ def _noise(
         for _ in range(3):
             equalised = search.equalise(part.images, noise_sd.tolist(), psf, k, window)
             nodes = equalised.read(part.usable.astype(np.float32))
-            change = math.sqrt(_typical_misfit(nodes))
+            change = math.sqrt(equalised.noise_found(nodes))
             # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.
             misfit = np.log(nodes.misfit[nodes.support > 0.5])
             each = equalised.noise_by_view(equalised.look(nodes)) if uneven else np.ones(1)
@@ -215,16 +215,8 @@ def _noise(
     return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 
 
-def _typical_misfit(nodes: Nodes) -> float:
-    """Median misfit of the nodes that see texture, or else of all that see anything."""
-    for seen in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
-        if seen.mean() > 0.02:
-            return float(np.median(nodes.misfit[seen]))
-    return 1.0
-
-
 def _read_robustly(
-    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], raisable: float
+    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], raisable: float | None
 ) -> tuple[Nodes, NDArray[np.bool_], float]:
     """Read depth without the pixels whose views contradict each other.
 
@@ -243,7 +235,7 @@ def _read_robustly(
     weight = (agrees & frame).astype(np.float32)
     mean, support = equalised.averages(weight)
     some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
-    scale = min(raisable, _typical_misfit(some)) if raisable > 1 else 1.0
+    scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
     for _ in range(ROUNDS):
         seen, before = equalised.look(nodes), agrees
