@@ -25,6 +25,9 @@ FINE = 8
 BAND = 4_000_000
 """Products of basis images that are held at a time."""
 
+MOST = 128
+"""Filtered images that are held at most: 1 GB of them at 1920 x 1080 pixels."""
+
 TOLERANCE = 1e-4
 """Energy, in units of the noise variance, by which a low-rank family may err."""
 
@@ -145,9 +148,9 @@ class Residuals:
         left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough to tell
         basis = left.T @ rows
         left_over = np.cumsum((left**2 * (basis**2).sum(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
-        rank = max(1, int(np.searchsorted(-left_over, -TOLERANCE)))
+        rank = min(MOST, max(1, int(np.searchsorted(-left_over, -TOLERANCE))))
         # A product of images costs about a fiftieth of filtering one.
-        if rank + rank**2 / 100 > levels:
+        if levels <= MOST and rank + rank**2 / 100 > levels:
             images = spectra.stack(filters.transpose(1, 0, 2))
             coefficients = None
         else:
