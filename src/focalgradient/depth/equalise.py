@@ -126,7 +126,8 @@ class Equalised:
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
         for seen in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
             if seen.mean() > 0.02:
-                by_chance = stats.chi2.ppf(0.25, freedom[seen]) / freedom[seen]
+                some = np.geomspace(1, 1e5, 64)
+                by_chance = np.interp(freedom[seen], some, stats.chi2.ppf(0.25, some) / some)
                 return float(np.quantile(nodes.misfit[seen] / by_chance, 0.25))
         return 1.0
 
