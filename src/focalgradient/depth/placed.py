@@ -89,7 +89,7 @@ def _judge(number: int, shift: Placement, error: float, shape: tuple[int, int], 
         trouble = f"view {number} does not seem to show what view 1 shows, wherever it is laid"
         if align:
             raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
-        warnings.warn(FocalGradientWarning(f"{trouble}: check that they show one scene."), stacklevel=4)
+        warnings.warn(FocalGradientWarning(f"{trouble}: check that they show one scene."), stacklevel=5)
     elif not align and displacement > max(SHIFT_WARNING, 3 * error):
         warnings.warn(
             FocalGradientWarning(
@@ -97,7 +97,7 @@ def _judge(number: int, shift: Placement, error: float, shape: tuple[int, int], 
                 f"({shift.right:+.2f} right, {shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: "
                 "align the views (align=True, --align)."
             ),
-            stacklevel=4,
+            stacklevel=5,
         )
 
 
