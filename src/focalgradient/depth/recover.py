@@ -97,7 +97,7 @@ def recover_depth(
 
     >>> from focalgradient import Lens
     >>> from focalgradient.psf import transfer
-    >>> sharp, wide = (Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (math.inf, 4))
+    >>> sharp, wide = (Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (np.inf, 4))
     >>> pixel_angle = 2.6e-4
     >>> rng = np.random.default_rng(1)
     >>> frequency = np.hypot(np.fft.fftfreq(128)[:, None], np.fft.rfftfreq(128))
