@@ -95,6 +95,7 @@ def recover_depth(
     --------
     A textured wall at 1.25 m, a pinhole view and one at f/4 focused at 1 m: its blur disc has a radius of 2.4 pixels.
 
+    >>> import numpy as np
     >>> from focalgradient import Lens
     >>> from focalgradient.psf import transfer
     >>> sharp, wide = (Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (np.inf, 4))
