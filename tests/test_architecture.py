@@ -26,7 +26,7 @@ ROOMS = {
     "render": {"errors", "optics", "psf", "scenes", "view"},
     "photographs": {"errors", "optics", "view"},
     "plotting": {"depth", "errors", "optics", "view"},
-    "cli": {"__init__", "depth", "errors", "optics", "photographs", "plotting", "view"},
+    "cli": {"__init__", "depth", "errors", "optics", "photographs", "plotting", "psf", "view"},
     "__init__": {"depth", "errors", "optics", "view"},
 }
 

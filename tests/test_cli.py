@@ -309,12 +309,12 @@ BAD = {
     "one view": (
         lambda f: (f / "views.toml").write_text(TOML[: TOML.rindex("[[view]]")]),
         SETTINGS,
-        r"only 1 view is given, but depth needs two or more",
+        r"1 view given, but method .equalise. needs 2 or more: add a view",
     ),
     "view not a list": (
         lambda f: (f / "views.toml").write_text(TOML[: TOML.rindex("[[view]]")].replace("[[view]]", "[view]")),
         SETTINGS,
-        r"view is a table, but must be two or more \[\[view\]\] tables, in double brackets",
+        r"view is a table, but must be one or more \[\[view\]\] tables, in double brackets",
     ),
     "camera not a table": (
         lambda f: (f / "views.toml").write_text("camera = 3\n" + TOML[TOML.index("[[view]]") :]),

@@ -60,7 +60,7 @@ class Shot(_Table):
 
 
 class Settings(_Table):
-    """The camera, and two or more shots of one scene.
+    """The camera, and its shots of one scene.
 
     >>> settings = Settings.model_validate(
     ...     {
@@ -75,7 +75,7 @@ class Settings(_Table):
     camera: Annotated[Camera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
     shots: Annotated[
         list[Shot],
-        Field(alias="view", min_length=2, description="two or more [[view]] tables, in double brackets"),
+        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
     ]
 
     def lenses(self) -> list[Lens]:
@@ -173,7 +173,7 @@ def _sentence(error: ValidationError) -> str:
     if problem["type"] == "missing":
         return f"{where} is missing: give {expected}."
     if problem["type"] == "too_short":
-        return f"only {len(problem['input'])} view is given, but depth needs {expected}: add what is missing."
+        return f"no view is given, but depth needs {expected}: add what is missing."
     return f"{where} is {_shown(problem['input'])}, but must be {expected}."
 
 

@@ -1,0 +1,23 @@
+"""The command line.
+
+Whatever is wrong with the input is said in one sentence on standard error, with exit code 2. Results are computed
+first, written beside their place, and moved there together. Heavy rooms are imported by the command that needs them.
+"""
+
+import click
+
+from focalgradient.cli.depth import depth
+from focalgradient.cli.program import Program
+
+__all__ = ["main"]
+
+
+@click.group(
+    "focalgradient", cls=Program, no_args_is_help=False, context_settings={"help_option_names": ["-h", "--help"]}
+)
+@click.version_option(package_name="focalgradient", message="%(prog)s %(version)s", prog_name="focalgradient")
+def main() -> None:
+    """Depth from blur: the focal gradient as a source of depth (after Pentland 1987)."""
+
+
+main.add_command(depth)

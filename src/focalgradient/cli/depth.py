@@ -1,0 +1,199 @@
+"""``focalgradient depth``: depth from views that differ in aperture, in focus, or in both."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from focalgradient.cli.options import optics_options, search_options
+from focalgradient.cli.program import progress, strict, warnings_told, writable, write
+from focalgradient.depth.recover import METHODS, MethodName
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.psf import PsfName
+
+if TYPE_CHECKING:
+    from focalgradient.depth.depthmap import DepthMap
+    from focalgradient.photographs import Photograph, Settings
+
+__all__ = ["depth"]
+
+STAGES = 6
+"""Stages that the progress bar counts: reading, the four of `recover_depth`, drawing."""
+
+
+@click.command(short_help="Recover depth from views that differ in aperture or focus.")
+@click.argument(
+    "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml | A.jpg B.jpg ..."
+)
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
+@click.option(
+    "--method",
+    type=click.Choice(list(METHODS)),
+    default="equalise",
+    show_default=True,
+    help="How blur is measured: see `focalgradient.recover_depth`. 'edges' takes a single view.",
+)
+@search_options
+@click.option("--align", is_flag=True, help="Remove shift and scale between the views before comparing them.")
+@optics_options
+def depth(
+    inputs: tuple[Path, ...],
+    out: Path,
+    method: MethodName,
+    near: float | None,
+    far: float | None,
+    psf: PsfName,
+    align: bool,
+    **optics: Any,
+) -> None:
+    """Recover depth from two or more views that differ in aperture, in focus, or both.
+
+    The views are named, with their optics, in a settings file; or they are photographs, whose focal length, f-number,
+    distance of focus and pixel pitch are read from EXIF where the options marked * do not give them.
+
+    Writes DIR/depth.npz (distance, vergence, vergence_sd, valid), DIR/depth.png and DIR/summary.json.
+
+    \b
+    Examples:
+      focalgradient depth VIEWS.toml --out results --near 0.9 --far 2.2
+      focalgradient depth f16.jpg f4.jpg --out results --focus-distance 0.85 --focus-distance 0.85
+
+    \b
+    VIEWS.toml:
+      [camera]
+      focal_length_mm = 25.0
+      pixel_pitch_um = 8.0
+      encoding = "linear"        # or "srgb", the default for 8-bit files
+      telecentric = false
+      [[view]]                   # one such table for each view, two or more
+      image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy
+      f_number = 16
+      focus_distance_m = 0.85
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    start = time.perf_counter()
+    if near is not None and far is not None and near >= far:
+        raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
+    base = writable(out, ("depth.npz", "depth.png", "summary.json"))
+    with progress(STAGES) as say, warnings_told() as told:
+        say("reading the views")
+        settings, photographs = _read(inputs, optics, METHODS[method].least)
+
+        from focalgradient import recover_depth
+        from focalgradient.photographs import make_views
+
+        views = make_views(settings, photographs)
+        k = settings.camera.blur_k
+        result = recover_depth(views, method=method, near=near, far=far, psf=psf, k=k, align=align, progress=say)
+        if not result.valid.any():
+            warnings.warn(
+                "no pixel is valid: the views show too little texture, or contradict each other.",
+                FocalGradientWarning,
+                stacklevel=1,
+            )
+        say("drawing")
+        from focalgradient.plotting import depth_figure
+
+        figure = depth_figure(views, result, names=[photograph.path.name for photograph in photographs])
+
+    asked = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
+    summary = _summary(settings, photographs, asked, result, told)
+
+    def write_summary(path: Path) -> None:
+        text = json.dumps(
+            strict(summary | {"seconds": time.perf_counter() - start}), indent=2, allow_nan=False, ensure_ascii=False
+        )
+        path.write_text(text + "\n", encoding="utf-8")
+
+    writers: dict[str, Callable[[Path], object]] = {
+        "depth.npz": result.save,
+        "depth.png": figure.savefig,
+        "summary.json": write_summary,
+    }
+    write(out, base, writers)
+    distance = summary["medians"]["distance_m"]
+    click.echo(f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m'}")
+    click.echo(f"Valid pixels: {summary['share_valid']:.1%}")
+    click.echo(f"Written: {', '.join(str(out / name) for name in writers)}")
+
+
+def _read(inputs: Sequence[Path], optics: Mapping[str, Any], least: int) -> tuple[Settings, list[Photograph]]:
+    from focalgradient.photographs import from_exif, load_settings, read_photographs
+
+    tables = [path for path in inputs if path.suffix.lower() == ".toml"]
+    if tables:
+        if len(inputs) > 1:
+            raise InputError(f"{tables[0]} is a settings file, which names its images itself: give it alone.")
+        if given := [name for name, value in optics.items() if value]:
+            option = given[0].removesuffix("s").replace("_", "-")
+            raise InputError(f"--{option} cannot go with {tables[0]}, which tells the optics itself: set it there.")
+        settings = load_settings(tables[0])
+        return settings, read_photographs([shot.image for shot in settings.shots], settings.camera.encoding)
+    if len(inputs) < least:
+        raise InputError(
+            f"only {inputs[0]} is given, but depth needs a settings file, whose name ends in .toml, "
+            f"or {least} or more photographs: add what is missing."
+        )
+    photographs = read_photographs(inputs, optics["encoding"])
+    settings = from_exif(
+        inputs,
+        focal_length_mm=optics["focal_length"],
+        f_numbers=optics["f_numbers"],
+        focus_distances_m=optics["focus_distances"],
+        pixel_pitch_um=optics["pixel_pitch"],
+        encoding=optics["encoding"],
+        telecentric=optics["telecentric"],
+    )
+    return settings, photographs
+
+
+def _summary(
+    settings: Settings,
+    photographs: Sequence[Photograph],
+    asked: Mapping[str, Any],
+    result: DepthMap,
+    told: Sequence[str],
+) -> dict[str, Any]:
+    valid = result.valid
+
+    def median(values: np.ndarray[Any, Any]) -> float:
+        return float(np.median(values[valid])) if valid.any() else math.nan
+
+    views = [
+        {
+            "image": str(photograph.path),
+            "f_number": shot.f_number,
+            "focus_distance_m": shot.focus_distance_m,
+            "pixel_angle_rad": pixel_angle,
+            "encoding": photograph.encoding,
+            "pixel_type": photograph.pixel_type,
+            "share_saturated": photograph.saturated,
+        }
+        for photograph, shot, pixel_angle in zip(photographs, settings.shots, settings.pixel_angles(), strict=True)
+    ]
+    packages = ("focalgradient", "numpy", "scipy")
+    return {
+        "settings": {"camera": settings.camera.model_dump(), "views": views, **asked},
+        "medians": {
+            "distance_m": median(result.distance),
+            "vergence_dioptres": median(result.vergence),
+            "vergence_sd_dioptres": median(result.vergence_sd),
+        },
+        "share_valid": float(valid.mean()),
+        "side_of_focus": {
+            "reading": result.details.get("side"),
+            "share_of_valid_told_by_views": float(result.side_known[valid].mean()) if valid.any() else math.nan,
+        },
+        "details": result.details,
+        "warnings": list(told),
+        "versions": {name: version(name) for name in packages} | {"python": platform.python_version()},
+    }

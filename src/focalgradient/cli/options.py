@@ -1,0 +1,107 @@
+"""Options that several commands share: the optics of the views, and the limits of the search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from focalgradient.errors import InputError
+
+__all__ = ["optics_options", "positive", "search_options"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def positive(
+    unit: str = "", infinite: bool = False
+) -> Callable[[click.Context, click.Parameter, float | tuple[float, ...] | None], Any]:
+    """Refuse, as an option's callback, what is not a positive number of some `unit`."""
+
+    def check(_: click.Context, option: click.Parameter, given: float | tuple[float, ...] | None) -> Any:
+        for value in given if isinstance(given, tuple) else (given,):
+            if value is not None and not (value > 0 and (infinite or math.isfinite(value))):
+                raise InputError(f"{option.opts[0]} is {value:g}, but must be a positive number{unit}.")
+        return given
+
+    return check
+
+
+def search_options(command: Command) -> Command:
+    """Add where depth is sought, and the shape of the blur: ``near``, ``far``, ``psf``."""
+    return _added(command, _SEARCH)
+
+
+def optics_options(command: Command) -> Command:
+    """Add the optics where no settings file tells them, as `photographs.from_exif` takes them."""
+    return _added(command, _OPTICS)
+
+
+def _added(command: Command, options: list[Callable[[Command], Command]]) -> Command:
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+_SEARCH: list[Callable[[Any], Any]] = [
+    click.option(
+        "--near", type=float, metavar="M", callback=positive(" of metres"), help="Search from here, in metres."
+    ),
+    click.option(
+        "--far",
+        type=float,
+        metavar="M",
+        callback=positive(" of metres", infinite=True),
+        help="Search up to here, in metres.",
+    ),
+    click.option(
+        "--psf",
+        type=click.Choice(["disc", "gaussian"]),
+        default="disc",
+        show_default=True,
+        help="Shape of the blur. For a gaussian, blur_k in [camera] is its standard deviation over the disc's radius.",
+    ),
+]
+
+_OPTICS: list[Callable[[Any], Any]] = [
+    click.option(
+        "--focal-length",
+        type=float,
+        metavar="MM",
+        callback=positive(" of millimetres"),
+        help="* Focal length, in millimetres.",
+    ),
+    click.option(
+        "--f-number",
+        "f_numbers",
+        type=float,
+        multiple=True,
+        metavar="N",
+        callback=positive(infinite=True),
+        help="* f-number: once for each photograph, in order.",
+    ),
+    click.option(
+        "--focus-distance",
+        "focus_distances",
+        type=float,
+        multiple=True,
+        metavar="M",
+        callback=positive(" of metres", infinite=True),
+        help="* Distance of the plane in focus, in metres: once for each photograph, in order.",
+    ),
+    click.option(
+        "--pixel-pitch",
+        type=float,
+        metavar="UM",
+        callback=positive(" of micrometres"),
+        help="* Size of a pixel, in micrometres.",
+    ),
+    click.option(
+        "--encoding",
+        type=click.Choice(["linear", "srgb"]),
+        help="* How pixel values encode light.  [default: srgb for 8-bit image files, linear for others]",
+    ),
+    click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus."),
+]
