@@ -1,0 +1,214 @@
+"""How well blur could tell depth at best: Cramér-Rao bounds for a step edge and for two or more views of a texture.
+
+No unbiased estimate has a smaller standard deviation than these. The derivations are in ``docs/limits.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.optics import Optics
+from focalgradient.psf import DISC_K, PsfName, transfer
+
+__all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "window_area"]
+
+FloatArray = NDArray[np.float64]
+
+Power = Callable[[FloatArray], FloatArray]
+"""Power spectral density of a texture at frequencies in cycles per pixel: its integral over the plane is the variance."""
+
+NODES = 160
+"""Gauss-Legendre nodes from frequency 0 to 1/2 cycle per pixel, in each direction."""
+
+
+def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float) -> FloatArray:
+    """Least standard deviation of sigma, *relative to sigma*, from a step edge of Gaussian blur.
+
+    (4 sqrt(pi))^(1/2) (noise / contrast) / sqrt(length sigma): position and both levels, though unknown, cost nothing
+    where the edge is seen well beyond its blur.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation of the blur in pixels; any shape.
+    noise
+        Standard deviation of a pixel's noise, in the unit of `contrast`.
+    contrast
+        Height of the step.
+    length
+        Pixels along the edge that are used.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `sigma`.
+
+    Examples
+    --------
+    >>> round(100 * float(edge_bound(2.0, noise=0.01, contrast=0.5, length=16)), 2)  # per cent
+    0.94
+    """
+    _positive(noise=noise, contrast=contrast, length=length)
+    with np.errstate(divide="ignore"):
+        return math.sqrt(4 * math.sqrt(math.pi)) * noise / contrast / np.sqrt(length * np.asarray(sigma, dtype=float))
+
+
+def comparison_bound(
+    optics: Sequence[Optics],
+    vergence: ArrayLike,
+    pixel_angle: float,
+    *,
+    power: Power,
+    noise: float | Sequence[float],
+    area: float,
+    psf: PsfName = "disc",
+    k: float = DISC_K,
+) -> FloatArray:
+    """Least standard deviation of vergence, in dioptres, from views of one unknown texture at one depth.
+
+    The Fisher information about V, the texture being unknown, is
+
+        area x integral of P (sum H_i'^2 - (sum H_i H_i')^2 / sum H_i^2) df,
+
+    with P the power of the texture, H_i view i's transfer over the sd of its noise, and ' the derivative by V. For two
+    views the bracket is (H_1 H_2' - H_2 H_1')^2 / (H_1^2 + H_2^2).
+
+    Parameters
+    ----------
+    optics
+        What formed each of the n views.
+    vergence
+        True vergence in dioptres; any shape.
+    pixel_angle
+        Angle of a pixel in radians, the same in all views.
+    power
+        Power of the texture as a sharp view records it (the pixels' own averaging included): see `natural_power` and
+        `image_power`.
+    noise
+        Standard deviation of a pixel's noise, one for all or one for each view, in the unit of the texture.
+    area
+        Pixels that an estimate rests on: n^2 for a patch of side n, `window_area` for a Gaussian window.
+    psf, k
+        Blur model: see `focalgradient.psf.transfer`.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `vergence`; ``inf`` where blur does not change with vergence.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, or there are fewer than two views or another number of noises.
+
+    Examples
+    --------
+    A pinhole view and one with a disc of 2 pixels radius (at 2 D, 1 D from focus), 1 % noise, texture of contrast 0.2:
+
+    >>> from focalgradient import Lens
+    >>> views = [Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (math.inf, 4)]
+    >>> sd = comparison_bound(views, 2.0, 0.003125 / 2, power=natural_power(0.2, 32), noise=0.01, area=32**2)
+    >>> round(float(sd), 4)
+    0.0034
+    """
+    if len(optics) < 2:
+        raise InputError(f"{len(optics)} optics given, but views are compared from two on: give one for each view.")
+    noises = np.asarray(noise, dtype=float)
+    if noises.ndim > 1 or noises.size not in (1, len(optics)) or not np.all((noises > 0) & np.isfinite(noises)):
+        raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
+    _positive(pixel_angle=pixel_angle, area=area)
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    place, weight = (node + 1) / 4, weight / 4  # 0 to 1/2; the plane's other quadrants are alike
+    frequency = np.hypot(place[:, None], place).ravel()
+    share = 4 * np.outer(weight, weight).ravel() * power(frequency)
+    level = np.asarray(vergence, dtype=float)[..., None]
+    heard, slope = [], []
+    for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
+        scale = one.aperture_diameter / 2 / pixel_angle
+
+        def at(defocus: FloatArray, scale: float = scale) -> FloatArray:
+            return transfer(frequency, scale * np.abs(defocus), psf, k)
+
+        defocus = one.focus_vergence - level
+        step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference
+        heard.append(at(defocus) / sd)
+        slope.append((at(defocus - step) - at(defocus + step)) / (2 * step * sd))
+    total = sum(h**2 for h in heard)
+    along = sum(h * s for h, s in zip(heard, slope, strict=True))
+    left = sum(s**2 for s in slope) - along**2 / np.maximum(total, np.finfo(float).tiny)
+    information = area * np.asarray(left @ share)
+    with np.errstate(divide="ignore"):
+        return 1 / np.sqrt(np.maximum(information, 0))
+
+
+def window_area(window: float) -> float:
+    """Pixels that a Gaussian window of standard deviation `window` is worth: 1 / sum of its squared weights.
+
+    >>> round(window_area(8.0))
+    804
+    """
+    return 4 * math.pi * window**2
+
+
+def natural_power(contrast: float, side: int) -> Power:
+    """Power of a texture whose amplitude falls as 1/frequency, with standard deviation `contrast` in `side` x `side`.
+
+    >>> power = natural_power(0.2, 32)
+    >>> float(round(power(np.array([0.1]))[0] / power(np.array([0.2]))[0], 6))
+    4.0
+    """
+    _positive(contrast=contrast, side=side)
+    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.fftfreq(side)).ravel()[1:]
+    scale = contrast**2 * side**2 / np.sum(1 / frequency**2)
+
+    def power(frequency: FloatArray) -> FloatArray:
+        return np.asarray(scale / np.maximum(frequency, 1e-9) ** 2)
+
+    return power
+
+
+def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
+    """Power of an image's texture at each radial frequency, without that of white `noise` (a standard deviation).
+
+    Measured under a Hann window in rings one sample wide; between them, and up to the corner, interpolated.
+
+    Parameters
+    ----------
+    image
+        H x W, sharp: what a pinhole view records.
+
+    Examples
+    --------
+    White noise has its variance at every frequency:
+
+    >>> power = image_power(np.random.default_rng(0).standard_normal((256, 256)))
+    >>> bool(abs(power(np.linspace(0.1, 0.5, 9)).mean() - 1) < 0.02)
+    True
+    """
+    window = np.outer(*(np.hanning(n + 2)[1:-1] for n in image.shape))
+    level = np.sum(image * window) / window.sum()
+    spectrum = np.abs(np.fft.fft2((image - level) * window)) ** 2 / np.sum(window**2)
+    frequency = np.hypot(np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1]))
+    ring = np.rint(frequency * min(image.shape)).astype(np.intp).ravel()
+    count = np.bincount(ring)
+    radial = np.bincount(ring, frequency.ravel()) / np.maximum(count, 1)
+    mean = np.bincount(ring, spectrum.ravel()) / np.maximum(count, 1)
+    seen = (count > 0) & (radial > 0)
+    level_of = np.log(np.maximum(mean[seen] - noise**2, 1e-12 * mean.max()))
+    place = np.log(radial[seen])
+
+    def power(frequency: FloatArray) -> FloatArray:
+        return np.exp(np.interp(np.log(np.maximum(frequency, 1e-9)), place, level_of))
+
+    return power
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"{name} is {value!r}, but must be a positive number.")
