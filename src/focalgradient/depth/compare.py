@@ -37,6 +37,9 @@ LENIENCE = 2.0
 MISFIT = 4.0
 """Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
 
+REACH = 2.0
+"""How far into the frame the light from beyond it is felt, in radii of blur."""
+
 ROUNDS = 6
 """Times that contradicting pixels are looked for, at most."""
 
@@ -52,16 +55,17 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     asked.say("equalising blur")
     equalised = search.equalise(placed.images, noise_sd, asked.psf, asked.k, asked.window)
     asked.say("reading depth")
-    tolerance = MODEL_ERROR * search.radius(search.vergences) / (search.slope * search.spacing)
-    nodes, agrees, scale = _read_robustly(equalised, placed, asked.false_alarm, tolerance, raisable)
+    blur = search.radius(search.vergences)
+    tolerance = MODEL_ERROR * blur / (search.slope * search.spacing)
+    nodes, agrees, scale = _read_robustly(equalised, placed, asked.false_alarm, blur, tolerance, raisable)
 
     level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
     sd_level = equalised.to_pixels(nodes.sd, nodes.sd, placed.shape)
     vergence = (search.lowest + level * search.spacing).astype(np.float32)
     vergence_sd = (sd_level * search.spacing).astype(np.float32)
     # Texture enough: blur known to 0.3 pixel or to a tenth, and told by signal rather than by noise.
-    blur = search.radius(vergence.astype(float))
-    clear = vergence_sd * search.slope <= np.maximum(0.3, 0.1 * blur)
+    found = search.radius(vergence.astype(float))
+    clear = vergence_sd * search.slope <= np.maximum(0.3, 0.1 * found)
     told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support >= 0.1) & (nodes.misfit < MISFIT)
     valid = clear & agrees & equalised.to_blocks(told, placed.shape)
     if not search.side_known:
@@ -125,18 +129,24 @@ def _noise(asked: Asked, placed: Placed, search: Search) -> tuple[list[float], f
 
 
 def _read_robustly(
-    equalised: Equalised, placed: Placed, false_alarm: float, tolerance: NDArray[np.float64], raisable: float | None
+    equalised: Equalised,
+    placed: Placed,
+    false_alarm: float,
+    blur: NDArray[np.float64],
+    tolerance: NDArray[np.float64],
+    raisable: float | None,
 ) -> tuple[Nodes, NDArray[np.bool_], float]:
-    """Read depth without the pixels whose views contradict each other.
+    """Read depth without what contradicts itself, and without what blur from beyond the frame reaches.
 
+    `blur` and `tolerance` are the largest blur radius in pixels, and the tolerated error in levels, at each level.
     Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
     Returns the nodes, which pixels agree, and the noise variance in units of the one assumed.
     """
     # Blur carries light in from beyond the frame: its rim is not read, and goes by what lies next to it.
     rim = min(round(equalised.window), min(placed.shape) // 8)
     middle = (slice(rim, -rim), slice(rim, -rim))
-    frame = np.zeros(placed.shape, np.bool_)
-    frame[middle] = True
+    inward = np.minimum.outer(*(np.minimum(np.arange(n), np.arange(n)[::-1]) for n in placed.shape))
+    frame = inward >= rim
     agrees = placed.usable
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
     weight = (agrees & frame).astype(np.float32)
@@ -144,6 +154,10 @@ def _read_robustly(
     some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
+    level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
+    reach = REACH * np.interp(level, np.arange(equalised.levels), blur)
+    frame &= inward >= np.minimum(reach, min(placed.shape) / 6)
+    nodes = equalised.read((agrees & frame).astype(np.float32), scale)
     for _ in range(ROUNDS):
         seen, before = equalised.look(nodes), agrees
         agreement = equalised.agreement(seen, scale, CHECK_SIDE, false_alarm, tolerance)

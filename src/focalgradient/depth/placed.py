@@ -108,14 +108,19 @@ def _clipped(image: Image) -> NDArray[np.bool_]:
 
 
 def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
-    """Exposure of `image` over that of `reference`: the median ratio of their local means, brighter places first."""
+    """Exposure of `image` over that of `reference`: the ratio of the light in both, where the ratio is the usual one.
+
+    Blur moves light but keeps its sum. Places are never weighted by the brightness of one view: the brightest of the
+    sharper view are darker in the other for their blur alone.
+    """
     mask = usable.astype(np.float32)
-    step = max(4, min(reference.shape) // 32)
+    step = max(4, min(reference.shape) // 16)
     one, other = (block_sum(picture * mask, step).ravel() for picture in (reference, image))
-    lit = one > 0.1 * one.max()
-    order = np.argsort(other[lit] / one[lit])
-    weight = np.cumsum(one[lit][order])
-    ratio = float((other[lit] / one[lit])[order][np.searchsorted(weight, weight[-1] / 2)])
-    if not ratio > 0:
+    lit = one + other > 0.1 * (one + other).max()
+    ratio = other[lit] / np.maximum(one[lit], np.finfo(np.float32).tiny)
+    usual = np.abs(ratio - np.median(ratio))
+    alike = usual <= 4 * np.median(usual) + 1e-6
+    gain = float(other[lit][alike].sum() / one[lit][alike].sum())
+    if not gain > 0:
         raise InputError("one view is dark where another is bright, but views may differ by a positive gain only.")
-    return ratio
+    return gain
