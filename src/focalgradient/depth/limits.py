@@ -140,10 +140,11 @@ def comparison_bound(
         slope.append((at(defocus - step) - at(defocus + step)) / (2 * step * sd))
     total = sum(h**2 for h in heard)
     along = sum(h * s for h, s in zip(heard, slope, strict=True))
-    left = sum(s**2 for s in slope) - along**2 / np.maximum(total, np.finfo(float).tiny)
-    information = area * np.asarray(left @ share)
+    change = sum(s**2 for s in slope)
+    left = change - along**2 / np.maximum(total, np.finfo(float).tiny)
+    left = np.where(left > 1e-9 * change, left, 0)  # views that change in proportion leave rounding only
     with np.errstate(divide="ignore"):
-        return 1 / np.sqrt(np.maximum(information, 0))
+        return np.asarray(1 / np.sqrt(area * (left @ share)))
 
 
 def window_area(window: float) -> float:
