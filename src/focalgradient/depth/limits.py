@@ -15,7 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import DISC_K, PsfName, transfer
 
-__all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "window_area"]
+__all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "texture_bound", "window_area"]
 
 FloatArray = NDArray[np.float64]
 
@@ -116,16 +116,86 @@ def comparison_bound(
     >>> round(float(sd), 4)
     0.0034
     """
+    _positive(area=area)
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    place, weight = (node + 1) / 4, weight / 4  # 0 to 1/2; the plane's other quadrants are alike
+    frequency = np.hypot(place[:, None], place).ravel()
+    share = 4 * np.outer(weight, weight).ravel() * power(frequency)
+    told = _information(optics, vergence, pixel_angle, frequency, noise, psf, k)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / np.sqrt(area * (told @ share)))
+
+
+def texture_bound(
+    sharp: NDArray[np.floating],
+    optics: Sequence[Optics],
+    vergence: float,
+    pixel_angle: float,
+    *,
+    noise: float | Sequence[float],
+    window: float,
+    psf: PsfName = "disc",
+    k: float = DISC_K,
+) -> FloatArray:
+    """Least standard deviation of vergence, in dioptres, at every pixel of one texture, in a Gaussian window there.
+
+    As `comparison_bound`, for a texture that is known and not alike everywhere: where it is blank, nothing tells depth.
+
+    Parameters
+    ----------
+    sharp
+        H x W: the texture as a pinhole view records it without noise. It is mirrored at its border.
+    optics, vergence, pixel_angle, noise, psf, k
+        As in `comparison_bound`; one vergence, in dioptres.
+    window
+        Standard deviation of the window in pixels.
+
+    Returns
+    -------
+    ndarray
+        H x W.
+
+    Examples
+    --------
+    The bound of a whole texture lies within what its places scatter to:
+
+    >>> from focalgradient import Lens
+    >>> views = [Lens(focal_length=0.025, f_number=n, focus_distance=1.0) for n in (math.inf, 4)]
+    >>> white = np.random.default_rng(0).standard_normal((96, 96))
+    >>> everywhere = texture_bound(white, views, 0.5, 1e-3, noise=0.01, window=8.0)
+    >>> mean = comparison_bound(views, 0.5, 1e-3, power=np.ones_like, noise=0.01, area=window_area(8.0))
+    >>> bool(abs(np.sqrt(np.mean(everywhere**-2.0)) * mean - 1) < 0.1)
+    True
+    """
+    # Imported here: a heavy library that the other bounds do without.
+    from scipy.ndimage import gaussian_filter
+
+    _positive(window=window)
+    height, width = sharp.shape
+    wide = np.pad(sharp, ((0, height), (0, width)), mode="symmetric")
+    frequency = np.hypot(np.fft.fftfreq(2 * height)[:, None], np.fft.rfftfreq(2 * width))
+    told = _information(optics, vergence, pixel_angle, frequency.ravel(), noise, psf, k).reshape(frequency.shape)
+    seen = np.fft.irfft2(np.fft.rfft2(wide) * np.sqrt(told), wide.shape)[:height, :width]
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / np.sqrt(window_area(window) * gaussian_filter(seen**2, window, mode="reflect")))
+
+
+def _information(
+    optics: Sequence[Optics],
+    vergence: ArrayLike,
+    pixel_angle: float,
+    frequency: FloatArray,
+    noise: float | Sequence[float],
+    psf: PsfName,
+    k: float,
+) -> FloatArray:
+    """The bracket of `comparison_bound`: ... x F, by vergence and frequency."""
     if len(optics) < 2:
         raise InputError(f"{len(optics)} optics given, but views are compared from two on: give one for each view.")
     noises = np.asarray(noise, dtype=float)
     if noises.ndim > 1 or noises.size not in (1, len(optics)) or not np.all((noises > 0) & np.isfinite(noises)):
         raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
-    _positive(pixel_angle=pixel_angle, area=area)
-    node, weight = np.polynomial.legendre.leggauss(NODES)
-    place, weight = (node + 1) / 4, weight / 4  # 0 to 1/2; the plane's other quadrants are alike
-    frequency = np.hypot(place[:, None], place).ravel()
-    share = 4 * np.outer(weight, weight).ravel() * power(frequency)
+    _positive(pixel_angle=pixel_angle)
     level = np.asarray(vergence, dtype=float)[..., None]
     heard, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
@@ -142,9 +212,7 @@ def comparison_bound(
     along = sum(h * s for h, s in zip(heard, slope, strict=True))
     change = sum(s**2 for s in slope)
     left = change - along**2 / np.maximum(total, np.finfo(float).tiny)
-    left = np.where(left > 1e-9 * change, left, 0)  # views that change in proportion leave rounding only
-    with np.errstate(divide="ignore"):
-        return np.asarray(1 / np.sqrt(area * (left @ share)))
+    return np.where(left > 1e-9 * change, left, 0)  # views that change in proportion leave rounding only
 
 
 def window_area(window: float) -> float:
