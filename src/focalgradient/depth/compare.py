@@ -146,26 +146,22 @@ def _read_robustly(
     rim = min(round(equalised.window), min(placed.shape) // 8)
     middle = (slice(rim, -rim), slice(rim, -rim))
     inward = np.minimum.outer(*(np.minimum(np.arange(n), np.arange(n)[::-1]) for n in placed.shape))
-    frame = inward >= rim
-    agrees = placed.usable
+    agrees, used = placed.usable, placed.usable & (inward >= rim)
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    weight = (agrees & frame).astype(np.float32)
-    mean, support = equalised.averages(weight)
+    mean, support = equalised.averages(used.astype(np.float32))
     some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
-    level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
-    reach = REACH * np.interp(level, np.arange(equalised.levels), blur)
-    frame &= inward >= np.minimum(reach, min(placed.shape) / 6)
-    nodes = equalised.read((agrees & frame).astype(np.float32), scale)
     for _ in range(ROUNDS):
-        seen, before = equalised.look(nodes), agrees
+        seen, before = equalised.look(nodes), used
         agreement = equalised.agreement(seen, scale, CHECK_SIDE, false_alarm, tolerance)
         agrees = placed.usable & np.pad(agreement[middle], rim, mode="edge")
-        if (before ^ agrees).mean() < 2e-3:
+        reach = REACH * np.interp(seen.level, np.arange(equalised.levels), blur)
+        used = agrees & (inward >= np.clip(reach, rim, min(placed.shape) / 6))
+        if (before ^ used).mean() < 2e-3:
             break
-        weight = (agrees & frame).astype(np.float32)
-        nodes = equalised.read(weight, scale)
+        nodes = equalised.read(used.astype(np.float32), scale)
+    weight = used.astype(np.float32)
     nodes = replace(equalised.refine(nodes, seen, weight, scale, GROWTH[:2]), sd=nodes.sd)
     nodes = equalised.refine(nodes, equalised.look(nodes), weight, scale)  # again, about the first's answer
     return equalised.beside_jumps(nodes), agrees, scale
