@@ -15,7 +15,7 @@ from focalgradient.view import View
 
 __all__ = ["METHODS", "Method", "MethodName", "recover_depth"]
 
-MethodName = Literal["equalise"]
+MethodName = Literal["equalise", "autofocus"]
 
 Progress = Callable[[str], None]
 
@@ -31,6 +31,7 @@ class Method:
 
 METHODS: dict[str, Method] = {
     "equalise": Method("compare"),
+    "autofocus": Method("autofocus", least=3),
 }
 
 
@@ -57,7 +58,13 @@ def recover_depth(
         the first view's pixels. Views whose pixel angles differ (focusing changes magnification) are brought to the
         first view's; exposures may differ by any gain.
     method
-        ``"equalise"``: maximum likelihood by equalisation over the whole image (Eqs. 7-11, for any optics).
+        How blur is measured.
+
+        - ``"equalise"``: maximum likelihood by equalisation over the whole image (Eqs. 7-11, for any optics);
+        - ``"spectra"``: regression of the log ratio of patches' spectra (Eqs. 7-11);
+        - ``"ratio"``: the real-time form, the ratio of Laplacian energies (section III); two views of one focus;
+        - ``"edges"``: sharp edges, from one view (Eqs. 2-6): valid on contours only;
+        - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model.
     near, far
         Limits of the search in metres. By default both sides of focus are searched, from infinity up to a blur of
         16 pixels.

@@ -1,0 +1,149 @@
+"""Autofocus: the sharpest of a stack of focus settings, to a small part of their spacing, and honest about it."""
+
+import json
+
+import numpy as np
+import pytest
+from blurred import Camera, lens, texture, wall
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient.depth.autofocus import peaks
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import slant
+
+PITCH = 8e-6
+
+
+def stack(*vergences: float, f_number: float = 4) -> list[Lens]:
+    return [lens(f_number, 1 / vergence) for vergence in vergences]
+
+
+# --- the peak ---------------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    steps=st.lists(st.floats(0.05, 0.5), min_size=3, max_size=12),
+    place=st.floats(0.05, 0.95),
+    width=st.floats(0.2, 1.0),
+    height=st.floats(1e-6, 1e6),
+)
+def test_blur_that_is_even_about_focus_is_read_exactly(
+    steps: list[float], place: float, width: float, height: float
+) -> None:
+    """Sharpness as 1 / (s^2 + sigma^2)^2, at settings of any spacing."""
+    focus = np.cumsum(steps)
+    vergence = focus[0] + place * (focus[-1] - focus[0])
+    measure = height / (1 + ((focus - vergence) / width) ** 2) ** 2
+    found = peaks(measure[:, None, None], np.full((len(focus), 1, 1), 1e-18 * height**2), focus, reach=0.5)
+    assert found.found.all()
+    assert found.vergence.item() == pytest.approx(vergence, abs=1e-3 * width)
+
+
+def test_uncertainty_of_a_peak_is_that_of_its_noise() -> None:
+    focus = np.array([0.4, 0.6, 0.7, 1.0, 1.1])
+    clean = (1 + ((focus - 0.77) / 0.2) ** 2) ** -2.0
+    sd = 0.02 * np.sqrt(clean)
+    random = np.random.default_rng(3)
+    measure = clean[:, None, None] + sd[:, None, None] * random.standard_normal((5, 40, 50))
+    found = peaks(measure, np.broadcast_to(sd[:, None, None] ** 2, measure.shape), focus, reach=0.3)
+    assert found.vergence.mean() == pytest.approx(0.77, abs=3 * found.vergence.std() / np.sqrt(2000) + 0.001)
+    assert found.vergence.std() == pytest.approx(np.sqrt(np.mean(found.sd**2)), rel=0.1)
+    # What the reading claims of each setting's measure is what it does.
+    changed = measure.copy()
+    changed[2] *= 1 + 1e-6
+    again = peaks(changed, np.broadcast_to(sd[:, None, None] ** 2, measure.shape), focus, reach=0.3)
+    assert np.allclose(again.vergence - found.vergence, 1e-6 * found.rise[2] * measure[2], rtol=0.25, atol=1e-9)
+
+
+# --- walls ------------------------------------------------------------------------------------------------------------
+
+
+def test_uneven_settings_in_any_order_through_cameras_of_any_exposure() -> None:
+    lenses = stack(0.95, 0.5, 1.2, 0.72, 0.81, 0.6)
+    cameras = [Camera(gain=gain) for gain in (1.0, 0.5, 2.0, 1.0, 1.5, 1.0)]
+    depth = recover_depth(wall(lenses, 1.3, cameras=cameras), method="autofocus")
+    assert depth.valid.mean() > 0.99
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=5e-4)
+    assert depth.side_known.all()
+    assert depth.details["gain"] == pytest.approx([1.0, 0.5, 2.0, 1.0, 1.5, 1.0], rel=5e-3)
+    assert json.loads(json.dumps(depth.details)) == depth.details
+
+
+@pytest.mark.parametrize("psf", ["disc", "gaussian"])
+def test_needs_no_model_of_blur(psf: str) -> None:
+    depth = recover_depth(wall(stack(0.5, 0.65, 0.8, 0.95), 1.4, psf=psf, k=0.6), method="autofocus")
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.4, rel=2e-3)
+
+
+def test_what_lies_beyond_the_stack_is_refused() -> None:
+    lenses = stack(0.6, 0.8, 1.0, 1.2)
+    assert recover_depth(wall(lenses, 2.5), method="autofocus").valid.mean() < 0.02
+    assert recover_depth(wall(lenses, 0.7), method="autofocus").valid.mean() < 0.02
+    # Within the stack, though its end is the sharpest setting of all.
+    depth = recover_depth(wall(lenses, 1 / 0.63), method="autofocus")
+    assert depth.valid.mean() > 0.95
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / 0.63, rel=5e-3)
+
+
+def test_what_has_no_texture_is_refused() -> None:
+    field = texture(0)
+    field[:, 256:] = 1.0  # the frame's right half
+    depth = recover_depth(wall(stack(0.5, 0.65, 0.8, 0.95), 1.4, field=field), method="autofocus")
+    assert depth.valid[:, :140].mean() > 0.98
+    assert depth.valid[:, 210:].mean() < 0.02
+
+
+# --- ray-cast scenes --------------------------------------------------------------------------------------------------
+
+
+SEEDS = range(2)
+
+
+@pytest.fixture(scope="module")
+def slanted() -> list[tuple[list[View], np.ndarray]]:
+    """A plane from 0.9 to 2.2 m at nine settings, 1 % noise, each view with the magnification of its own focus."""
+    pairs = []
+    for seed in SEEDS:
+        lenses = stack(*np.linspace(0.42, 1.15, 9).tolist())
+        pixels = [PITCH / one.sensor_distance for one in lenses]
+        scene = slant(0.9, 2.2, 320 * pixels[0], seed=seed)
+        cameras = zip(lenses, pixels, strict=True)
+        rendered = [cast(scene, optics, (240, 320), pixel, samples=128, seed=seed) for optics, pixel in cameras]
+        sd = 0.01 * float(rendered[0].view.image.mean())
+        views = [noisy(one.view, sd, 50 * seed + i) for i, one in enumerate(rendered)]
+        pairs.append((views, rendered[0].distance))
+    return pairs
+
+
+@pytest.mark.parametrize(("every", "valid", "median"), [(1, 0.95, 0.001), (2, 0.95, 0.003), (4, 0.8, 0.01)])
+def test_slanted_plane(every: int, valid: float, median: float, slanted: list[tuple[list[View], np.ndarray]]) -> None:
+    """Nine settings, five, three: blur of the next setting grows from 0.9 to 3.6 pixels in radius."""
+    readings = [(recover_depth(views[::every], method="autofocus"), truth) for views, truth in slanted]
+    relative = np.concatenate([(depth.distance / truth - 1)[depth.valid] for depth, truth in readings])
+    stated = np.concatenate([((d.vergence - 1 / truth) / d.vergence_sd)[d.valid] for d, truth in readings])
+    assert min(depth.valid.mean() for depth, _ in readings) > valid
+    assert np.median(np.abs(relative)) <= median
+    assert abs(np.median(relative)) <= median / 3
+    within = np.mean(np.abs(stated) <= 2)
+    assert 0.90 <= within <= 0.98, f"{100 * within:.1f} % within 2 sd"
+
+
+# --- what is no stack -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("lenses", "limits", "words"),
+    [
+        ([lens(4), lens(5.6), lens(8)], {}, "hold 1 different focus setting, but"),
+        (stack(0.5, 0.8, 0.5), {}, "hold 2 different focus settings, but"),
+        ([*stack(0.5, 0.8), *stack(1.0, f_number=8)], {}, "differ in aperture"),
+        (stack(0.5, 0.8, 1.0), {"near": 2.5}, "focused from 1 to 2 m, but"),
+        (stack(0.5, 0.8), {}, "needs 3 or more"),
+    ],
+)
+def test_refusals(lenses: list[Lens], limits: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        recover_depth(wall(lenses, 1.4), method="autofocus", **limits)
