@@ -1,0 +1,362 @@
+"""Blurred lines in closed form, and the Necker cube drawn with them.
+
+In perspective the vergence of a straight edge, and with it the blur of a thin lens, is linear along the edge's image.
+A line whose every point spreads its light as a Gaussian of standard deviation sigma(s) = a + b s, at s = 0 to L from p
+in the direction d, shines at x with (r0 = x - p, r1 = r0 - L d, Q = b r0 + a d)
+
+    I(x) = exp(-(r0 x d)^2 / 2|Q|^2) [erf(Q.r0 / sqrt(2) a |Q|) - erf(Q.r1 / sqrt(2) (a + b L) |Q|)] / 2 sqrt(2 pi) |Q|
+
+because r(s) x Q = sigma(s) (r0 x d), so that |r|^2 / sigma^2 = (r.Q)^2 / (sigma |Q|)^2 + (r0 x d)^2 / |Q|^2, and the
+derivative of r.Q / (sigma |Q|) along the line is -|Q| / sigma^2.
+
+Lines have a width w of their own, so sigma is really hypot(w, blur) with a linear blur of either sign: a line that
+crosses the plane of focus needs no case of its own. It is cut into pieces that are nearly linear: of
+hypot(w, w tan(angle)), a chord that spans an angle of delta errs by at most delta^2 / 8, wherever it lies.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.psf import DISC_K
+from focalgradient.scenes.necker import EDGES, SYMMETRY, Necker
+
+__all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
+
+Gradient = Literal["none", "rigid", "nonrigid"]
+"""Which reading's depth the blur agrees with, if any."""
+
+Focus = Literal["near", "far"]
+"""The depth in exact focus: the nearest or the farthest that the cube reaches in a turn."""
+
+REACH = 5.0  # sigmas, beyond which a line is dark: 6e-7 of its light
+PIECE = 0.1  # radians of arctan(blur / width) in one linear piece: sigma is right within 0.13 %
+FINEST = 1.6  # pixels of line width below which lines twinkle as they cross the pixels: at 1.6 by 5e-5 of their light
+WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
+PIXEL = 1 / 12  # px^2, the variance of a pixel's own square, over which it averages the light
+
+THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(THREADS, thread_name_prefix="wireframe")
+
+
+def wireframe(
+    lines: ArrayLike,
+    blur: ArrayLike,
+    shape: tuple[int, int],
+    *,
+    width: float,
+    brightness: float = 1.0,
+) -> NDArray[np.float32]:
+    """Picture of blurred lines on black; where they cross, their light adds.
+
+    Parameters
+    ----------
+    lines
+        Start and end of each, n x 2 x 2 (x, y), in pixels: (0, 0) is the middle of the first pixel. They may leave
+        the frame.
+    blur
+        Standard deviation of the blur at start and end, n x 2, in pixels, linear in between; a change of sign along a
+        line is a crossing of the plane of focus.
+    shape
+        Height and width of the picture in pixels.
+    width
+        Standard deviation of a line's own profile in pixels; below 0.7 the pixels sample it unevenly.
+    brightness
+        Light of a line per pixel of its length: however blurred, each line gives off brightness x length.
+
+    Returns
+    -------
+    ndarray
+        Linear radiance at the middles of the pixels, H x W, 32-bit.
+
+    Raises
+    ------
+    InputError
+        If an array's shape or a value is not as stated.
+
+    Examples
+    --------
+    >>> picture = wireframe([[[20, 32], [44, 32]]], [[1, 3]], (64, 64), width=1)
+    >>> round(float(picture.sum()), 3)
+    24.0
+    """
+    lines, blur = (np.ascontiguousarray(array, dtype=float) for array in (lines, blur))
+    if lines.ndim != 3 or lines.shape[1:] != (2, 2) or blur.shape != lines.shape[:2]:
+        raise InputError(
+            f"lines and blur are {lines.shape} and {blur.shape}, but must be n x 2 x 2 and n x 2, for both ends."
+        )
+    if not (np.isfinite(lines).all() and np.isfinite(blur).all()):
+        raise InputError("lines or blur hold values that are not finite, but must be places and blurs in pixels.")
+    _check_shape(shape)
+    for name, value in (("width", width), ("brightness", brightness)):
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"{name} is {value!r}, but must be a positive finite number, in pixels.")
+    image = np.zeros(shape, np.float32)
+    rest = [_pool().submit(_draw, lines, blur, width, brightness, k, THREADS, image) for k in range(1, THREADS)]
+    _draw(lines, blur, width, brightness, 0, THREADS, image)
+    for share in rest:
+        share.result()
+    return image
+
+
+def blur_at(
+    necker: Necker, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
+) -> NDArray[np.float64]:
+    """Signed blur in the cube's picture of points at `depth` z (m, any shape): sd in radians, positive beyond focus.
+
+    sigma = `k` x magnification x (aperture / 2) (V_f - 1/z): a thin lens's blur disc, magnified with the picture.
+
+    Parameters
+    ----------
+    necker
+        The cube.
+    depth
+        In metres from the centre of projection.
+    aperture
+        Diameter in metres of the lens or pupil that looks at the cube.
+    focus
+        ``"near"`` or ``"far"``: the least or greatest depth of a whole turn; or a vergence in dioptres.
+    k
+        Standard deviation of the blur / radius of the blur disc.
+
+    Raises
+    ------
+    InputError
+        If `aperture`, `focus` or `k` is not as stated.
+
+    Examples
+    --------
+    A cube seen at its natural size, through a pupil of 4 mm: 2 mm x 0.5 x 1.505 D of blur across its depth.
+
+    >>> cube = Necker(size=0.4, perspective=0.4)
+    >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
+    [0.0, 0.001505]
+    """
+    for name, value in (("aperture", aperture), ("k", k)):
+        if not (value >= 0 and math.isfinite(value)):
+            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+    if focus == "near":
+        vergence = 1 / necker.nearest
+    elif focus == "far":
+        vergence = 1 / necker.farthest
+    elif isinstance(focus, (int, float)) and math.isfinite(focus):
+        vergence = focus
+    else:
+        raise InputError(f"focus is {focus!r}, but must be 'near', 'far' or a vergence in dioptres.")
+    return k * necker.magnification * (aperture / 2) * (vergence - 1 / np.asarray(depth, dtype=float))
+
+
+def necker_frame(
+    necker: Necker,
+    turn: float,
+    *,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    gradient: Gradient = "none",
+    aperture: float = 0.004,
+    focus: Focus | float = "near",
+    k: float = DISC_K,
+) -> NDArray[np.float32]:
+    """One moment of the turning cube, its lines blurred by the depth of one of its two readings.
+
+    The places of the lines are the same under every gradient, and so is the light of each.
+
+    Parameters
+    ----------
+    necker
+        The cube.
+    turn
+        Turns done.
+    shape
+        Height and width in pixels; the axis of the picture is in the middle.
+    pixel_angle
+        Angle in radians that a pixel subtends in the picture.
+    gradient
+        ``"none"``: every line is sharp. ``"rigid"``: blurred by its true depth. ``"nonrigid"``: blurred by the depth
+        that it has in the depth-reversed shape.
+    aperture, focus, k
+        As in `blur_at`: with focus ``"near"`` what is near in that reading is sharp, and what is far is blurred.
+
+    Returns
+    -------
+    ndarray
+        Linear radiance on black, H x W, 32-bit. Light adds where lines cross; 1 is the peak of a sharp line of many
+        pixels' width, away from others. A pixel averages over its square (to the second moment).
+
+    Raises
+    ------
+    InputError
+        If a setting is out of range, or the lines are too thin for the pixels.
+
+    Examples
+    --------
+    >>> picture = necker_frame(Necker(), 0.1, shape=(320, 320), pixel_angle=5e-4, gradient="rigid")
+    >>> picture.dtype, picture.shape
+    (dtype('float32'), (320, 320))
+    """
+    if gradient not in ("none", "rigid", "nonrigid"):
+        raise InputError(f"gradient is {gradient!r}, but must be 'none', 'rigid' or 'nonrigid'.")
+    _check_shape(shape)
+    if not math.isfinite(turn):
+        raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
+    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
+        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    if necker.line_width < FINEST * pixel_angle:
+        raise InputError(
+            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {FINEST:g} twinkle as "
+            "they move: draw wider lines or take smaller pixels."
+        )
+    centre = (np.array(shape[::-1]) - 1) / 2
+    lines = necker.project(necker.vertices(turn))[EDGES] / pixel_angle + centre
+    blur = np.zeros(EDGES.shape)
+    if gradient != "none":
+        depth = necker.seen(turn, gradient)[EDGES, 2]
+        blur = blur_at(necker, depth, aperture=aperture, focus=focus, k=k) / pixel_angle
+    line = necker.line_width / WIDTH / pixel_angle
+    width = math.sqrt(line**2 + PIXEL)
+    return wireframe(lines, blur, shape, width=width, brightness=math.sqrt(2 * math.pi) * line)
+
+
+def necker_loop(
+    necker: Necker,
+    frames: int,
+    *,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    gradient: Gradient = "none",
+    aperture: float = 0.004,
+    focus: Focus | float = "near",
+    k: float = DISC_K,
+) -> Iterator[NDArray[np.float32]]:
+    """The frames of a quarter turn, evenly spaced: shown again and again they make a turning without a seam.
+
+    `Necker.loop_frames` tells how many `frames` make the cube turn at its speed; all else is as in `necker_frame`.
+
+    >>> loop = necker_loop(Necker(), 120, shape=(320, 320), pixel_angle=5e-4, gradient="nonrigid")
+    >>> next(loop).shape
+    (320, 320)
+    """
+    if not (isinstance(frames, int) and frames >= 3):
+        raise InputError(f"frames is {frames!r}, but must be a whole number of 3 or more: see Necker.loop_frames.")
+    for frame in range(frames):
+        yield necker_frame(
+            necker,
+            SYMMETRY * frame / frames,
+            shape=shape,
+            pixel_angle=pixel_angle,
+            gradient=gradient,
+            aperture=aperture,
+            focus=focus,
+            k=k,
+        )
+
+
+def _check_shape(shape: tuple[int, int]) -> None:
+    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
+        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
+
+
+@_inlined
+def line_light(along, across, length, first, last):  # type: ignore[no-untyped-def]
+    """Light of a line at one point, for a line that gives off 1 per unit of its length.
+
+    Parameters
+    ----------
+    along, across
+        The point's place from the line's start, along it and at right angles to it.
+    length
+        Of the line; any unit, the same for all.
+    first, last
+        Standard deviation of the blur at the line's start and end, linear in between; positive.
+
+    Examples
+    --------
+    In the middle of a long line of even blur: the peak of a Gaussian, 1 / (sqrt(2 pi) sigma).
+
+    >>> round(line_light(50.0, 0.0, 100.0, 2.0, 2.0), 6)
+    0.199471
+    """
+    b = (last - first) / length
+    foot = first + b * along  # sigma at the foot of the perpendicular, and Q along the line
+    q2 = foot * foot + b * b * across * across
+    # The difference of the two erf's arguments is exactly length |Q| / sqrt(2) first last.
+    q = math.sqrt(q2)
+    gap = length * q / (math.sqrt(2.0) * first * last)
+    if gap < 3e-5:
+        # The erfs would cancel, and at |Q| = 0 be undefined: the integrand's value at the middle instead.
+        s = length * first / (first + last)
+        sigma = first + b * s
+        square = (along - s) ** 2 + across * across
+        return length * math.exp(-square / (2 * sigma * sigma)) / (2 * math.pi * first * last)
+    start = (along * foot + b * across * across) / (math.sqrt(2.0) * first * q)
+    fall = math.exp(-across * across / (2 * q2))
+    return fall * (math.erf(start) - math.erf(start - gap)) / (2 * math.sqrt(2 * math.pi) * q)
+
+
+@_compiled
+def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[no-untyped-def]
+    """Add the lines to every `step`-th row from `first` on."""
+    for line in range(lines.shape[0]):
+        x0, y0, x1, y1 = lines[line, 0, 0], lines[line, 0, 1], lines[line, 1, 0], lines[line, 1, 1]
+        length = math.hypot(x1 - x0, y1 - y0)
+        if length < 1e-9:
+            continue
+        dx, dy = (x1 - x0) / length, (y1 - y0) / length
+        begin, end = math.atan(blur[line, 0] / width), math.atan(blur[line, 1] / width)
+        pieces = max(1, math.ceil(abs(end - begin) / PIECE))
+        s, sigma = 0.0, width / math.cos(begin)
+        for piece in range(1, pieces + 1):
+            start, sigma_start = s, sigma
+            angle = begin + (end - begin) * piece / pieces
+            sigma = width / math.cos(angle)
+            s = length
+            if piece < pieces:
+                s *= (width * math.tan(angle) - blur[line, 0]) / (blur[line, 1] - blur[line, 0])
+            if s > start:
+                _draw_piece(
+                    *(x0 + start * dx, y0 + start * dy, dx, dy, s - start, sigma_start, sigma),
+                    *(brightness, first, step, image),
+                )
+
+
+@_compiled
+def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step, image):  # type: ignore[no-untyped-def]
+    """Add one piece, to the pixels that its blur reaches."""
+    height, width = image.shape
+    reach = REACH * max(sigma0, sigma1)
+    top, low = min(y0, y0 + length * dy) - reach, max(y0, y0 + length * dy) + reach
+    row = max(0, math.ceil(top))
+    row += (first - row) % step
+    while row < height and row <= low:
+        y = row - y0
+        # Columns where the place across the line is within reach, and the place along it within reach of its ends.
+        left, right = -x0, width - 1 - x0
+        if abs(dy) > 1e-12:
+            a, b = (y * dx - reach) / dy, (y * dx + reach) / dy
+            left, right = max(left, min(a, b)), min(right, max(a, b))
+        elif abs(y) > reach:
+            right = left - 1
+        if abs(dx) > 1e-12:
+            a, b = (-reach - y * dy) / dx, (length + reach - y * dy) / dx
+            left, right = max(left, min(a, b)), min(right, max(a, b))
+        for column in range(math.ceil(left + x0), math.floor(right + x0) + 1):
+            x = column - x0
+            image[row, column] += brightness * line_light(x * dx + y * dy, x * dy - y * dx, length, sigma0, sigma1)
+        row += step

@@ -1,0 +1,290 @@
+"""The rotating Necker cube: a wireframe in perspective that can be seen in two ways.
+
+Seen rigidly, it is a cube that turns as it does. Reversed in depth, each vertex moves along its own line of sight to
+the other side of the centre: the picture is the same to the last pixel, but what was far is near, the shape turns the
+other way, and because perspective made its near edges large, it must stretch and shrink as it turns. How much is the
+price of that reading: `departure_from_rigid`.
+
+Lengths are in metres, x right, y down, z away from the viewer at the origin; angles are in radians.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+
+__all__ = ["EDGES", "SYMMETRY", "Departure", "Direction", "Necker", "Reading", "departure_from_rigid", "edge_lengths"]
+
+Direction = Literal["right", "left"]
+"""Where the near side moves."""
+
+Reading = Literal["rigid", "nonrigid"]
+"""How the picture is seen: as the cube that it shows, or as that cube reversed in depth."""
+
+CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+"""The vertices of a cube of edge 1 about its centre, 8 x 3."""
+
+EDGES = np.array([(i, i | bit) for bit in (2, 1, 4) for i in range(8) if not i & bit])
+"""The two vertices of each edge, 12 x 2: four upright edges (along the axis of rotation), then the eight level ones."""
+
+SYMMETRY = 0.25
+"""Turns after which the picture repeats: the cube stands on a face, and all its edges are alike."""
+
+
+@dataclass(frozen=True, slots=True)
+class Necker:
+    """A wireframe cube that turns about its upright axis, and the picture of it.
+
+    The picture is a central projection. With `size` equal to `perspective` it is seen as the cube itself would be;
+    any other size enlarges or shrinks the picture as a whole, its blur included, as on a screen.
+
+    Parameters
+    ----------
+    size
+        Angle in the picture, in radians, of an edge that faces the viewer at the distance of the cube's centre.
+    perspective
+        Strength of perspective: edge of the cube / distance of its centre. 0.1 is weak, 0.8 strong.
+    distance
+        From the centre of projection (the eye's or lens's pupil) to the cube's centre, in metres.
+    tilt
+        Lean of the axis in radians, positive with its top toward the viewer: the cube is then seen from above.
+    direction
+        Where the near side of the true cube moves.
+    speed
+        Turns per second.
+    line_width
+        Width of the sharp lines in the picture, in radians: full width at half maximum of their Gaussian profile.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the turning cube would reach the viewer.
+
+    Examples
+    --------
+    >>> cube = Necker(size=0.2, perspective=0.5, distance=1.0)
+    >>> cube.edge, round(cube.nearest, 3), round(cube.farthest, 3)
+    (0.5, 0.582, 1.418)
+    """
+
+    size: float = math.radians(8)
+    perspective: float = 0.4
+    distance: float = 0.5
+    tilt: float = math.radians(20)
+    direction: Direction = "right"
+    speed: float = 0.125
+    line_width: float = math.radians(0.05)
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("size", "radians"),
+            ("perspective", "edges of the cube to the distance"),
+            ("distance", "metres"),
+            ("speed", "turns per second"),
+            ("line_width", "radians"),
+        ):
+            value = getattr(self, name)
+            if not (value > 0 and math.isfinite(value)):
+                raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
+        if not abs(self.tilt) < math.pi / 2:
+            raise InputError(f"tilt is {self.tilt!r}, but must be less than a right angle: give it in radians.")
+        if self.direction not in ("right", "left"):
+            raise InputError(
+                f"direction is {self.direction!r}, but must be 'right' or 'left': where the near side goes."
+            )
+        if self._reach > 0.95:
+            raise InputError(
+                f"perspective is {self.perspective:g}, with which the turning cube comes within "
+                f"{max(1 - self._reach, 0):.2g} of its distance from the viewer, but 0.05 must be left: "
+                f"take at most {math.floor(950 * self.perspective / self._reach) / 1000:g}."
+            )
+
+    @property
+    def _reach(self) -> float:
+        """How far a vertex comes before or behind the centre, over the distance."""
+        return self.perspective * (math.cos(self.tilt) / math.sqrt(2) + abs(math.sin(self.tilt)) / 2)
+
+    @property
+    def edge(self) -> float:
+        """Length of the cube's edges in metres."""
+        return self.perspective * self.distance
+
+    @property
+    def nearest(self) -> float:
+        """Least depth z in metres that the cube reaches in a turn; in either reading."""
+        return self.distance * (1 - self._reach)
+
+    @property
+    def farthest(self) -> float:
+        """Greatest depth z in metres that the cube reaches in a turn; in either reading."""
+        return self.distance * (1 + self._reach)
+
+    @property
+    def magnification(self) -> float:
+        """Angles in the picture / angles at the centre of projection."""
+        return self.size / self.perspective
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half the width and half the height, in radians about the axis, of a frame that just holds the turning cube.
+
+        >>> tuple(round(angle, 4) for angle in Necker(size=0.2, perspective=0.2, tilt=0.0).extent)
+        (0.1429, 0.1165)
+        """
+        half, radius = self.perspective / 2, self.perspective / math.sqrt(2)  # over the distance
+        sin, cos = abs(math.sin(self.tilt)), math.cos(self.tilt)
+        width = radius / math.sqrt((1 - half * sin) ** 2 - (radius * cos) ** 2)
+        # Along a vertex's circle y / z is greatest and least at its near and far ends.
+        height = max(abs(y * cos - z * sin) / (1 + y * sin + z * cos) for y in (-half, half) for z in (-radius, radius))
+        return self.magnification * width, self.magnification * height
+
+    def turn_at(self, seconds: ArrayLike) -> NDArray[np.float64]:
+        """Turns done after so many `seconds`; the direction is not in it.
+
+        >>> float(Necker(speed=0.25).turn_at(2.0))
+        0.5
+        """
+        return self.speed * np.asarray(seconds, dtype=float)
+
+    def vertices(self, turn: ArrayLike) -> NDArray[np.float64]:
+        """Vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
+
+        >>> cube = Necker(perspective=0.5, distance=1.0, tilt=0.0)
+        >>> cube.vertices(0.125)[0].round(3).tolist()  # the left, upper, near vertex, brought to the front
+        [-0.0, -0.25, 0.646]
+        """
+        angle = 2 * np.pi * np.asarray(turn, dtype=float)[..., None] * (1 if self.direction == "right" else -1)
+        x, y, z = self.edge * CORNERS.T
+        x, z = x * np.cos(angle) - z * np.sin(angle), x * np.sin(angle) + z * np.cos(angle)
+        y, z = y * math.cos(self.tilt) - z * math.sin(self.tilt), y * math.sin(self.tilt) + z * math.cos(self.tilt)
+        return np.stack([x, y, self.distance + z], axis=-1)
+
+    def reversed(self, turn: ArrayLike) -> NDArray[np.float64]:
+        """Vertices of the depth-reversed shape, ... x 8 x 3, in metres: the nonrigid reading of the same picture.
+
+        Each true vertex slides along its line of sight to where its depth is mirrored about the cube's centre,
+        z' = 2 `distance` - z. Edges stay straight.
+
+        >>> cube = Necker(perspective=0.5, distance=1.0, tilt=0.0)
+        >>> cube.reversed(0.125)[0].round(3).tolist()  # the front vertex, now at the back, and stretched
+        [-0.0, -0.523, 1.354]
+        """
+        true = self.vertices(turn)
+        depth = true[..., 2:]
+        return true * (2 * self.distance - depth) / depth
+
+    def seen(self, turn: ArrayLike, reading: Reading) -> NDArray[np.float64]:
+        """Vertices of the shape that a `reading` sees, ... x 8 x 3, in metres."""
+        if reading not in ("rigid", "nonrigid"):
+            raise InputError(f"reading is {reading!r}, but must be 'rigid' or 'nonrigid'.")
+        return self.vertices(turn) if reading == "rigid" else self.reversed(turn)
+
+    def direction_seen(self, reading: Reading) -> Direction:
+        """Where the near side moves in a `reading`: near and far sides change places, and they go opposite ways.
+
+        >>> Necker(direction="right").direction_seen("nonrigid")
+        'left'
+        """
+        if reading == "rigid":
+            return self.direction
+        return "left" if self.direction == "right" else "right"
+
+    def project(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Places in the picture, ... x 2 (right, down) in radians, of `points` (... x 3, in metres).
+
+        >>> Necker(size=0.2, perspective=0.4).project([0.1, 0.0, 0.5]).round(3).tolist()
+        [0.1, 0.0]
+        """
+        points = np.asarray(points, dtype=float)
+        return self.magnification * points[..., :2] / points[..., 2:]
+
+    def loop_frames(self, frame_rate: float) -> int:
+        """Frames, at `frame_rate` a second, in a quarter turn: after as many the picture repeats without a seam.
+
+        Raises
+        ------
+        InputError
+            If they are not a whole number, or so few that the picture does not tell which way the cube turns.
+
+        Examples
+        --------
+        >>> Necker(speed=0.125).loop_frames(60)
+        120
+        """
+        if not (frame_rate > 0 and math.isfinite(frame_rate)):
+            raise InputError(f"frame_rate is {frame_rate!r}, but must be a positive number of frames per second.")
+        frames = SYMMETRY * frame_rate / self.speed
+        whole = round(frames)
+        if abs(frames - whole) > 1e-4 * frames or whole < 3:
+            better = max(whole, 3)
+            speed = SYMMETRY * frame_rate / better
+            raise InputError(
+                f"speed is {self.speed:g} turns per second, which makes {frames:.6g} frames in a quarter turn, "
+                f"but a loop without a seam needs a whole number of 3 or more: take {speed:.6g}, "
+                f"which makes {better}."
+            )
+        return whole
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Departure:
+    """How far a shape that is seen to turn is from being rigid.
+
+    Parameters
+    ----------
+    whole
+        Root mean square, over the turn and the 12 edges, of each edge's change of length relative to its own mean
+        over the turn; 0 for a rigid shape.
+    by_frame
+        The same, over the 12 edges, at each moment.
+    """
+
+    whole: float
+    by_frame: NDArray[np.float64]
+
+
+def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lengths of the 12 edges, ... x 12, of vertices ... x 8 x 3.
+
+    >>> edge_lengths(Necker(perspective=0.5, distance=1.0).vertices(0.1)).round(6).tolist() == [0.5] * 12
+    True
+    """
+    ends = shape[..., EDGES, :]
+    return np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
+
+
+def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
+    """How far a shape departs from rigid over a turn.
+
+    For a cube upright in weak perspective p the reversed shape departs by p / sqrt(2): an upright edge is longer
+    by sqrt(2) p where it is nearest in truth, and so seen farthest, and shorter by as much half a turn later.
+
+    Parameters
+    ----------
+    shape
+        Its vertices at moments evenly spaced over one whole turn, n x 8 x 3, as `Necker.vertices` or
+        `Necker.reversed` give them.
+
+    Raises
+    ------
+    InputError
+        If that is not the shape of the array.
+
+    Examples
+    --------
+    >>> cube = Necker(perspective=0.4, tilt=0.0)
+    >>> turn = np.arange(360) / 360
+    >>> [round(departure_from_rigid(cube.seen(turn, reading)).whole, 3) for reading in ("rigid", "nonrigid")]
+    [0.0, 0.278]
+    """
+    if shape.ndim != 3 or shape.shape[1:] != CORNERS.shape or len(shape) == 0:
+        raise InputError(f"shape is {shape.shape}, but must be n x 8 x 3: vertices at n moments of a turn.")
+    lengths = edge_lengths(shape)
+    change = lengths / lengths.mean(axis=0) - 1
+    return Departure(float(np.sqrt(np.mean(change**2))), np.sqrt(np.mean(change**2, axis=1)))
