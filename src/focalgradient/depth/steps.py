@@ -1,0 +1,414 @@
+"""A blurred step fitted to the pixels along an edge, by maximum likelihood.
+
+The pixels of a band along the edge are explained as low + (high - low) E(d / width), d their distance from an arc and
+E the integral of the blur's line spread. Nothing is interpolated, so that the noise stays independent from pixel to
+pixel. Where the arc lies, its turn and its bend cost no precision of the width: they are even in d where it is odd.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from focalgradient.depth.kernels import share_rows
+from focalgradient.psf import PsfName
+
+__all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
+
+FloatArray = NDArray[np.float64]
+
+MODEL_ERROR = 0.01
+"""Error of real lenses' edges against the model, as a share of the contrast, that is not yet a contradiction."""
+
+REACHES = (4.5, 6.0, 8.0, 11.0)
+"""Half the width of the band, in standard deviations of the blur: the first must fit, the others are tried in turn."""
+
+SEEN = 0.5
+"""Share of the first band that must lie in the frame: of less, nobody can tell whether it shows a step."""
+
+WIDENING = 2.05
+"""Standard deviations of misfit (a chance of 2 %) beyond which a wider band is not taken."""
+
+NEAREST = 4.0
+"""Half the width of the band in pixels, at least."""
+
+FARTHEST = 96.0
+"""Half the width of the band in pixels, at most."""
+
+WIDEST = 20.0
+"""Standard deviation in pixels of the widest blur that is looked for."""
+
+NARROWEST = 0.15
+"""The same of the narrowest, pixel included: an edge in focus comes out so."""
+
+NODES = 1 / math.sqrt(15)
+"""Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12."""
+
+ITERATIONS = 20
+"""Steps after which a fit that has not settled is given up; an edge takes about five."""
+
+LENIENCE = 2.0
+"""Times the image's noise up to which a band's own, where noise is not given, is put down to noise."""
+
+FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
+"""What is told of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a real
+lens's error, and `pixels` the degrees of freedom of the noise in it."""
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The edge spread of a blur of width 1, as a table, and how the square pixel joins it.
+
+    A Gaussian takes the pixel's variance, 1/12, into its own. A disc is averaged over four points of the pixel, so far
+    apart that they have that variance too.
+    """
+
+    edge: FloatArray  # E(u) from u = 0 to `end`
+    line: FloatArray  # its derivative
+    end: float
+    averaged: bool
+    sd: float  # of the line spread of width 1
+
+    @classmethod
+    def of(cls, psf: PsfName) -> Profile:
+        """The profile of the blur named `psf`: its width is sigma for the Gaussian, the radius for the disc.
+
+        >>> round(float(np.interp(1.0, np.linspace(0, 6, 4097), Profile.of("gaussian").edge)), 4)
+        0.8413
+        """
+        if psf == "gaussian":
+            from scipy.special import ndtr
+
+            u = np.linspace(0, 6, 4097)
+            return cls(ndtr(u), np.exp(-(u**2) / 2) / math.sqrt(2 * math.pi), 6.0, False, 1.0)
+        u = np.linspace(0, 1, 4097)
+        chord = np.sqrt(1 - u**2)
+        return cls(0.5 + (u * chord + np.arcsin(u)) / np.pi, 2 * chord / np.pi, 1.0, True, 0.5)
+
+
+def fit_steps(
+    image: NDArray[np.float32],
+    row: FloatArray,
+    column: FloatArray,
+    angle: FloatArray,
+    blur: FloatArray,
+    *,
+    profile: Profile,
+    length: float,
+    noise: float,
+    noise_known: bool,
+) -> dict[str, FloatArray]:
+    """Fit a step at each of P places.
+
+    Parameters
+    ----------
+    image
+        H x W.
+    row, column, angle
+        Where the edges are (pixels) and the direction of their rise (rad, from +column towards +row).
+    blur
+        Rough standard deviation of each, in pixels.
+    profile, length
+        The blur, and the length of the band in pixels.
+    noise, noise_known
+        Standard deviation of the pixels' noise; where it is not known for sure, each band's own is taken, as far as
+        it lies within `LENIENCE` times it.
+
+    Returns
+    -------
+    dict of ndarray
+        `FIELDS`, each P; ``square`` is NaN where no step was found.
+    """
+    table = np.full((len(row), len(FIELDS)), np.nan)
+    places = np.stack([row, column, angle, blur], axis=1)
+
+    def work(first: int, last: int) -> None:
+        _fit_places(
+            *(image, places, first, last, profile.edge, profile.line, profile.end, profile.averaged, profile.sd),
+            *(length, noise, noise_known, table),
+        )
+
+    share_rows(len(row), work)
+    return dict(zip(FIELDS, table.T, strict=True))
+
+
+@_compiled
+def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ignore[no-untyped-def]
+    """The pixels of the band about (row, column): their x, t and values."""
+    height, width = image.shape
+    c, s = math.cos(angle), math.sin(angle)
+    across, down = (c if abs(c) > 1e-9 else 1e-9), (s if abs(s) > 1e-9 else 1e-9)
+    count = 0
+    extent = abs(s) * reach + abs(c) * half
+    for i in range(max(0, math.ceil(row - extent)), min(height - 1, math.floor(row + extent)) + 1):
+        dy = i - row
+        # |dx c + dy s| <= reach and |dy c - dx s| <= half
+        a, b = (-reach - dy * s) / across, (reach - dy * s) / across
+        d, e = (dy * c - half) / down, (dy * c + half) / down
+        left, right = max(min(a, b), min(d, e), -column), min(max(a, b), max(d, e), width - 1 - column)
+        first, last = math.ceil(column + left), math.floor(column + right)
+        for j in range(first, last + 1):
+            if count < len(xs):
+                dx = j - column
+                xs[count], ts[count], values[count] = dx * c + dy * s, dy * c - dx * s, image[i, j]
+                count += 1
+    return count
+
+
+@_compiled
+def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
+    """The edge spread at x, its slope, and minus its derivative by the width w."""
+    scale = (len(edge) - 1) / end
+    total, slope, by_width = 0.0, 0.0, 0.0
+    nodes = 4 if averaged else 1
+    for node in range(nodes):
+        u = (x + (node - (nodes - 1) / 2) * NODES) / w
+        a = abs(u)
+        if a >= end:
+            e, f = 1.0, 0.0
+        else:
+            place = a * scale
+            n = int(place)
+            part = place - n
+            e, f = edge[n] + part * (edge[n + 1] - edge[n]), line[n] + part * (line[n + 1] - line[n])
+        total += e if u >= 0 else 1 - e
+        slope += f
+        by_width += f * u
+    return total / nodes, slope / (nodes * w), by_width / (nodes * w)
+
+
+@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
+    """Signed distance of (x, t) from the arc of curvature `bend` that touches x = 0 at t = 0, and its slope in x."""
+    a = 1 - bend * x
+    b = math.sqrt(a * a + (bend * t) ** 2)
+    return (2 * x - bend * (x * x + t * t)) / (1 + b), a / max(b, 1e-9)
+
+
+@_compiled
+def _normal_equations(  # type: ignore[no-untyped-def]
+    p, xs, ts, values, count, edge, line, end, averaged, matrix, vector
+):
+    """Sums of products of the derivatives, and with the residuals; the residuals' sum of squares."""
+    matrix[:], vector[:] = 0.0, 0.0
+    square = 0.0
+    contrast = p[1] - p[0]
+    d = np.empty(6)
+    for n in range(count):
+        t = ts[n]
+        x, steep = distance_from_arc(xs[n] - p[2] - p[3] * t, t, p[4])
+        e, f, g = _spread(x, p[5], edge, line, end, averaged)
+        residual = values[n] - p[0] - contrast * e
+        f *= contrast * steep
+        d[0], d[1], d[2], d[3], d[4], d[5] = 1 - e, e, -f, -f * t, -f * t * t / 2, -contrast * g
+        square += residual * residual
+        for k in range(6):
+            vector[k] += d[k] * residual
+            for m in range(k + 1):
+                matrix[k, m] += d[k] * d[m]
+    return square
+
+
+@_compiled
+def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
+    """Solve by Cholesky with a damped diagonal, a lower triangle given; False where it is singular."""
+    size = len(vector)
+    for k in range(size):
+        for m in range(k + 1):
+            total = matrix[k, m] * (1 + damping if k == m else 1.0)
+            for i in range(m):
+                total -= lower[k, i] * lower[m, i]
+            if k == m:
+                if not total > 1e-12 * matrix[k, k]:
+                    return False
+                lower[k, k] = math.sqrt(total)
+            else:
+                lower[k, m] = total / lower[m, m]
+    for k in range(size):
+        total = vector[k]
+        for i in range(k):
+            total -= lower[k, i] * out[i]
+        out[k] = total / lower[k, k]
+    for k in range(size - 1, -1, -1):
+        total = out[k]
+        for i in range(k + 1, size):
+            total -= lower[i, k] * out[i]
+        out[k] = total / lower[k, k]
+    return True
+
+
+@_compiled
+def _settle(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
+    """Levenberg's and Marquardt's least squares from `p` on, in place; False where it does not settle."""
+    vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
+    square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
+    trial_vector = np.empty(6)
+    damping = 1e-3
+    for _ in range(ITERATIONS):
+        if not _solve(matrix, vector, damping, lower, step):
+            return False
+        trial[:] = p + step
+        trial[5] = min(max(trial[5], 0.5 * p[5], least), 2 * p[5])
+        if not abs(trial[2]) < 1e3:
+            return False
+        new = _normal_equations(trial, xs, ts, values, count, edge, line, end, averaged, other, trial_vector)
+        if new <= square:
+            small = abs(trial[5] - p[5]) < 1e-3 * p[5] and abs(trial[2] - p[2]) < 1e-3 * p[5]
+            p[:], matrix[:], vector[:], square = trial, other, trial_vector, new
+            damping *= 0.1
+            if small:
+                return True
+        else:
+            if damping > 1e6:
+                return abs(step[5]) < 1e-3 * p[5]
+            damping = max(10 * damping, 1e-4)
+    return False
+
+
+@_compiled
+def _judge(  # type: ignore[no-untyped-def]
+    p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known, sums
+):
+    """How far the residuals, averaged in cells of the band, are from noise.
+
+    Chi-square, its degrees of freedom, what a real lens may add to it, the noise taken, and from how many pixels. Two
+    cells along the edge, each `cell` pixels across it: departures as smooth as the blur, which single pixels hide.
+    """
+    sums[:] = 0.0
+    rows = sums.shape[0] // 2
+    contrast = p[1] - p[0]
+    square = 0.0
+    for n in range(count):
+        t = ts[n]
+        x, steep = distance_from_arc(xs[n] - p[2] - p[3] * t, t, p[4])
+        e, f, g = _spread(x, p[5], edge, line, end, averaged)
+        residual = values[n] - p[0] - contrast * e
+        across = min(max(math.floor(x / cell) + rows // 2, 0), rows - 1)
+        k = 2 * across + (1 if t > 0 else 0)
+        f *= contrast * steep
+        sums[k, 0] += 1
+        sums[k, 1] += residual
+        sums[k, 2] += 1 - e
+        sums[k, 3] += e
+        sums[k, 4] -= f
+        sums[k, 5] -= f * t
+        sums[k, 6] -= f * t * t / 2
+        sums[k, 7] -= contrast * g
+        square += residual * residual
+    cells = 0
+    within = square
+    for k in range(len(sums)):
+        if sums[k, 0] > 0:
+            cells += 1
+            within -= sums[k, 1] ** 2 / sums[k, 0]
+    if not noise_known and count > cells:
+        noise = min(max(math.sqrt(max(within, 0.0) / (count - cells)), noise / LENIENCE), noise * LENIENCE)
+    # What of the cells' noise the fit has taken up: trace of the derivatives' cells in the inverse of the whole.
+    lower, out, column = np.zeros((6, 6)), np.empty(6), np.empty(6)
+    taken = 0.0
+    misfit = 0.0
+    for k in range(len(sums)):
+        members = sums[k, 0]
+        if members == 0:
+            continue
+        column[:] = sums[k, 2:8]
+        if not _solve(matrix, column, 0.0, lower, out):
+            return np.inf, 1.0, 0.0, noise, count - cells
+        taken += (column * out).sum() / members
+        misfit += sums[k, 1] ** 2 / members / noise**2
+    return misfit, max(cells - taken, 1.0), count * (MODEL_ERROR * contrast / noise) ** 2, noise, count - cells
+
+
+@_compiled
+def _fits(misfit, freedom, allowed):  # type: ignore[no-untyped-def]
+    """Whether a noncentral chi-square is no more than chance (Wilson and Hilferty's quantile, with Patnaik's)."""
+    d = (freedom + allowed) ** 2 / (freedom + 2 * allowed)
+    return misfit <= (freedom + allowed) * (1 - 2 / (9 * d) + WIDENING * math.sqrt(2 / (9 * d))) ** 3
+
+
+@_compiled
+def _fit_places(  # type: ignore[no-untyped-def]
+    image, places, first, last, edge, line, end, averaged, unit, length, noise, noise_known, table
+):
+    """Fill `table` from row `first` to `last`."""
+    half = length / 2
+    reaches = np.array(REACHES)
+    room = int((length + 2) * (2 * FARTHEST + 2))
+    xs, ts, values = np.empty(room), np.empty(room), np.empty(room)
+    matrix, kept_matrix = np.zeros((6, 6)), np.zeros((6, 6))
+    lower, out = np.zeros((6, 6)), np.empty(6)
+    p, kept = np.empty(6), np.empty(6)
+    pixel = 0.0 if averaged else 1.0 / 12.0  # of the width's square that is the pixel's
+    least = NARROWEST / unit
+    last_one = np.zeros(6)
+    last_one[5] = 1.0
+    for place in range(first, last):
+        row, column, angle, sd = places[place]
+        sd = max(sd, 0.5)
+        told = False
+        misfit, freedom, allowed, found, members = 0.0, 0.0, 0.0, 0.0, 0
+        kept_angle, kept_row, kept_column = angle, row, column
+        for number in range(-2, len(reaches)):
+            reach = min(max(reaches[max(number, 0)] * sd, NEAREST), FARTHEST)
+            if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, NEAREST), FARTHEST):
+                break
+            count = _gather(image, row, column, angle, half, reach, xs, ts, values)
+            if number == -2:
+                # Levels to start from: what lies well to either side.
+                low, lows, high, highs = 0.0, 0, 0.0, 0
+                for n in range(count):
+                    if xs[n] < -sd:
+                        low, lows = low + values[n], lows + 1
+                    elif xs[n] > sd:
+                        high, highs = high + values[n], highs + 1
+                if lows < 4 or highs < 4:
+                    break
+                p[:] = low / lows, high / highs, 0.0, 0.0, 0.0, max(sd / unit, least)
+            if number == 0 and count < SEEN * length * 2 * reach:
+                break
+            if count < 24 or not _settle(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):
+                break
+            sd = unit * p[5]
+            if not (p[1] > p[0] and sd < WIDEST and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
+                break
+            if number == 0 and reach < min(0.9 * reaches[0] * sd, FARTHEST):
+                break  # no width goes with its own band
+            if number >= 0:
+                cell = max(1.0, sd)
+                rows = 2 * (int(reach / cell) + 3)
+                judged = _judge(
+                    *(p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known),
+                    np.zeros((2 * rows, 8)),
+                )
+                fits = _fits(judged[0], judged[1], judged[2])
+                if told and not fits:
+                    break
+                told = True
+                misfit, freedom, allowed, found, members = judged
+                kept[:], kept_matrix[:] = p, matrix
+                kept_angle, kept_row, kept_column = angle, row, column
+                if not fits:
+                    break
+            # Straighten the band: x and t along the edge that was found.
+            row, column = row + p[2] * math.sin(angle), column + p[2] * math.cos(angle)
+            angle -= math.atan(p[3])
+            p[2], p[3] = 0.0, 0.0
+        if not (told and _solve(kept_matrix, last_one, 0.0, lower, out)):
+            continue
+        w, variance = kept[5], found**2 * out[5] * max(1.0, misfit / freedom)
+        table[place, 0], table[place, 1], table[place, 2] = kept[0], kept[1], w * w - pixel
+        table[place, 3] = 2 * w * math.sqrt(variance)
+        table[place, 4] = kept_angle - math.atan(kept[3])
+        table[place, 5] = (
+            (kept_row - places[place, 0]) * math.sin(kept_angle)
+            + (kept_column - places[place, 1]) * math.cos(kept_angle)
+            + kept[2]
+        )
+        table[place, 6] = kept[4]
+        table[place, 7], table[place, 8], table[place, 9], table[place, 10] = misfit, freedom, allowed, members
