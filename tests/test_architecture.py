@@ -22,6 +22,7 @@ ROOMS = {
     "psf": {"errors"},
     "view": {"errors", "optics"},
     "depth": {"errors", "optics", "psf", "view"},
+    "eye": {"errors", "optics", "psf"},
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
     "photographs": {"errors", "optics", "view"},
@@ -34,9 +35,11 @@ ROOMS = {
 HOMES = {
     "matplotlib": {"plotting", "analysis"},
     "click": {"cli"},
+    "colour": {"eye"},
     "cv2": {"photographs"},
     "PIL": {"photographs", "analysis"},  # analysis packs the picture of README
     "pydantic": {"photographs"},
+    "skimage": {"analysis"},
     "psychopy": {"experiments"},
     "mitsuba": {"render"},
 }

@@ -1,0 +1,55 @@
+"""The eye as optics: what a lens answers, in light of every wavelength and at every moment.
+
+Its focus depends on colour (chromatic aberration) and on time (accommodation wavers): two views by nature.
+Accommodation and defocus are in dioptres, frequencies in cycles per degree of visual angle, light in nanometres.
+"""
+
+from focalgradient.eye.blur import BlurName, blur_transfer
+from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
+from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
+from focalgradient.eye.fluctuation import Microfluctuations, Oscillation
+from focalgradient.eye.gaussian import GaussianFit, best_gaussian
+from focalgradient.eye.light import (
+    Band,
+    Light,
+    band_difference,
+    band_light,
+    cone_fundamentals,
+    illuminant,
+    luminosity,
+)
+from focalgradient.eye.optics import Course, Eye
+from focalgradient.eye.population import Person, draw_people
+from focalgradient.eye.wavefront import Aberrations, point_spread, pupil_transfer, zernike, zernike_defocus
+
+__all__ = [
+    "REFERENCE_NM",
+    "Aberrations",
+    "Band",
+    "BlurName",
+    "Course",
+    "Eye",
+    "GaussianFit",
+    "Light",
+    "Microfluctuations",
+    "Oscillation",
+    "Person",
+    "band_difference",
+    "band_light",
+    "best_gaussian",
+    "blur_transfer",
+    "chromatic_difference",
+    "chromatic_wavelength",
+    "cone_fundamentals",
+    "cutoff_cpd",
+    "draw_people",
+    "illuminant",
+    "lommel_point_spread",
+    "luminosity",
+    "mean_eye_mtf",
+    "optical_transfer",
+    "point_spread",
+    "pupil_transfer",
+    "zernike",
+    "zernike_defocus",
+]

@@ -1,0 +1,68 @@
+"""The eye's chromatic aberration: how its refraction depends on the wavelength of light.
+
+Sign: the eye refracts blue more strongly than red. A positive chromatic difference is a *refraction*, the lens that the
+eye would need at this wavelength; it is negative for blue, where the eye is too strong. The vergence in focus is
+higher by as much as the refraction is lower, so that **a nearer object is sharper in blue**.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.eye.ranges import wavelengths
+
+__all__ = ["REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
+
+REFERENCE_NM = 580.0
+"""The wavelength, in nm, at which an eye's accommodation is stated."""
+
+_LEVEL, _STRENGTH, _POLE = 1.68524, 633.46, 214.102  # Thibos et al. 1992: D, D nm, nm
+
+
+def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
+    """Chromatic difference of refraction R(wavelength) - R(reference) in dioptres; broadcasts.
+
+    R(l) = 1.68524 - 633.46 / (l - 214.102) of the reduced chromatic eye (Thibos et al. 1992): negative for light
+    bluer than the reference, positive for redder. Multiply by an individual's `chromatic_scale` (`Eye`).
+
+    Raises
+    ------
+    InputError
+        If a wavelength is not between 380 and 780 nm.
+
+    Examples
+    --------
+    >>> chromatic_difference([450, 580, 650]).round(3).tolist()
+    [-0.954, 0.0, 0.278]
+    """
+    light, reference = wavelengths(wavelength_nm), wavelengths(reference_nm, "reference_nm")
+    return _STRENGTH / (reference - _POLE) - _STRENGTH / (light - _POLE)
+
+
+def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
+    """Wavelength in nm whose chromatic difference is `difference` (D): the inverse of `chromatic_difference`.
+
+    With it a band of wavelengths is put in the place of the one that is focused alike.
+
+    Raises
+    ------
+    InputError
+        If no wavelength between 380 and 780 nm has this difference.
+
+    Examples
+    --------
+    >>> round(float(chromatic_wavelength(-0.9537)), 1)
+    450.0
+    """
+    below = _STRENGTH / (wavelengths(reference_nm, "reference_nm") - _POLE) - np.asarray(difference, dtype=float)
+    with np.errstate(divide="ignore"):
+        light = _POLE + _STRENGTH / below
+    if not np.all((below > 0) & (light > 380 - 1e-9) & (light < 780 + 1e-9)):
+        raise InputError(
+            f"difference is {difference!r} D, but visible light (380 to 780 nm) differs from "
+            f"{np.asarray(reference_nm):g} nm by {chromatic_difference(380, reference_nm):.2f} to "
+            f"{chromatic_difference(780, reference_nm):.2f} D only."
+        )
+    return light.clip(380, 780)

@@ -1,0 +1,108 @@
+"""How far an eye's blur has "the general shape of a Gaussian" (Pentland 1987, appendix), as a measurement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from focalgradient.eye.blur import blur_transfer
+from focalgradient.eye.diffraction import cutoff_cpd
+from focalgradient.eye.light import Light
+from focalgradient.eye.optics import Eye
+from focalgradient.eye.quadrature import panels
+from focalgradient.psf import gaussian_transfer
+
+__all__ = ["GaussianFit", "best_gaussian"]
+
+
+@dataclass(frozen=True, slots=True)
+class GaussianFit:
+    """The Gaussian closest to a point spread.
+
+    Parameters
+    ----------
+    sigma
+        Its standard deviation in radians.
+    radius
+        Radius in radians of the geometric blur disc at the eye's own wavelength.
+    residual
+        Root mean square of what is left of the point spread, over that of the point spread itself.
+    lowest
+        Lowest value of the transfer: below 0 contrast reverses, as no Gaussian's does.
+    lowest_cpd
+        Frequency of that, in cycles per degree.
+    reversal_cpd
+        Frequency at which contrast first reverses, in cycles per degree; ``inf`` where it never does.
+    """
+
+    sigma: float
+    radius: float
+    residual: float
+    lowest: float
+    lowest_cpd: float
+    reversal_cpd: float
+
+    @property
+    def k(self) -> float:
+        """Ratio of sigma to radius; ``nan`` in focus, where the disc is a point and diffraction is all."""
+        return self.sigma / self.radius if self.radius > 0 else float("nan")
+
+
+def best_gaussian(eye: Eye, vergence: float, light: Light | None = None) -> GaussianFit:
+    """Least-squares fit of a Gaussian of unit light to the point spread that `eye` gives to a point at `vergence` (D).
+
+    The square of the difference is summed over the plane: by Parseval, of the transfers over all frequencies.
+
+    Parameters
+    ----------
+    eye
+        Without aberrations, so that its blur is round.
+    vergence
+        Of the point, in dioptres.
+    light
+        As for `focalgradient.eye.blur_transfer`.
+
+    Examples
+    --------
+    >>> fit = best_gaussian(Eye(pupil_diameter=0.004, accommodation=1.0), 0.0)
+    >>> round(fit.k, 2), round(fit.residual, 2), round(fit.lowest, 2)
+    (0.58, 0.42, -0.12)
+    """
+    shortest = eye.wavelength_nm if light is None else float(np.asarray(light.wavelength_nm)[light.share > 0].min())
+    limit = cutoff_cpd(eye.pupil_diameter, shortest)
+    radius = float(abs(eye.focus_vergence - vergence)) * eye.pupil_diameter / 2
+    nodes, weights = panels(2 * np.pi * (radius + 1e-3) * np.degrees(limit))
+    frequency = limit * nodes**2  # finest where transfers change most
+    area = 2 * limit * nodes * weights * frequency  # of the rings of the plane of frequencies, over 2 pi
+    transfer = np.real(blur_transfer(0, frequency, eye, vergence, light=light))
+    per_radian = np.degrees(frequency)
+
+    def left(log_sigma: float) -> float:
+        return float(area @ (transfer - gaussian_transfer(per_radian, np.exp(log_sigma), 1.0)) ** 2)
+
+    guesses = np.linspace(np.log(1e-5), np.log(2 * radius + 1e-3), 60)
+    best = int(np.argmin([left(guess) for guess in guesses]))
+    found = minimize_scalar(
+        left, bounds=(guesses[max(best - 1, 0)], guesses[min(best + 1, 59)]), method="bounded", options={"xatol": 1e-9}
+    )
+    lowest = int(np.argmin(transfer))
+    return GaussianFit(
+        sigma=float(np.exp(found.x)),
+        radius=radius,
+        residual=float(np.sqrt(found.fun / (area @ transfer**2))),
+        lowest=float(transfer[lowest]),
+        lowest_cpd=float(frequency[lowest]),
+        reversal_cpd=_first_zero(frequency, transfer),
+    )
+
+
+def _first_zero(frequency: NDArray[np.float64], transfer: NDArray[np.float64]) -> float:
+    """Frequency at which the transfer first falls below zero, by more than rounding."""
+    below = transfer < -1e-6
+    if not below.any():
+        return float("inf")
+    after = int(below.argmax())
+    return float(np.interp(0, -transfer[after - 1 : after + 1], frequency[after - 1 : after + 1]))

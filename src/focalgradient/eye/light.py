@@ -1,0 +1,189 @@
+"""Light of many wavelengths, by how much each counts; and what the cones of an eye catch of it.
+
+The sensitivities and daylight come from the library colour-science, which is an extra.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
+from focalgradient.eye.ranges import wavelengths
+
+__all__ = ["Band", "Light", "band_difference", "band_light", "cone_fundamentals", "illuminant", "luminosity"]
+
+Band = Literal["L+M", "S", "L", "M", "luminance"]
+"""Who sees the light: cones of one or two kinds, or all that makes luminance."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Light:
+    """Light of many wavelengths: the wavelengths in nm, and how much each counts in any unit.
+
+    Raises
+    ------
+    InputError
+        If wavelengths and weights do not pair, one is out of range, or all weights are 0.
+
+    Examples
+    --------
+    >>> light = Light(np.array([450.0, 650.0]), np.array([1.0, 3.0]))
+    >>> round(light.difference(), 3), round(light.wavelength_nm_alike, 1)
+    (-0.03, 573.8)
+    """
+
+    wavelength_nm: NDArray[np.floating]
+    weight: NDArray[np.floating]
+
+    def __post_init__(self) -> None:
+        wavelengths(self.wavelength_nm)
+        if np.ndim(self.wavelength_nm) != 1 or np.shape(self.wavelength_nm) != np.shape(self.weight):
+            raise InputError(
+                f"wavelength_nm has shape {np.shape(self.wavelength_nm)} and weight {np.shape(self.weight)}, but each "
+                "wavelength of a list needs one weight: give two lists of one length."
+            )
+        if not (np.all(np.asarray(self.weight) >= 0) and 0 < np.sum(self.weight) < np.inf):
+            raise InputError(
+                "weight holds negative or undefined values, or zeros only, but light is 0 or more: mend it."
+            )
+
+    @property
+    def share(self) -> NDArray[np.float64]:
+        """The weights, in sum 1."""
+        weight = np.asarray(self.weight, dtype=float)
+        return weight / weight.sum()
+
+    def difference(self, reference_nm: float = REFERENCE_NM) -> float:
+        """Mean chromatic difference of refraction in dioptres, every wavelength by its share."""
+        return float(self.share @ chromatic_difference(self.wavelength_nm, reference_nm))
+
+    @property
+    def wavelength_nm_alike(self) -> float:
+        """The one wavelength in nm that the eye focuses as it does this light on average."""
+        return float(chromatic_wavelength(self.difference()))
+
+
+def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    """Sensitivity of the L, M and S cones to energy, each 1 at its peak (Stockman and Sharpe 2000, 2 degrees).
+
+    Parameters
+    ----------
+    wavelength_nm
+        Nanometres, any shape; below 390 nm, where there are no data, sensitivity is taken to be 0.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `wavelength_nm`, and 3 at the end.
+
+    Raises
+    ------
+    InputError
+        If a wavelength is not between 380 and 780 nm, or colour-science is not installed.
+
+    Examples
+    --------
+    >>> cone_fundamentals(550).round(3).tolist()
+    [0.94, 0.977, 0.002]
+    """
+    return _read(_colour().MSDS_CMFS["Stockman & Sharpe 2 Degree Cone Fundamentals"], wavelength_nm)
+
+
+def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    """Luminosity by day, V(lambda) of the CIE 2008 (2 degrees), 1 at its peak; as for `cone_fundamentals`.
+
+    >>> round(float(luminosity(550)), 3)
+    0.989
+    """
+    return _read(_colour().SDS_LEFS["CIE 2008 2 Degree Physiologically Relevant LEF"], wavelength_nm)
+
+
+def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float64]:
+    """Energy of a standard light: "D65" and other daylights, "E" (equal energy), "A" (a bulb); 100 at 560 nm.
+
+    Raises
+    ------
+    InputError
+        If a wavelength is not between 380 and 780 nm, the name is unknown, or colour-science is not installed.
+
+    Examples
+    --------
+    >>> round(float(illuminant(450, "D65")), 2)
+    117.01
+    """
+    known = _colour().SDS_ILLUMINANTS
+    if name not in known:
+        raise InputError(
+            f"illuminant is {name!r}, but must be a standard one: E, A, D50, D65, or another of the CIE's."
+        )
+    return _read(known[name], wavelength_nm)
+
+
+@lru_cache(maxsize=32)
+def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
+    """What the cones of a `band` catch of an illuminant, by wavelength: how much each counts in what they see.
+
+    Parameters
+    ----------
+    band
+        "L+M" (the sum of the two sensitivities, each 1 at its peak), "S", "L", "M" or "luminance".
+    light
+        The illuminant, as for `illuminant`; "E" is equal energy.
+    step_nm
+        Distance between the wavelengths, from 390 nm to 780 nm.
+
+    Raises
+    ------
+    InputError
+        If the band or the illuminant is unknown, or colour-science is not installed.
+
+    Examples
+    --------
+    >>> [round(band_light(band, "D65").wavelength_nm_alike) for band in ("L+M", "S")]
+    [546, 450]
+    """
+    if band not in get_args(Band):
+        raise InputError(f"band is {band!r}, but must be one of {', '.join(get_args(Band))}.")
+    if not 0 < step_nm <= 50:
+        raise InputError(f"step_nm is {step_nm!r}, but must be above 0 and at most 50: give it in nanometres.")
+    nm = np.arange(390, 780 + 1e-6, step_nm)
+    if band == "luminance":
+        seen = luminosity(nm)
+    else:
+        seen = cone_fundamentals(nm)[:, ["LMS".index(cone) for cone in band.split("+")]].sum(axis=1)
+    return Light(nm, seen * illuminant(nm, light))
+
+
+def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
+    """Dioptres by which the eye's L and M cones together are focused farther away than its S cones.
+
+    The mean of the chromatic difference over what the bands catch of an illuminant: the paper's "one dioptre".
+
+    >>> round(band_difference("E"), 3), round(band_difference("D65"), 3)
+    (0.823, 0.783)
+    """
+    return chromatic_scale * (band_light("L+M", light).difference() - band_light("S", light).difference())
+
+
+def _colour() -> Any:
+    try:
+        import colour
+    except ImportError as error:
+        raise InputError(
+            "the colours that cones see need the package colour-science, which is not installed: "
+            "pip install 'focalgradient[eye]'."
+        ) from error
+    return colour
+
+
+def _read(spectrum: Any, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    """A spectrum of the library at these wavelengths: linear between its own, and 0 beyond them."""
+    nm, values = wavelengths(wavelength_nm), np.nan_to_num(spectrum.values).reshape(len(spectrum.wavelengths), -1)
+    read = np.stack([np.interp(nm, spectrum.wavelengths, column, left=0, right=0) for column in values.T], axis=-1)
+    return read if read.shape[-1] > 1 else read[..., 0]

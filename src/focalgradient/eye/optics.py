@@ -1,0 +1,154 @@
+"""The eye as optics: at one wavelength and one moment it answers what a lens answers.
+
+Its plane of focus has the vergence (accommodation) - (chromatic difference of refraction), and blur follows from that
+as for any lens: a disc of angular radius (pupil / 2) x |defocus|. Two moments, or two wavelengths, are two eyes; a
+view carries either, and nothing that looks at the view needs to know that it was an eye.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
+from focalgradient.eye.ranges import check_number, check_pupil, ordered_times, wavelengths
+from focalgradient.eye.wavefront import Aberrations, check_aberrations
+from focalgradient.optics import Side
+
+__all__ = ["Course", "Eye"]
+
+
+class Course(Protocol):
+    """How accommodation departs from its mean in time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Change of accommodation in dioptres at the moments `times` (s)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Eye:
+    """An eye in light of one wavelength at one moment.
+
+    Parameters
+    ----------
+    pupil_diameter
+        Metres, above 0 and at most 9 mm.
+    accommodation
+        Vergence in dioptres of the plane in focus at the reference wavelength, 580 nm: 0 at infinity.
+    wavelength_nm
+        Of the light, 380 to 780 nm.
+    chromatic_scale
+        An individual's chromatic aberration as a multiple of the mean eye's: 0 is an eye without it.
+    aberrations
+        What else the eye's wavefront has, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard);
+        `focalgradient.eye.blur_transfer` shows them, discs and Gaussians do not.
+    stiles_crawford
+        How fast sensitivity falls towards the pupil's rim, rho in 10^(-rho r^2), in 1/mm^2: about 0.05 in the fovea.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    Accommodated to 1 m in yellow light, the same eye focuses blue light from nearer.
+
+    >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
+    >>> blue = eye.in_light(450)
+    >>> eye.focus_vergence, round(blue.focus_vergence, 3)
+    (1.0, 1.954)
+    >>> round(float(eye.blur_radius(0.5) - blue.blur_radius(0.5)), 6)  # an object at 0.5 m is sharper in blue
+    0.001908
+    """
+
+    pupil_diameter: float
+    accommodation: float
+    wavelength_nm: float = REFERENCE_NM
+    chromatic_scale: float = 1.0
+    aberrations: Aberrations = ()
+    stiles_crawford: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_pupil(self.pupil_diameter)
+        check_number("accommodation", self.accommodation, "dioptres")
+        check_number("wavelength_nm", self.wavelength_nm, "nanometres")
+        wavelengths(self.wavelength_nm)
+        check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
+        check_aberrations(self.aberrations)
+        check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
+
+    @property
+    def aperture_diameter(self) -> float:
+        """Diameter of the pupil in metres."""
+        return self.pupil_diameter
+
+    @property
+    def focus_vergence(self) -> float:
+        """Vergence in dioptres of the plane in focus: higher in blue light; negative if even infinity is too near."""
+        return self.accommodation - self.chromatic_scale * float(chromatic_difference(self.wavelength_nm))
+
+    def in_light(self, wavelength_nm: float) -> Eye:
+        """The same eye at the same moment in light of this wavelength."""
+        return replace(self, wavelength_nm=wavelength_nm)
+
+    def at(self, time: float, course: Course) -> Eye:
+        """The same eye at the moment `time` (s) in the `course` of its accommodation.
+
+        >>> from focalgradient.eye import Oscillation
+        >>> eye = Eye(0.004, 1.0).at(0.125, Oscillation(amplitude=0.25, frequency=2.0))
+        >>> eye.accommodation  # a quarter of a period after the middle
+        1.25
+        """
+        return replace(self, accommodation=self.accommodation + float(course.at(time)))
+
+    def through(self, times: Iterable[float], course: Course) -> list[Eye]:
+        """The same eye at each of the moments `times` (s, in order) in the `course` of its accommodation."""
+        moments = ordered_times(list(times))
+        return [replace(self, accommodation=float(self.accommodation + change)) for change in course.at(moments)]
+
+    def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
+
+        >>> Eye(0.004, 2.0).defocus([0.25, 0.5, np.inf]).tolist()
+        [-2.0, 0.0, 2.0]
+        """
+        values = np.asarray(distance, dtype=float)
+        if not np.all(values > 0):
+            raise InputError(
+                "distance holds values that are not positive, but distances are metres in front of the eye."
+            )
+        return self.focus_vergence - 1.0 / values
+
+    def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
+
+        >>> round(float(Eye(0.004, 2.0).blur_radius(1.0)), 9)  # 2 mm x 1 D
+        0.002
+        """
+        return np.abs(self.defocus(distance)) * (self.pupil_diameter / 2)
+
+    def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
+        """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side` of focus.
+
+        ``inf`` where infinity just blurs so much, ``nan`` where no point in front of the eye does.
+
+        >>> [float(Eye(0.004, 2.0).distance_from_blur(0.002, side)) for side in ("beyond", "nearer")]
+        [1.0, 0.3333333333333333]
+        """
+        if side not in ("beyond", "nearer"):
+            raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")
+        radius = np.asarray(radius, dtype=float)
+        if not np.all(radius >= 0):
+            raise InputError("radius holds negative or undefined values, but a blur radius is 0 or more, in radians.")
+        step = radius / (self.pupil_diameter / 2)
+        vergence = self.focus_vergence + (step if side == "nearer" else -step)
+        # A few roundings' worth of slack, so that the blur of infinity gives back infinity.
+        vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
+        with np.errstate(divide="ignore"):
+            return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)

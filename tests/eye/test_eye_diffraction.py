@@ -1,0 +1,186 @@
+"""The clear defocused pupil against closed forms, its limits, an integral in the plane and the paper's own series."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import j0, j1
+
+from focalgradient import FocalGradientWarning, InputError
+from focalgradient.eye import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer, point_spread
+from focalgradient.psf import disc_transfer
+
+PUPIL = st.floats(0.5e-3, 9e-3)
+LIGHT = st.floats(380, 780)
+DEFOCUS = st.floats(-6, 6)
+
+
+def test_diffraction_alone_has_a_closed_form() -> None:
+    s = np.linspace(0, 1, 101)
+    closed = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
+    for pupil, nm in ((0.002, 450.0), (0.006, 650.0)):
+        found = optical_transfer(s * cutoff_cpd(pupil, nm), pupil_diameter=pupil, wavelength_nm=nm, defocus=0)
+        assert found == pytest.approx(closed, abs=1e-13)
+
+
+@pytest.mark.parametrize("defocus", [0.05, 1.0, 8.0])
+def test_against_adaptive_quadrature_of_the_plain_integral(defocus: float) -> None:
+    """Along the shift, without the substitution: (4 / pi) sqrt(1 - (x + s)^2) cos(a x), x from 0 to 1 - s."""
+    pupil, nm = 0.005, 500.0
+    s = np.array([0.01, 0.1, 0.3, 0.5, 0.8, 0.99])
+    a = np.pi * defocus * pupil**2 / (nm * 1e-9) * s
+    expected = [
+        quad(
+            lambda x, s: 4 / np.pi * np.sqrt(max(1 - (x + s) ** 2, 0)),
+            0,
+            1 - one,
+            args=(one,),
+            weight="cos",
+            wvar=rate,
+            epsabs=1e-12,
+            limit=400,
+        )[0]
+        for one, rate in zip(s, a, strict=True)
+    ]
+    frequency = s * cutoff_cpd(pupil, nm)
+    found = optical_transfer(frequency, pupil_diameter=pupil, wavelength_nm=nm, defocus=defocus)
+    assert found == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("defocus", [0.0, 0.5, 2.0])
+def test_against_the_pupil_laid_over_itself_in_the_plane(defocus: float) -> None:
+    """A sum over 1200 x 1200 points of a drawn pupil, times itself moved: no formula of the transfer."""
+    pupil, metres = 0.004, 555e-9
+    step = pupil / 1200
+    place = (np.arange(1320) - 659.5) * step
+    square = place[:, None] ** 2 + place**2
+    drawn = np.exp(2j * np.pi / metres * defocus * square / 2) * (square <= (pupil / 2) ** 2)
+    light = np.count_nonzero(drawn)
+    moved = np.array([0, 12, 60, 180, 420, 840, 1140])  # points of the drawing
+    expected = [(drawn[:, n:] * drawn[:, : drawn.shape[1] - n].conj()).sum().real / light for n in moved]
+    frequency = np.pi / 180 * moved * step / metres
+    found = optical_transfer(frequency, pupil_diameter=pupil, wavelength_nm=555, defocus=defocus)
+    assert found == pytest.approx(expected, abs=1e-3)
+
+
+def test_large_defocus_is_a_geometric_disc() -> None:
+    """The first lobes, at the same share of the disc: what diffraction takes halves as defocus doubles."""
+    per_radius = np.linspace(0, 2, 60)  # cycles
+    disc = disc_transfer(per_radius, 1.0)
+    assert disc.min() < -0.1
+    errors = []
+    for defocus in (2.0, 4.0, 8.0, 16.0):
+        frequency = np.radians(per_radius / (0.003 * defocus))
+        found = optical_transfer(frequency, pupil_diameter=0.006, wavelength_nm=555, defocus=defocus)
+        errors.append(np.abs(found - disc).max())
+    assert errors[-1] < 2e-3
+    assert np.divide(errors[:-1], errors[1:]) == pytest.approx(2, rel=0.1)
+
+
+@given(PUPIL, LIGHT, DEFOCUS, st.lists(st.floats(0, 400), min_size=1, max_size=8))
+def test_never_more_contrast_than_in_focus(pupil: float, nm: float, defocus: float, frequency: list[float]) -> None:
+    setting = {"pupil_diameter": pupil, "wavelength_nm": nm}
+    found = optical_transfer(frequency, **setting, defocus=defocus)
+    sharp = optical_transfer(frequency, **setting, defocus=0)
+    assert found.shape == (len(frequency),)
+    assert (np.abs(found) <= sharp + 1e-12).all()
+    assert (sharp <= 1 + 1e-12).all()
+    assert (found[np.array(frequency) >= cutoff_cpd(pupil, nm)] == 0).all()
+    assert optical_transfer(frequency, **setting, defocus=-defocus) == pytest.approx(found, abs=1e-12)
+    assert optical_transfer(np.negative(frequency), **setting, defocus=defocus) == pytest.approx(found, abs=0)
+    assert float(optical_transfer(0.0, **setting, defocus=defocus)) == pytest.approx(1, abs=1e-12)
+
+
+def test_shape_is_kept() -> None:
+    grid = np.hypot(*np.meshgrid([0.0, 3.0, 4.0], [0.0, 4.0, 3.0]))
+    setting = {"pupil_diameter": 0.003, "wavelength_nm": 500, "defocus": 1.0}
+    found = optical_transfer(grid, **setting)
+    assert found.shape == (3, 3)
+    assert found[1, 1] == float(optical_transfer(5.0, **setting))
+    assert optical_transfer([], **setting).shape == (0,)
+
+
+def test_mean_eye_by_hand() -> None:
+    """4 mm, 10 cycles/degree: u1 = 6.1772, diffraction 0.89904 of a cut-off of 125.79, so 0.442 x 0.948."""
+    s = 10 / 125.790
+    diffraction = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
+    expected = (1 + (10 / 6.1772) ** 2) ** -0.62 * np.sqrt(diffraction)
+    assert float(mean_eye_mtf(10.0, pupil_diameter=0.004)) == pytest.approx(expected, rel=1e-4)
+    assert expected == pytest.approx(0.4265, abs=5e-4)
+
+
+def test_mean_eye_falls_with_frequency_and_pupil() -> None:
+    frequency = np.linspace(0, 60, 31)
+    table = np.array([mean_eye_mtf(frequency, pupil_diameter=1e-3 * mm) for mm in (2, 3, 4, 5, 6)])
+    assert (table[:, 0] == 1).all()
+    assert (np.diff(table, axis=1) < 0).all()
+    assert (np.diff(table[:, 1:20], axis=0) < 0).all()
+    assert float(mean_eye_mtf(100.0, pupil_diameter=0.003)) == 0  # beyond the cut-off of 94.3
+
+
+def test_mean_eye_says_when_it_extrapolates() -> None:
+    with pytest.warns(FocalGradientWarning, match="2 to 6 mm, and is extrapolated to one of 7 mm"):
+        mean_eye_mtf(10.0, pupil_diameter=0.007)
+
+
+SPREADS = [(0.002, 450, 0.0), (0.003, 555, 0.0001), (0.003, 555, 0.05), (0.004, 555, 0.5), (0.006, 650, 2.0)]
+
+
+@pytest.mark.parametrize(("pupil", "nm", "defocus"), SPREADS)
+def test_lommel_equals_wave_optics(pupil: float, nm: float, defocus: float) -> None:
+    """To 1e-6 of the peak of the spread in focus: inside the geometric shadow, across its rim and outside."""
+    setting = {"pupil_diameter": pupil, "wavelength_nm": nm, "defocus": defocus}
+    angle = np.linspace(0, 2 * pupil * defocus / 2 + 6e-4, 121)
+    peak = np.pi * pupil**2 / (4 * (nm * 1e-9) ** 2)
+    series, waves = lommel_point_spread(angle, **setting) / peak, point_spread([0.0], angle, **setting)[0] / peak
+    assert np.abs(series - waves).max() < 1e-6 * max(1, waves.max())
+    assert series == pytest.approx(waves, abs=1e-10)
+
+
+def test_lommel_in_focus_is_airys_disc() -> None:
+    v = np.linspace(0.01, 30, 60)
+    angle = v * 500e-9 / (np.pi * 0.004)
+    peak = np.pi * 0.004**2 / (4 * 500e-9**2)
+    found = lommel_point_spread(angle, pupil_diameter=0.004, wavelength_nm=500, defocus=0)
+    assert found / peak == pytest.approx((2 * j1(v) / v) ** 2, abs=1e-9)
+
+
+def test_lommel_on_the_axis_and_at_the_rim_of_the_shadow() -> None:
+    """Known in closed form: (sin(u/4) / (u/4))^2 at v = 0; (1 - 2 J0(u) cos u + J0(u)^2) / u^2 at v = u."""
+    pupil, metres, defocus = 0.004, 555e-9, 0.4
+    u = np.pi * defocus * pupil**2 / (2 * metres)
+    peak = np.pi * pupil**2 / (4 * metres**2)
+    angle = np.array([0, u * (1 - 1e-12), u, u * (1 + 1e-12)]) * metres / (np.pi * pupil)
+    found = lommel_point_spread(angle, pupil_diameter=pupil, wavelength_nm=555, defocus=defocus) / peak
+    rim = (1 - 2 * j0(u) * np.cos(u) + j0(u) ** 2) / u**2
+    assert found == pytest.approx([(np.sin(u / 4) / (u / 4)) ** 2, rim, rim, rim], rel=1e-9)
+
+
+def test_lommel_transforms_into_the_transfer() -> None:
+    """Fourier integral of the spread over the plane, out to 10 mrad; what falls beyond is known (Rayleigh)."""
+    setting = {"pupil_diameter": 0.003, "wavelength_nm": 555, "defocus": 0.5}
+    angle = np.linspace(0, 0.01, 5001)
+    rings = lommel_point_spread(angle, **setting) * 2 * np.pi * angle * (angle[1] - angle[0])
+    frequency = np.array([0.0, 5, 10, 20, 40])
+    found = np.array([(rings * j0(2 * np.pi * np.degrees(f) * angle)).sum() for f in frequency])
+    beyond = 2 * 555e-9 / (np.pi**2 * 0.003 * 0.01)  # of the light: J0(v)^2 + J1(v)^2, about 2 / (pi v)
+    assert 1 - found[0] == pytest.approx(beyond, rel=0.05)
+    assert found[1:] == pytest.approx(optical_transfer(frequency[1:], **setting), abs=5e-4)
+
+
+@pytest.mark.parametrize("call", [optical_transfer, lommel_point_spread])
+def test_bad_input(call) -> None:  # type: ignore[no-untyped-def]
+    good = {"pupil_diameter": 0.003, "wavelength_nm": 555, "defocus": 1.0}
+    for bad, sentence in (
+        ({"pupil_diameter": 0}, r"pupil_diameter is 0, but must be above 0 and at most 0\.009"),
+        ({"pupil_diameter": 3.0}, r"pupil_diameter is 3\.0, .*give it in metres"),
+        ({"pupil_diameter": np.nan}, "pupil_diameter is nan"),
+        ({"wavelength_nm": 555e-9}, r"wavelength_nm is 5\.55e-07, .*between 380 and 780.*nanometres"),
+        ({"wavelength_nm": [500, 600]}, r"wavelength_nm is \[500, 600\]"),
+        ({"defocus": np.inf}, "defocus is inf, but must be a finite number: give it in dioptres"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            call([1e-4, 1e-3], **good | bad)
+    with pytest.raises(InputError, match="holds NaN or infinite values"):
+        call([1e-4, np.nan], **good)

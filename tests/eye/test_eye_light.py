@@ -1,0 +1,85 @@
+"""What cones catch, and how far apart their bands are focused."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import (
+    Light,
+    band_difference,
+    band_light,
+    chromatic_difference,
+    cone_fundamentals,
+    illuminant,
+    luminosity,
+)
+
+
+def test_bands_are_focused_as_far_apart_as_in_the_literature() -> None:
+    """0.82 D in equal energy, 0.78 D in daylight: the paper's "one dioptre"."""
+    assert band_difference("E") == pytest.approx(0.823, abs=5e-4)
+    assert band_difference("D65") == pytest.approx(0.783, abs=5e-4)
+    assert band_difference("D65", 1.25) == pytest.approx(1.25 * band_difference("D65"))
+
+
+def test_coarser_steps_hardly_matter() -> None:
+    for band in ("L+M", "S", "luminance"):
+        assert band_light(band, "E", 10).difference() == pytest.approx(band_light(band, "E").difference(), abs=0.01)
+
+
+def test_sensitivities_are_those_of_people() -> None:
+    nm = np.arange(380, 781)
+    cones = cone_fundamentals(nm)
+    assert cones.shape == (401, 3)
+    assert nm[cones.argmax(axis=0)] == pytest.approx([570, 543, 442], abs=2)
+    assert cones.max(axis=0) == pytest.approx(1, abs=1e-3)
+    assert nm[luminosity(nm).argmax()] == pytest.approx(556, abs=2)
+    assert luminosity(nm).max() == pytest.approx(1, abs=1e-3)
+    assert (cones[nm < 390] == 0).all()
+
+
+def test_luminance_is_a_sum_of_l_and_m() -> None:
+    """By definition of the CIE 2008 observer: 0.6899 L + 0.3483 M."""
+    nm = np.arange(400, 701, 10)
+    assert cone_fundamentals(nm)[:, :2] @ [0.689903, 0.348322] == pytest.approx(luminosity(nm), abs=2e-3)
+
+
+def test_illuminants() -> None:
+    assert illuminant([560, 600], "E") == pytest.approx([100, 100])
+    assert float(illuminant(560)) == pytest.approx(100)
+    assert illuminant(450, "A") < 40 < 110 < illuminant(450, "D65")
+
+
+def test_light_of_one_wavelength_and_of_two() -> None:
+    one = Light(np.array([500.0]), np.array([3.0]))
+    assert one.share == pytest.approx([1])
+    assert one.wavelength_nm_alike == pytest.approx(500)
+    two = Light(np.array([500.0, 600.0]), np.array([1.0, 3.0]))
+    assert two.difference() == pytest.approx(
+        0.25 * float(chromatic_difference(500)) + 0.75 * float(chromatic_difference(600))
+    )
+    assert two.difference(600) == pytest.approx(0.25 * float(chromatic_difference(500, 600)))
+
+
+def test_bad_light() -> None:
+    with pytest.raises(InputError, match="each wavelength of a list needs one weight"):
+        Light(np.array([500.0, 600.0]), np.array([1.0]))
+    for weight in ([-1.0, 2.0], [0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]):
+        with pytest.raises(InputError, match="weight holds negative or undefined values, or zeros only"):
+            Light(np.array([500.0, 600.0]), np.array(weight))
+    with pytest.raises(InputError, match="wavelength_nm is"):
+        Light(np.array([300.0, 600.0]), np.ones(2))
+    with pytest.raises(InputError, match=r"band is 'rods', but must be one of L\+M, S"):
+        band_light("rods")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="illuminant is 'candle'"):
+        band_light("S", "candle")
+    with pytest.raises(InputError, match="step_nm is 0"):
+        band_light("S", "E", 0)
+
+
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "colour", None)
+    with pytest.raises(InputError, match=r"colour-science, which is not installed: pip install 'focalgradient\[eye\]'"):
+        cone_fundamentals(500)

@@ -1,0 +1,140 @@
+"""An eye answers what a lens answers, and the depth core takes its views as any others."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient.eye import Eye, Oscillation, blur_transfer
+from focalgradient.psf import pixel_transfer
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import plane
+
+PIXEL = np.radians(1 / 60)
+MIDDLE = (slice(28, -28),) * 2  # light from beyond the frame reaches the rest
+EYES = st.builds(Eye, st.floats(1e-3, 9e-3), st.floats(-2, 6), st.floats(380, 780), st.floats(0, 2))
+
+
+@given(st.floats(1e-3, 9e-3), st.floats(0.2, 6), st.lists(st.floats(0.1, 1e3), min_size=1, max_size=5))
+def test_in_yellow_light_it_is_a_lens_of_its_pupil(pupil: float, accommodation: float, distance: list[float]) -> None:
+    eye, lens = Eye(pupil, accommodation), Lens(0.017, 0.017 / pupil, 1 / accommodation)
+    assert eye.aperture_diameter == pytest.approx(lens.aperture_diameter)
+    assert eye.focus_vergence == pytest.approx(lens.focus_vergence)
+    assert eye.defocus(distance) == pytest.approx(lens.defocus(distance))
+    assert eye.blur_radius(distance) == pytest.approx(lens.blur_radius(distance))
+
+
+@given(EYES, st.floats(0.1, 50))
+def test_distance_comes_back_from_its_blur(eye: Eye, distance: float) -> None:
+    side = "beyond" if eye.defocus(distance) > 0 else "nearer"
+    assert eye.distance_from_blur(eye.blur_radius(distance), side) == pytest.approx(distance, rel=1e-6)
+
+
+def test_blur_that_infinity_just_reaches() -> None:
+    eye = Eye(0.004, 2.0)
+    found = eye.distance_from_blur([0.004, 0.0041], "beyond")
+    assert found[0] == np.inf == eye.distance_from_blur(eye.blur_radius(np.inf), "beyond")
+    assert np.isnan(found[1])
+
+
+def test_moments_follow_the_course() -> None:
+    eye, course, times = Eye(0.004, 1.0, 450), Oscillation(0.3, 2.0), [0.0, 0.1, 0.35]
+    eyes = eye.through(times, course)
+    assert [one.accommodation - 1 for one in eyes] == pytest.approx(list(0.3 * np.sin(4 * np.pi * np.array(times))))
+    assert eyes == [eye.at(time, course) for time in times]
+    assert {(one.pupil_diameter, one.wavelength_nm) for one in eyes} == {(0.004, 450)}
+
+
+def walls(eyes: list[Eye], distance: float, seed: int) -> list[View]:
+    """What each eye sees of one textured wall, ray cast, with 1 % noise of its own."""
+    views = [cast(plane(distance, seed=seed), eye, (144, 144), PIXEL, samples=64, seed=seed).view for eye in eyes]
+    return [noisy(view, 0.01 * float(view.image.mean()), 10 * seed + n) for n, view in enumerate(views)]
+
+
+@pytest.mark.parametrize("vergence", [0.9, 1.8, 2.7])
+def test_depth_from_two_colours(vergence: float) -> None:
+    """Views in blue and orange light, 1.1 D apart: the side of focus is told, on either side of both."""
+    eye = Eye(0.004, accommodation=1.5)
+    depth = recover_depth(walls([eye.in_light(450), eye.in_light(610)], 1 / vergence, seed=3))
+    assert depth.side_known.all()
+    found, valid = depth.vergence[MIDDLE], depth.valid[MIDDLE]
+    assert valid.mean() > 0.9
+    error = found[valid] - vergence
+    assert np.median(np.abs(error)) < 0.03
+    assert np.mean(np.abs(error) < 0.15) > 0.97
+
+
+def test_depth_from_two_moments() -> None:
+    eyes = Eye(0.004, 1.5).through([0.125, 0.375], Oscillation(amplitude=0.25))
+    depth = recover_depth(walls(eyes, 1 / 0.9, seed=4))
+    assert depth.valid.mean() > 0.8
+    assert np.median(np.abs(depth.vergence[depth.valid] - 0.9)) < 0.05
+
+
+def test_depth_when_one_colour_is_focused_beyond_infinity() -> None:
+    """Relaxed, the eye is too weak for red light: its plane of focus has a negative vergence."""
+    eye = Eye(0.004, accommodation=0.0)
+    red = eye.in_light(680)
+    assert red.focus_vergence < 0
+    depth = recover_depth(walls([eye.in_light(470), red], 2.0, seed=5))
+    assert np.median(np.abs(depth.vergence[depth.valid] - 0.5)) < 0.05
+
+
+@pytest.mark.parametrize("vergence", [0.7, 2.4])
+def test_depth_from_blur_with_diffraction(vergence: float) -> None:
+    """Blur by wave optics, read by a core that takes it for discs: within 0.1 D, and on the right side."""
+    eyes = [Eye(0.004, 1.5).in_light(nm) for nm in (450, 610)]
+    side = 256
+    down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
+    random = np.random.default_rng(6)
+    fine = np.hypot(down, right)
+    texture = (
+        np.fft.rfft2(random.standard_normal((side, side))) / np.maximum(fine, 1 / side) * pixel_transfer(down, right)
+    )
+    texture[0, 0] = 0
+    texture *= 0.2 / np.fft.irfft2(texture).std()
+    per_degree = 1 / np.degrees(PIXEL)
+    views = []
+    for eye in eyes:
+        blurred = np.fft.irfft2(texture * blur_transfer(down * per_degree, right * per_degree, eye, vergence))
+        views.append(View(1 + blurred[:160, :160] + 0.01 * random.standard_normal((160, 160)), eye, PIXEL))
+    depth = recover_depth(views)
+    error = depth.vergence[depth.valid] - vergence
+    assert depth.valid.mean() > 0.5
+    assert np.median(np.abs(error)) < 0.1
+    assert np.mean(np.sign(depth.vergence[depth.valid] - 1.8) == np.sign(vergence - 1.8)) > 0.99
+
+
+@pytest.mark.parametrize("bad", [0, -0.004, 0.0091, 4.0, np.nan, "4 mm"])
+def test_a_pupil_that_no_eye_has(bad: object) -> None:
+    with pytest.raises(InputError, match=r"pupil_diameter is .*, but must be above 0 and at most 0\.009.*in metres"):
+        Eye(bad, 1.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"accommodation": np.inf}, "accommodation is inf, but must be a finite number: give it in dioptres"),
+        ({"chromatic_scale": -1}, "chromatic_scale is -1, but must be a finite number of 0 or more"),
+        ({"wavelength_nm": 800}, "wavelength_nm is 800, but must lie between 380 and 780"),
+    ],
+)
+def test_numbers_out_of_range(change: dict, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        replace(Eye(0.004, 1.0), **change)
+
+
+def test_places_and_moments_that_are_none() -> None:
+    eye = Eye(0.004, 1.0)
+    with pytest.raises(InputError, match="distances are metres in front of the eye"):
+        eye.defocus([1.0, 0.0])
+    with pytest.raises(InputError, match="side is 'left'"):
+        eye.distance_from_blur(0.001, "left")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="a blur radius is 0 or more"):
+        eye.distance_from_blur(-0.001, "beyond")
+    for times in ([0.2, 0.1], [0.1, 0.1]):
+        with pytest.raises(InputError, match=r"times is .*each moment must be later than the one before: sort them"):
+            eye.through(times, Oscillation())

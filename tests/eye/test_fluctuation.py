@@ -1,0 +1,124 @@
+"""The wavering of accommodation: its power where it should be, and how much focus changes over a delay."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.signal import periodogram
+
+from focalgradient import InputError
+from focalgradient.eye import Microfluctuations, Oscillation
+
+SETTINGS = [
+    Microfluctuations(),
+    Microfluctuations(rms=0.5, high_share=0.5, beta=1.1, lowest=0.05),
+    Microfluctuations(rms=0.1, high_share=0.0, beta=1.5),
+    Microfluctuations(rms=0.3, high_share=0.3, beta=1.0),  # where the integral of the power law is a logarithm
+]
+
+
+def many(setting: Microfluctuations, times: np.ndarray, count: int = 400) -> np.ndarray:
+    """Courses of `count` seeds at `times`."""
+    fields = (setting.rms, setting.high_share, setting.beta, setting.lowest)
+    return np.array([Microfluctuations(*fields, seed=seed).at(times) for seed in range(count)])
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_change_over_a_delay_by_simulation(setting: Microfluctuations) -> None:
+    """RMS^2 = integral of S(f) 4 sin(pi f tau)^2 df, against courses that know nothing of it."""
+    delay = np.array([0.05, 0.25, 0.5, 2.0])
+    times = np.concatenate([[0.0], delay]) + 3.7
+    courses = many(setting, times)
+    measured = np.sqrt(np.mean((courses[:, 1:] - courses[:, :1]) ** 2, axis=0))
+    assert measured == pytest.approx(setting.change_rms(delay), rel=0.12)  # 400 courses: 3.5 % is one deviation
+
+
+def test_change_over_a_delay_by_adaptive_quadrature() -> None:
+    for setting in SETTINGS:
+        for delay in (0.1, 0.25, 7.3):
+            squares = [
+                quad(lambda f: float(setting.spectrum(f)) * 4 * np.sin(np.pi * f * delay) ** 2, *band, limit=300)[0]  # noqa: B023
+                for band in ((setting.lowest, 0.6), (1.0, 2.3))
+            ]
+            assert float(setting.change_rms(delay)) == pytest.approx(np.sqrt(sum(squares)), rel=1e-6)
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_power_is_what_was_asked_for(setting: Microfluctuations) -> None:
+    low = quad(setting.spectrum, setting.lowest, 0.6, limit=200)[0]
+    high = quad(setting.spectrum, 1.0, 2.3)[0]
+    assert low + high == pytest.approx(setting.rms**2)
+    assert high == pytest.approx(setting.high_share * setting.rms**2, abs=1e-12)
+    assert not setting.spectrum([0.0, 0.5 * setting.lowest, 0.8, 2.4, 10.0]).any()
+    assert many(setting, np.array([12.3])).std() == pytest.approx(setting.rms, rel=0.12)
+
+
+def test_spectrum_of_the_courses() -> None:
+    """Periodograms of 30 courses of 150 s: none between the bands, and the low one as steep as asked for."""
+    setting = Microfluctuations(rms=0.3, high_share=0.2, beta=1.3)
+    courses = many(setting, np.arange(0, 150, 0.15), 30)
+    f, power = periodogram(courses, fs=1 / 0.15, window="hann", axis=-1)
+    power = power.mean(axis=0)
+    within = (f > 0.06) & (f < 0.55)
+    slope = np.polyfit(np.log(f[within]), np.log(power[within]), 1)[0]
+    assert slope == pytest.approx(-1.3, abs=0.1)
+    high, between = power[(f > 1.05) & (f < 2.25)].mean(), power[(f > 0.65) & (f < 0.95)].mean()
+    assert high == pytest.approx(0.2 * 0.09 / 1.3, rel=0.15)
+    assert between < 0.01 * high
+
+
+def test_a_course_is_a_function_of_time() -> None:
+    """The same seed gives the same course, whichever moments are asked for; another seed, another."""
+    wavering = Microfluctuations(seed=5)
+    times = np.array([0.0, 0.3, 1.7, 900.0])
+    assert wavering.at(times) == pytest.approx([float(wavering.at(time)) for time in times])
+    assert np.abs(wavering.at(times) - Microfluctuations(seed=6).at(times)).max() > 0.01
+    assert wavering.at(np.arange(5000) * 0.01)[4321] == pytest.approx(float(wavering.at(43.21)))
+
+
+@given(st.floats(0, 1), st.floats(0.1, 10), st.floats(-10, 10), st.floats(0, 3))
+def test_an_oscillation_changes_by_the_same_law(amplitude: float, frequency: float, phase: float, delay: float) -> None:
+    """Over all phases; here over 64 of them."""
+    phases = phase + 2 * np.pi * np.arange(64) / 64
+    changes = [np.diff(Oscillation(amplitude, frequency, p).at([1.0, 1.0 + delay + 1e-9])) for p in phases]
+    expected = float(Oscillation(amplitude, frequency).change_rms(delay))
+    assert np.sqrt(np.mean(np.square(changes))) == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_papers_oscillation_gives_two_views_within_a_quarter_of_a_second() -> None:
+    near, far = Oscillation(amplitude=0.25, frequency=2.0).at([0.125, 0.375])
+    assert near - far == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("course", [Oscillation(), Microfluctuations()])
+def test_moments_out_of_order(course: Oscillation | Microfluctuations) -> None:
+    for times in ([0.0, 2.0, 1.0], [1.0, 1.0], [[0.0, 1.0]]):
+        with pytest.raises(InputError, match="each moment must be later than the one before"):
+            course.at(times)
+    with pytest.raises(InputError, match="times holds NaN or infinite values"):
+        course.at([0.0, np.nan])
+    with pytest.raises(InputError, match="delay holds NaN"):
+        course.change_rms(np.nan)
+
+
+@pytest.mark.parametrize(
+    ("bad", "sentence"),
+    [
+        ({"rms": -0.1}, "rms is -0.1, but must be a finite number of 0 or more: give it in dioptres"),
+        ({"beta": np.nan}, "beta is nan"),
+        ({"high_share": 1.2}, "high_share is 1.2, but must be a share"),
+        ({"lowest": 0.6}, r"lowest is 0\.6, but must be above 0 and below 0\.6 Hz"),
+        ({"seed": -1}, "seed is -1, but must be a whole number"),
+        ({"seed": 1.5}, "seed is 1.5"),
+    ],
+)
+def test_settings_out_of_range(bad: dict, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        Microfluctuations(**bad)
+
+
+def test_an_oscillation_out_of_range() -> None:
+    for bad in ({"amplitude": -1}, {"frequency": 0}, {"frequency": np.inf}, {"phase": np.nan}):
+        with pytest.raises(InputError, match=f"{next(iter(bad))} is "):
+            Oscillation(**bad)
