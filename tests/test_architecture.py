@@ -25,9 +25,11 @@ ROOMS = {
     "eye": {"errors", "optics", "psf"},
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
-    "photographs": {"errors", "optics", "view"},
+    "calibration": {"depth", "errors", "optics", "psf", "view"},
+    "photographs": {"calibration", "errors", "optics", "view"},
+    "video": {"errors"},
     "plotting": {"depth", "errors", "optics", "view"},
-    "cli": {"__init__", "depth", "errors", "optics", "photographs", "plotting", "psf", "view"},
+    "cli": {"__init__", "calibration", "depth", "errors", "optics", "photographs", "plotting", "psf", "video", "view"},
     "__init__": {"depth", "errors", "optics", "view"},
 }
 
@@ -36,9 +38,10 @@ HOMES = {
     "matplotlib": {"plotting", "analysis"},
     "click": {"cli"},
     "colour": {"eye"},
-    "cv2": {"photographs"},
+    "cv2": {"photographs", "video", "benchmarks"},
     "PIL": {"photographs", "analysis"},  # analysis packs the picture of README
     "pydantic": {"photographs"},
+    "rawpy": {"photographs"},
     "skimage": {"analysis"},
     "psychopy": {"experiments"},
     "mitsuba": {"render"},

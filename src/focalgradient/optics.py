@@ -47,6 +47,9 @@ class Lens:
         The photographer's f-number, F / (aperture *diameter*); ``inf`` is a pinhole.
     focus_distance
         Distance of the plane in exact focus, in metres in front of the lens; may be ``inf``.
+    own_variance
+        Variance in rad^2 of the blur that is there even in focus, on top of the pixel's own width: 0 unless the camera
+        was calibrated; negative where it sharpens its pictures. An edge's blur has it in it.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class Lens:
     focal_length: float
     f_number: float
     focus_distance: float
+    own_variance: float = 0.0
 
     def __post_init__(self) -> None:
         for name, finite in (("focal_length", True), ("f_number", False), ("focus_distance", False)):

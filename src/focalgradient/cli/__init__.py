@@ -6,8 +6,10 @@ first, written beside their place, and moved there together. Heavy rooms are imp
 
 import click
 
+from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
 from focalgradient.cli.program import Program
+from focalgradient.cli.stream import stream
 
 __all__ = ["main"]
 
@@ -20,4 +22,6 @@ def main() -> None:
     """Depth from blur: the focal gradient as a source of depth (after Pentland 1987)."""
 
 
+main.add_command(calibrate)
 main.add_command(depth)
+main.add_command(stream)

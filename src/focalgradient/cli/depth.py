@@ -8,12 +8,14 @@ import platform
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from focalgradient.cli.options import optics_options, search_options
 from focalgradient.cli.program import progress, strict, warnings_told, writable, write
@@ -24,6 +26,7 @@ from focalgradient.psf import PsfName
 if TYPE_CHECKING:
     from focalgradient.depth.depthmap import DepthMap
     from focalgradient.photographs import Photograph, Settings
+    from focalgradient.view import View
 
 __all__ = ["depth"]
 
@@ -45,6 +48,12 @@ STAGES = 6
 )
 @search_options
 @click.option("--align", is_flag=True, help="Remove shift and scale between the views before comparing them.")
+@click.option(
+    "--calibration",
+    type=click.Path(path_type=Path),
+    metavar="CAMERA.toml",
+    help="The camera as `focalgradient calibrate` measured it; f-number and focus distance are then marks on the lens.",
+)
 @optics_options
 def depth(
     inputs: tuple[Path, ...],
@@ -54,6 +63,7 @@ def depth(
     far: float | None,
     psf: PsfName,
     align: bool,
+    calibration: Path | None,
     **optics: Any,
 ) -> None:
     """Recover depth from two or more views that differ in aperture, in focus, or both.
@@ -75,10 +85,12 @@ def depth(
       pixel_pitch_um = 8.0
       encoding = "linear"        # or "srgb", the default for 8-bit files
       telecentric = false
+      calibration = "CAMERA.toml"  # may be left out; tells all that is above, and the focus if there is but one
       [[view]]                   # one such table for each view, two or more
       image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy
       f_number = 16
       focus_distance_m = 0.85
+      flat = "flat0.png"         # may be left out: a blank, evenly lit surface, to divide out vignetting
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     if near is not None and far is not None and near >= far:
@@ -86,14 +98,28 @@ def depth(
     base = writable(out, ("depth.npz", "depth.png", "summary.json"))
     with progress(STAGES) as say, warnings_told() as told:
         say("reading the views")
-        settings, photographs = _read(inputs, optics, METHODS[method].least)
+        settings, photographs = _read(inputs, optics, calibration, METHODS[method].least)
 
         from focalgradient import recover_depth
         from focalgradient.photographs import make_views
 
         views = make_views(settings, photographs)
-        k = settings.camera.blur_k
-        result = recover_depth(views, method=method, near=near, far=far, psf=psf, k=k, align=align, progress=say)
+        chosen = click.get_current_context().get_parameter_source("psf")
+        if settings.calibration is not None and method == "edges" and chosen is ParameterSource.DEFAULT:
+            psf = "gaussian"  # as the edges of the target were read
+        # The optics count from their own centre, the user from a plane on the camera.
+        offset = settings.offset
+        result = recover_depth(
+            views,
+            method=method,
+            near=None if near is None else near + offset,
+            far=None if far is None else far + offset,
+            psf=psf,
+            k=settings.blur_k,
+            align=align,
+            progress=say,
+        )
+        result = replace(result, offset=offset)
         if not result.valid.any():
             warnings.warn(
                 "no pixel is valid: the views show too little texture, or contradict each other.",
@@ -106,7 +132,7 @@ def depth(
         figure = depth_figure(views, result, names=[photograph.path.name for photograph in photographs])
 
     asked = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
-    summary = _summary(settings, photographs, asked, result, told)
+    summary = _summary(settings, views, photographs, asked, result, told)
 
     def write_summary(path: Path) -> None:
         text = json.dumps(
@@ -126,9 +152,12 @@ def depth(
     click.echo(f"Written: {', '.join(str(out / name) for name in writers)}")
 
 
-def _read(inputs: Sequence[Path], optics: Mapping[str, Any], least: int) -> tuple[Settings, list[Photograph]]:
-    from focalgradient.photographs import from_exif, load_settings, read_photographs
+def _read(
+    inputs: Sequence[Path], optics: Mapping[str, Any], calibration: Path | None, least: int
+) -> tuple[Settings, list[Photograph]]:
+    from focalgradient.photographs import from_exif, load_camera, load_settings, read_photographs
 
+    calibrated = None if calibration is None else load_camera(calibration)
     tables = [path for path in inputs if path.suffix.lower() == ".toml"]
     if tables:
         if len(inputs) > 1:
@@ -136,28 +165,33 @@ def _read(inputs: Sequence[Path], optics: Mapping[str, Any], least: int) -> tupl
         if given := [name for name, value in optics.items() if value]:
             option = given[0].removesuffix("s").replace("_", "-")
             raise InputError(f"--{option} cannot go with {tables[0]}, which tells the optics itself: set it there.")
-        settings = load_settings(tables[0])
-        return settings, read_photographs([shot.image for shot in settings.shots], settings.camera.encoding)
+        settings = load_settings(tables[0], calibrated)
+        images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
+        return settings, read_photographs(images, settings.camera.encoding, flats)
     if len(inputs) < least:
         raise InputError(
             f"only {inputs[0]} is given, but depth needs a settings file, whose name ends in .toml, "
             f"or {least} or more photographs: add what is missing."
         )
-    photographs = read_photographs(inputs, optics["encoding"])
+    encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)
+    photographs = read_photographs(inputs, encoding)
     settings = from_exif(
         inputs,
         focal_length_mm=optics["focal_length"],
         f_numbers=optics["f_numbers"],
         focus_distances_m=optics["focus_distances"],
         pixel_pitch_um=optics["pixel_pitch"],
-        encoding=optics["encoding"],
+        encoding=encoding,
         telecentric=optics["telecentric"],
+        calibrated=calibrated,
+        least=least,
     )
     return settings, photographs
 
 
 def _summary(
     settings: Settings,
+    seen: Sequence[View],
     photographs: Sequence[Photograph],
     asked: Mapping[str, Any],
     result: DepthMap,
@@ -173,12 +207,13 @@ def _summary(
             "image": str(photograph.path),
             "f_number": shot.f_number,
             "focus_distance_m": shot.focus_distance_m,
-            "pixel_angle_rad": pixel_angle,
+            "flat": None if shot.flat is None else str(shot.flat),
+            "pixel_angle_rad": view.pixel_angle,
             "encoding": photograph.encoding,
             "pixel_type": photograph.pixel_type,
             "share_saturated": photograph.saturated,
         }
-        for photograph, shot, pixel_angle in zip(photographs, settings.shots, settings.pixel_angles(), strict=True)
+        for photograph, shot, view in zip(photographs, settings.shots, seen, strict=True)
     ]
     packages = ("focalgradient", "numpy", "scipy")
     return {
@@ -188,6 +223,7 @@ def _summary(
             "vergence_dioptres": median(result.vergence),
             "vergence_sd_dioptres": median(result.vergence_sd),
         },
+        "calibration": _calibration(settings, asked, result),
         "share_valid": float(valid.mean()),
         "side_of_focus": {
             "reading": result.details.get("side"),
@@ -196,4 +232,31 @@ def _summary(
         "details": result.details,
         "warnings": list(told),
         "versions": {name: version(name) for name in packages} | {"python": platform.python_version()},
+    }
+
+
+def _calibration(settings: Settings, asked: Mapping[str, Any], result: DepthMap) -> dict[str, Any] | None:
+    """What the calibration makes of the marks, and the error it leaves in all pixels alike, beside `vergence_sd`."""
+    camera = settings.calibration
+    if camera is None:
+        return None
+    lenses = settings.lenses()
+    marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
+    if asked["method"] == "edges":  # each view speaks for itself, the most blurred one best
+        marks = [min(marks)]
+    vergence = result.vergence[result.valid]
+    vergence = vergence[:: 1 + vergence.size // 10_000]
+
+    def median(of: Literal["vergence", "distance"]) -> float:
+        return (
+            float(np.median(camera.systematic_sd(marks, vergence, asked["psf"], of=of))) if vergence.size else math.nan
+        )
+
+    return {
+        "offset_m": camera.offset,
+        "effective_f_numbers": [lens.f_number for lens in lenses],
+        "true_focus_distance_m": [lens.focus_distance - camera.offset for lens in lenses],
+        "blur_k": camera.k,
+        "own_blur_um2": camera.own * 1e12,
+        "systematic_sd": {"vergence_dioptres": median("vergence"), "distance_m": median("distance")},
     }

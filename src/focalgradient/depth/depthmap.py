@@ -34,6 +34,9 @@ class DepthMap:
         `vergence` is the reading stated in ``details["side"]``, and its mirror image about focus fits as well.
     details
         How the map was made: settings, estimated noise and gains, shares, warnings; plain JSON values.
+    offset
+        From the plane that distances count from to the optical centre of the lens, in metres: vergence counts from
+        there, `distance` from the plane. 0 unless the camera was calibrated.
 
     Examples
     --------
@@ -48,6 +51,7 @@ class DepthMap:
     valid: NDArray[np.bool_]
     side_known: NDArray[np.bool_]
     details: dict[str, Any] = field(default_factory=dict)
+    offset: float = 0.0
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -57,20 +61,24 @@ class DepthMap:
 
     @property
     def distance(self) -> NDArray[np.floating]:
-        """Distance in metres, H x W: 1 / vergence, and ``inf`` where the vergence is not positive."""
-        with np.errstate(divide="ignore"):
-            return np.where(self.vergence > 0, 1.0 / np.abs(self.vergence), np.inf).astype(self.vergence.dtype)
+        """Distance in metres, H x W: 1 / vergence - offset, and ``inf`` where the vergence is not positive."""
+        return (self._optical_distance - self.offset).astype(self.vergence.dtype)
 
     @property
     def distance_sd(self) -> NDArray[np.floating]:
-        """First-order standard deviation of `distance` in metres, H x W: vergence_sd x distance^2."""
-        return self.vergence_sd * self.distance**2
+        """First-order standard deviation of `distance` in metres, H x W: vergence_sd / vergence^2."""
+        return (self.vergence_sd * self._optical_distance**2).astype(self.vergence.dtype)
+
+    @property
+    def _optical_distance(self) -> NDArray[np.floating]:
+        with np.errstate(divide="ignore"):
+            return np.where(self.vergence > 0, 1.0 / np.abs(self.vergence), np.inf)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to `path` as a compressed NumPy archive, all or nothing.
 
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` (D), ``valid`` and
-        ``side_known`` (bool); and ``details``, a JSON text.
+        ``side_known`` (bool); ``offset`` (m); and ``details``, a JSON text.
         """
         path = Path(path)
         partial = path.with_name(path.name + ".partial")
@@ -83,6 +91,7 @@ class DepthMap:
                     vergence_sd=self.vergence_sd,
                     valid=self.valid,
                     side_known=self.side_known,
+                    offset=np.array(self.offset),
                     details=np.array(json.dumps(self.details)),
                 )
             partial.replace(path)
@@ -106,6 +115,7 @@ class DepthMap:
                     file["valid"],
                     file["side_known"],
                     json.loads(str(file["details"])),
+                    float(file["offset"]) if "offset" in file else 0.0,
                 )
         except (KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(f"{path} is not a depth map: expected the depth.npz that focalgradient writes.") from error

@@ -265,6 +265,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     length = 2 * asked.window
     given = None if asked.noise is None else np.broadcast_to(np.asarray(asked.noise, float), len(views)).tolist()
     sides = _sides(search)
+    per_sigma = asked.k if asked.psf == "gaussian" else DISC_K  # sigma per radius
     drawn: list[tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]] = []
     points = good = 0
     for number, (view, shift) in enumerate(zip(views, placed.found, strict=True)):
@@ -285,7 +286,11 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
             average_segments(edges, length), placement.then(shift) if asked.align else placement, view.shape
         )
         per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
-        defocus, sd = per_pixel * whole.radius, per_pixel * whole.radius_sd
+        # What a calibrated camera blurs (or, negative, sharpens) even in focus; an eye has none that is known.
+        own = getattr(view.optics, "own_variance", 0.0) / (view.pixel_angle * per_sigma) ** 2
+        radius = np.sqrt(np.maximum(whole.radius**2 - own, 0.0))
+        steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if own else 1.0
+        defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper
         drawn.append((pixel, view.optics.focus_vergence + sides[:, None] * defocus, sd, BLUR_ERROR * defocus))
 
     pixels = np.unique(np.concatenate([pixel for pixel, *_ in drawn]))

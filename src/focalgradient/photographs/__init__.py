@@ -3,17 +3,24 @@
 Units stand in the names here (``_mm``, ``_um``, ``_m``), as people write them; behind this door all is SI.
 """
 
+from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.exif import from_exif
 from focalgradient.photographs.images import Photograph, read_photograph, read_photographs, srgb_to_linear
 from focalgradient.photographs.settings import Camera, Settings, Shot, load_settings, make_views, read_views
+from focalgradient.photographs.targets import Targets, load_targets
 
 __all__ = [
+    "Calibrated",
     "Camera",
     "Photograph",
     "Settings",
     "Shot",
+    "Targets",
+    "camera_toml",
     "from_exif",
+    "load_camera",
     "load_settings",
+    "load_targets",
     "make_views",
     "read_photograph",
     "read_photographs",

@@ -15,7 +15,9 @@ from typing import Any
 from PIL import ExifTags, Image
 
 from focalgradient.errors import InputError
+from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.images import Encoding, read_bytes
+from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
 
 __all__ = ["from_exif"]
@@ -43,30 +45,37 @@ def from_exif(
     pixel_pitch_um: float | None = None,
     encoding: Encoding | None = None,
     telecentric: bool = False,
+    calibrated: Calibrated | None = None,
+    least: int = 2,
 ) -> Settings:
     """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF tells.
 
     Parameters
     ----------
     paths
-        Two or more image files.
+        Image files.
+    least
+        How many there must be.
     f_numbers, focus_distances_m
         One for each file, in order, or none: taken from EXIF.
     focal_length_mm, pixel_pitch_um
         None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
     encoding, telecentric
         As in `focalgradient.photographs.Camera`.
+    calibrated
+        The camera, where it was calibrated: it tells its sensor, and its focus if there was but one; f-numbers are
+        then marks on the lens.
 
     Raises
     ------
     InputError
         If EXIF lacks what is not given (the message names the command's option for each), or the files disagree on
-        focal length or pixel pitch, or fewer than two files are given.
+        focal length or pixel pitch, or fewer files than `least` are given, or the calibration does not hold for them.
     """
     files = [Path(path) for path in paths]
-    if len(files) < 2:
+    if len(files) < least:
         raise InputError(
-            f"only {len(files)} photograph is given, but depth needs two or more of one scene: add another."
+            f"only {len(files)} photograph is given, but depth needs {least} or more of one scene: add another."
         )
     for option, given in (("--f-number", f_numbers), ("--focus-distance", focus_distances_m)):
         if given and len(given) != len(files):
@@ -75,6 +84,21 @@ def from_exif(
                 "repeat it."
             )
     told = [_recorded(file) for file in files]
+    if calibrated is not None:
+        sensor = calibrated.sensor
+        exif_focal_length = told[0].focal_length_mm
+        if focal_length_mm is None and exif_focal_length and abs(exif_focal_length / sensor.focal_length_mm - 1) > 0.01:
+            raise InputError(
+                f"{files[0].name} was taken at {exif_focal_length:g} mm, but the camera was calibrated at "
+                f"{sensor.focal_length_mm:g} mm: calibrate it at this zoom."
+            )
+        focal_length_mm = focal_length_mm or sensor.focal_length_mm
+        exif_pitch = told[0].pixel_pitch_um or sensor.pixel_pitch_um
+        if pixel_pitch_um is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # if not, it was resized
+            pixel_pitch_um = sensor.pixel_pitch_um
+        encoding, telecentric = encoding or sensor.encoding, telecentric or sensor.telecentric
+        if not focus_distances_m and calibrated.focus is not None:
+            focus_distances_m = [calibrated.focus] * len(files)
     lacking: list[tuple[str, str]] = []
 
     def each(values: list[float | None], what: str, option: str) -> list[float]:
@@ -117,6 +141,7 @@ def from_exif(
                 {"image": file, "f_number": n, "focus_distance_m": d}
                 for file, n, d in zip(files, f_number, focus, strict=True)
             ],
+            "calibration": calibrated and calibrated.calibration,
         }
     )
     settings.lenses()
@@ -133,6 +158,12 @@ def _recorded(path: Path) -> _Recorded:
         warnings.simplefilter("ignore")
         size = image.size
         tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
+    if is_raw(path):
+        # Most are TIFF files of a kind that Pillow does not open, with the same EXIF in them.
+        with contextlib.suppress(Exception):
+            exif = Image.Exif()
+            exif.load(b"Exif\0\0" + data)
+            tags, size = exif.get_ifd(ExifTags.IFD.Exif), (0, 0)
     distance = _number(tags, ExifTags.Base.SubjectDistance)
     return _Recorded(
         focal_length_mm=_number(tags, ExifTags.Base.FocalLength),
@@ -149,6 +180,8 @@ def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None
     unit = _MILLIMETRES.get(tags.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
     if per_unit is None or unit is None:
         return None
+    if size == (0, 0):  # the sensor's own pixels
+        return 1e3 * unit / per_unit
     taken = [
         _number(tags, tag) or now
         for tag, now in zip((ExifTags.Base.ExifImageWidth, ExifTags.Base.ExifImageHeight), size, strict=True)

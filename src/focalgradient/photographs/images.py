@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.photographs.raw import CELL, is_raw, read_raw
 
 __all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs", "srgb_to_linear"]
 
@@ -32,6 +33,9 @@ _SATURATED = 0.5
 
 _SATURATED_WORTH_SAYING = 1e-3
 """Share of pixels at the file type's maximum above which a warning says so."""
+
+_DARK = 0.05
+"""Brightness of a flat field, as a share of its brightest place, below which it is refused."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +54,8 @@ class Photograph:
         The file's own pixel type, such as ``"uint8"``.
     saturated
         Share of pixels of which some channel lies at the maximum of an integer `pixel_type`, 0 to 1.
+    binning
+        Pixels of the sensor to one of these, in each direction: 2 for a camera raw file, or else 1.
     """
 
     path: Path
@@ -57,6 +63,7 @@ class Photograph:
     encoding: Encoding
     pixel_type: str
     saturated: float
+    binning: int = 1
 
 
 def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
@@ -69,23 +76,31 @@ def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
     return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0) + 0.055) / 1.055) ** 2.4)
 
 
-def read_photograph(path: str | os.PathLike[str], encoding: Encoding | None = None) -> Photograph:
+def read_photograph(
+    path: str | os.PathLike[str], encoding: Encoding | None = None, flat: str | os.PathLike[str] | None = None
+) -> Photograph:
     """Read an image file as linear luminance.
 
     Parameters
     ----------
     path
         An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG, grey or colour, or a .npy file with
-        an H x W or H x W x 3 (red, green, blue) array. An alpha channel is dropped; an orientation tag is obeyed.
+        an H x W or H x W x 3 (red, green, blue) array; or a camera raw file, of which the green light is read (see
+        `focalgradient.photographs.raw`). An alpha channel is dropped; an orientation tag is obeyed.
     encoding
         How the values are encoded: ``"linear"`` or ``"srgb"``. None: sRGB for 8-bit image files, linear for all others.
+        Camera raw files are always linear.
+    flat
+        Picture of an evenly lit, blank surface by the same lens at the same aperture and focus, out of focus or not, to
+        divide out vignetting: its smooth fall-off is taken, relative to its mean, not its noise.
 
     Raises
     ------
     InputError
         If the file is missing, unreadable or not an image, or the image holds NaN or infinite pixels, is saturated
         (more than half its pixels at the maximum of an integer type) or black (no pixel above 2 levels and 0.1 % of
-        that maximum; for floating point, none above 0) or the same everywhere.
+        that maximum; for floating point, none above 0) or the same everywhere; or if the flat field differs in size,
+        is saturated, or dark somewhere.
 
     Warns
     -----
@@ -93,22 +108,28 @@ def read_photograph(path: str | os.PathLike[str], encoding: Encoding | None = No
         If more than 0.1 % of the pixels are saturated: blur is not to be measured on them.
     """
     path = Path(path)
-    pixels = _read_array(path) if path.suffix.lower() == ".npy" else _read_image(path)
-    if encoding is None:
-        encoding = "srgb" if pixels.dtype == np.uint8 and path.suffix.lower() != ".npy" else "linear"
+    pixels, encoding = _read(path, encoding)
     saturated = _check(path, pixels)
-    return Photograph(path, _luminance(pixels, encoding), encoding, pixels.dtype.name, saturated)
+    luminance = _luminance(pixels, encoding)
+    if flat is not None:
+        luminance = _flattened(path, luminance, pixels, Path(flat), encoding)
+    return Photograph(path, luminance, encoding, pixels.dtype.name, saturated, CELL if is_raw(path) else 1)
 
 
-def read_photographs(paths: Sequence[str | os.PathLike[str]], encoding: Encoding | None = None) -> list[Photograph]:
-    """Read image files that must agree in size: `read_photograph` for each of `paths`.
+def read_photographs(
+    paths: Sequence[str | os.PathLike[str]],
+    encoding: Encoding | None = None,
+    flats: Sequence[str | os.PathLike[str] | None] | None = None,
+) -> list[Photograph]:
+    """Read image files that must agree in size: `read_photograph` for each of `paths`, with its flat field if any.
 
     Raises
     ------
     InputError
         As `read_photograph` does, and if the sizes differ.
     """
-    photographs = [read_photograph(path, encoding) for path in paths]
+    each = zip(paths, flats or [None] * len(paths), strict=True)
+    photographs = [read_photograph(path, encoding, flat) for path, flat in each]
     for other in photographs[1:]:
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
@@ -117,6 +138,54 @@ def read_photographs(paths: Sequence[str | os.PathLike[str]], encoding: Encoding
                 "have the same size and orientation, so export them alike, neither cropped nor resized."
             )
     return photographs
+
+
+def _read(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding]:
+    """The file's pixels and how they are encoded."""
+    if is_raw(path):
+        return read_raw(path, read_bytes(path)), "linear"
+    array = path.suffix.lower() == ".npy"
+    pixels = _read_array(path) if array else _read_image(path)
+    return pixels, encoding or ("srgb" if pixels.dtype == np.uint8 and not array else "linear")
+
+
+def _flattened(
+    path: Path, luminance: NDArray[np.float32], pixels: NDArray[Any], flat: Path, encoding: Encoding
+) -> NDArray[np.float32]:
+    """`luminance` over the smooth fall-off of the flat field; what is saturated stays at the common ceiling."""
+    even = read_photograph(flat, encoding)
+    shape, size = even.luminance.shape, luminance.shape
+    if shape != size:
+        raise InputError(
+            f"flat field {flat} is {shape[1]} x {shape[0]} pixels but {path} is {size[1]} x {size[0]}: take and export "
+            "both alike."
+        )
+    if even.saturated > _SATURATED_WORTH_SAYING:
+        raise InputError(f"flat field {flat} is saturated ({even.saturated:.1%} of its pixels): expose it less.")
+    smooth = _smooth(even.luminance)
+    if smooth.min() < _DARK * smooth.max():
+        raise InputError(
+            f"flat field {flat} is dark in places ({smooth.min() / smooth.max():.1%} of its brightest): photograph a "
+            "blank surface that fills the frame, evenly lit."
+        )
+    result = luminance * (smooth.mean() / smooth)
+    if np.issubdtype(pixels.dtype, np.integer):
+        top = pixels == np.iinfo(pixels.dtype).max
+        top = top.all(axis=2) if top.ndim == 3 else top
+        result[top] = result.max()
+    return result
+
+
+def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The flat field's fall-off, a polynomial of degree 6 down and across: its noise and texture stay out."""
+
+    def powers(count: int) -> NDArray[np.float64]:
+        return np.asarray(np.polynomial.chebyshev.chebvander((2 * np.arange(count) + 1) / count - 1, 6), float)
+
+    small = cv2.resize(flat, tuple(min(n, 128) for n in flat.shape[::-1]), interpolation=cv2.INTER_AREA)
+    down, across = (np.linalg.pinv(powers(n)) for n in small.shape)
+    smooth = powers(flat.shape[0]) @ (down @ small @ across.T) @ powers(flat.shape[1]).T
+    return smooth.astype(np.float32)
 
 
 def _read_image(path: Path) -> NDArray[Any]:

@@ -2,65 +2,49 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
+from pydantic import Field, InstanceOf
 
+from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
-from focalgradient.photographs.images import Encoding, Photograph, read_photographs
+from focalgradient.photographs.cameras import Calibrated, load_camera
+from focalgradient.photographs.images import Photograph, read_photographs
+from focalgradient.photographs.tables import ImagePath, Sensor, Table, load_table, read_toml, shown
+from focalgradient.photographs.vignetting import even_out
 from focalgradient.view import View
 
 __all__ = ["Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]
 
 
-def _in_folder(path: Path, info: ValidationInfo) -> Path:
-    """Image paths are relative to the settings file, whose folder comes as context."""
-    return Path(info.context or "") / path
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
-
-
-# Each description completes "..., but must be " and "... is missing: give ".
-class Camera(_Table):
+class Camera(Sensor):
     """What all views share: the table ``[camera]``."""
 
-    focal_length_mm: Annotated[
-        float, Field(gt=0, allow_inf_nan=False, description="a positive number of millimetres, like 25.0")
-    ]
-    pixel_pitch_um: Annotated[
-        float, Field(gt=0, allow_inf_nan=False, description="a positive number of micrometres, like 8.0")
-    ]
-    encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
-    """None: sRGB for 8-bit image files, linear for all others."""
-    telecentric: Annotated[bool, Field(description="true or false")] = False
-    """Whether magnification stays the same when the focus changes: all views then share the first's pixel angle."""
     blur_k: Annotated[
         float, Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur over the disc's radius")
     ] = 0.5
     """Standard deviation of a Gaussian blur over the radius of the blur disc; it has no effect on disc blur."""
 
 
-class Shot(_Table):
+class Shot(Table):
     """One image and how it was taken: a table ``[[view]]``."""
 
-    image: Annotated[
-        Path, Field(strict=False, description="the path of an image, like 'view0.png'"), AfterValidator(_in_folder)
-    ]
+    image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
     f_number: Annotated[float, Field(gt=0, description="a positive number, like 5.6, or inf for a pinhole")]
     focus_distance_m: Annotated[float, Field(gt=0, description="a positive number of metres, like 0.85, or inf")]
+    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
+    """Picture of a blank, evenly lit surface at the same aperture: vignetting, divided out."""
 
 
-class Settings(_Table):
+class Settings(Table):
     """The camera, and its shots of one scene.
+
+    With a `calibration`, what the shots say of f-number and focus are marks on the lens, and the truth is looked up.
 
     >>> settings = Settings.model_validate(
     ...     {
@@ -77,6 +61,21 @@ class Settings(_Table):
         list[Shot],
         Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
     ]
+    calibration: InstanceOf[Calibration] | None = Field(
+        None, exclude=True, description="named as calibration = 'camera.toml' in [camera]"
+    )
+
+    tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
+
+    @property
+    def blur_k(self) -> float:
+        """Standard deviation of a Gaussian blur over the radius of the blur disc."""
+        return self.camera.blur_k if self.calibration is None else self.calibration.k
+
+    @property
+    def offset(self) -> float:
+        """From the plane that distances are measured from to the optical centre, in metres: 0 if not calibrated."""
+        return 0.0 if self.calibration is None else self.calibration.offset
 
     def lenses(self) -> list[Lens]:
         """Give the lens of each shot, in SI units.
@@ -84,12 +83,15 @@ class Settings(_Table):
         Raises
         ------
         InputError
-            If a shot is focused within the focal length.
+            If a shot is focused within the focal length, or was taken at a setting that is not calibrated.
         """
         lenses = []
         for number, shot in enumerate(self.shots, 1):
             try:
-                lenses.append(Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m))
+                if self.calibration is None:
+                    lenses.append(Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m))
+                else:
+                    lenses.append(self.calibration.lens(shot.f_number, shot.focus_distance_m))
             except InputError as error:
                 raise InputError(f"view {number} ({shot.image.name}): {error}") from error
         return lenses
@@ -103,43 +105,51 @@ class Settings(_Table):
         return angles[:1] * len(angles) if self.camera.telecentric else angles
 
 
-def load_settings(path: str | os.PathLike[str]) -> Settings:
+def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = None) -> Settings:
     """Read and check a settings file; its image paths are relative to its folder.
+
+    Parameters
+    ----------
+    path
+        The file.
+    calibrated
+        The camera, where it was calibrated; it goes before the ``calibration`` that the file itself may name.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not TOML, or has unknown, missing or wrong keys.
+        If it cannot be read, is not TOML, or has unknown, missing or wrong keys; or contradicts the calibration.
     """
     path = Path(path)
+    data = read_toml(path)
+    camera = data.get("camera")
+    if isinstance(camera, dict) and "calibration" in camera:
+        data["camera"] = {key: value for key, value in camera.items() if key != "calibration"}
+        named = camera["calibration"]
+        if not isinstance(named, str):
+            raise InputError(f"{path}: camera: calibration is {shown(named)}, but must be a path, like 'camera.toml'.")
+        calibrated = calibrated or load_camera(path.parent / named)
+    if calibrated is not None:
+        data = calibrated.fill(data) | {"calibration": calibrated.calibration}
+    settings = load_table(path, data, Settings)
+    if calibrated is not None:
+        stated, known = settings.camera.focal_length_mm, calibrated.sensor.focal_length_mm
+        if not math.isclose(stated, known, rel_tol=0.01):
+            raise InputError(
+                f"{path}: camera: focal_length_mm is {stated:g}, but the camera was calibrated at {known:g} mm: "
+                "calibrate it at this zoom."
+            )
     try:
-        # "utf-8-sig": some editors put a byte order mark, which TOML does not know.
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of a settings file.") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a TOML file: expected text in UTF-8.") from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        hint = "; write \\ as / in paths" if "\\" in text else ""
-        raise InputError(f"{path} is not valid TOML: {error}{hint}.") from error
-    try:
-        settings = Settings.model_validate(data, context=path.parent)
         settings.lenses()
-    except ValidationError as error:
-        raise InputError(f"{path}: {_sentence(error)}") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return settings
 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:
-    """Join each photograph with the optics of its shot."""
-    return [
-        View(photograph.luminance, lens, pixel_angle)
-        for photograph, lens, pixel_angle in zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
-    ]
+    """Join each photograph with the optics of its shot; what their vignetting differs by is evened out."""
+    told = zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
+    return even_out([View(photo.luminance, lens, pixel_angle * photo.binning) for photo, lens, pixel_angle in told])
 
 
 def read_views(path: str | os.PathLike[str]) -> list[View]:
@@ -151,39 +161,5 @@ def read_views(path: str | os.PathLike[str]) -> list[View]:
         As `load_settings` and `read_photographs` do.
     """
     settings = load_settings(path)
-    return make_views(settings, read_photographs([shot.image for shot in settings.shots], settings.camera.encoding))
-
-
-def _sentence(error: ValidationError) -> str:
-    """Put the first problem that pydantic found into a sentence that says what to do."""
-    # A misspelt key is also a missing one: the misspelling is the better thing to say.
-    problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-    *above, key = problem["loc"]
-    tables: dict[str, type[_Table]] = {"camera": Camera, "view": Shot}
-    table = tables[str(above[0])] if above else Settings
-    if above[:1] == ["view"]:
-        above = [f"view {int(above[1]) + 1}"] if len(above) > 1 else []
-        key = key if above else f"view {int(key) + 1}"
-    where = ": ".join(str(part) for part in (*above, key))
-    fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
-    if problem["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(key), fields, 1)
-        return f"{where} is not a known key: " + (f"did you mean {near[0]}?" if near else f"use {', '.join(fields)}.")
-    expected = fields.get(str(key), "a table")
-    if problem["type"] == "missing":
-        return f"{where} is missing: give {expected}."
-    if problem["type"] == "too_short":
-        return f"no view is given, but depth needs {expected}: add what is missing."
-    return f"{where} is {_shown(problem['input'])}, but must be {expected}."
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, dict):
-        return "a table"
-    if isinstance(value, list):
-        return "a list"
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return repr(value)
+    images, flats = zip(*((shot.image, shot.flat) for shot in settings.shots), strict=True)
+    return make_views(settings, read_photographs(images, settings.camera.encoding, flats))

@@ -1,0 +1,270 @@
+"""How fast the real-time form is, against the same pipeline one call an operation, and how far off its depth.
+
+    python benchmarks/realtime.py [--repeat 15] [--stream] [--out FILE.json]
+
+The peers do what the paper lists, one call an operation: the Laplacian of each view, its square, its mean over 4 x 4
+pixels, a Gaussian of the view for local brightness, and the divisions; in OpenCV on two threads, and in scipy.ndimage.
+All run in turn on the same images in one process, so that ratios mean something on a busy machine. A plain copy of the
+same bytes is the yardstick of what the memory allows. Errors follow: of the bands under Gaussian blur, and of depth on
+a slanted plane. ``--stream`` adds the memory that `focalgradient stream` takes for a short and for a long video.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from recover_depth import APERTURES, FAR, FOCUS, NEAR
+from scipy import ndimage
+
+from focalgradient import Lens, recover_depth
+from focalgradient.depth.kernels import THREADS
+from focalgradient.depth.ratio import BRIGHTNESS, focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio_table import DisparityTable
+from focalgradient.depth.search import Search
+from focalgradient.psf import pixel_transfer, transfer
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import slant
+from focalgradient.scenes.texture import Texture
+from focalgradient.view import View
+
+Image = NDArray[Any]
+
+FULL = (1080, 1920)
+PAPER = (256, 256)  # pixels, in half a second in 1987
+PIXEL = 8e-6 / APERTURES[0].sensor_distance
+
+
+def textured(shape: tuple[int, int]) -> list[Image]:
+    """Two float32 images with the values of 8-bit video: 1/f texture, and the same blurred."""
+    frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
+    frequency[0, 0] = np.inf
+    white = np.random.default_rng(1).standard_normal(shape)
+    field = np.fft.irfft2(np.fft.rfft2(white) / frequency, shape)
+    sharp = 128 + 30 * field / field.std()
+    return [np.rint(np.clip(i, 1, 255)).astype(np.float32) for i in (sharp, ndimage.gaussian_filter(sharp, 2.0))]
+
+
+def opencv(small: Image, large: Image) -> Image:
+    """The paper's steps, one call of OpenCV for each."""
+    contents = []
+    for image in (small, large):
+        second = cv2.Laplacian(image, cv2.CV_32F)
+        energy = cv2.multiply(second, second)
+        squares = cv2.resize(energy, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+        light = cv2.GaussianBlur(image, (0, 0), BRIGHTNESS)
+        light = cv2.resize(light, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA, dst=None)
+        contents.append(cv2.divide(cv2.sqrt(squares), np.asarray(light, np.float32)))
+    disparity = cv2.divide(contents[1], contents[0])
+    disparity[contents[0] < 0.01] = 0
+    return disparity
+
+
+def opencv_reduced(small: Image, large: Image) -> Image:
+    """The same with our short cut: the Gaussian over the means of 4 x 4 pixels."""
+    contents = []
+    for image in (small, large):
+        second = cv2.Laplacian(image, cv2.CV_32F)
+        energy = cv2.multiply(second, second)
+        squares = cv2.resize(energy, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+        light = cv2.resize(image, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+        light = cv2.GaussianBlur(np.asarray(light, np.float32), (0, 0), BRIGHTNESS / 4)
+        contents.append(cv2.divide(cv2.sqrt(squares), light))
+    disparity = cv2.divide(contents[1], contents[0])
+    disparity[contents[0] < 0.01] = 0
+    return disparity
+
+
+def scipy(small: Image, large: Image) -> Image:
+    """The paper's steps in scipy.ndimage."""
+    contents = []
+    for image in (small, large):
+        image = image.astype(np.float32, copy=False)
+        energy = ndimage.uniform_filter(ndimage.laplace(image) ** 2, 4)[2::4, 2::4]
+        light = ndimage.gaussian_filter(image, BRIGHTNESS)[2::4, 2::4]
+        contents.append(np.sqrt(energy) / light)
+    return np.where(contents[0] < 0.01, 0, contents[1] / np.maximum(contents[0], 1e-6))
+
+
+def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
+    """Median and least milliseconds of each way, all in turn, for float32 and for uint8 images."""
+    floats = textured(shape)
+    stored = [image.astype(np.uint8) for image in floats]
+    spare = [np.empty_like(image) for image in (*floats, *stored)]
+    views = [View(np.zeros((1, 1)), lens, PIXEL) for lens in APERTURES]
+    search = Search.over(views, FOCUS, None)
+    table = table_for(search, views, "disc", 0.5)
+
+    def copy(images: list[Image], to: list[Image]) -> None:
+        for image, place in zip(images, to, strict=True):
+            np.copyto(place, image)
+
+    ways: dict[str, Callable[[], Any]] = {}
+    for kind, images, to in (("float32", floats, spare[:2]), ("uint8", stored, spare[2:])):
+        one, other = images
+        ways |= {
+            f"copy of both, {kind}": partial(copy, images, to),
+            f"focal_disparity, {kind}": partial(focal_disparity, one, other),
+            f"the paper's |Laplacian|, {kind}": partial(focal_disparity, one, other, absolute=True),
+            f"with a window of 8 px, {kind}": partial(focal_disparity, one, other, window=8),
+            f"depth from four bands, {kind}": partial(read_depth, one, other, table, search),
+            f"OpenCV, {kind}": partial(opencv, one, other),
+            f"OpenCV with our short cut, {kind}": partial(opencv_reduced, one, other),
+            f"scipy.ndimage, {kind}": partial(scipy, one, other),
+        }
+    taken: dict[str, list[float]] = {name: [] for name in ways}
+    for way in ways.values():
+        way()
+    for _ in range(repeat):
+        for name, way in ways.items():
+            way()  # as in a video, where the frame before has warmed the caches
+            start = time.perf_counter()
+            way()
+            taken[name].append(1e3 * (time.perf_counter() - start))
+    return {name: {"median_ms": statistics.median(t), "least_ms": min(t)} for name, t in taken.items()}
+
+
+def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, list[float]]:
+    """RMS error (%) of sigma, by each band alone and by all, and the share of places where it is told.
+
+    The blur is Gaussian, of sigma and sigma / 2.
+    A wall of 1/f texture of contrast 0.2, gathered in a window of 8 pixels; told: stated to better than a half.
+    """
+    lenses = [Lens(0.025, number, 1.0) for number in (8, 4)]
+    defocus = sigma / 0.5 / (lenses[1].aperture_diameter / 2 / PIXEL)
+    views = [View(np.zeros((1, 1)), lens, PIXEL) for lens in lenses]
+    search = Search.over(views, 1.0, None)
+    size = (384, 384)
+    down, right = np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1])
+    frequency = np.hypot(down, right)
+    frequency[0, 0] = np.inf
+    found: dict[str, list[tuple[float, float]]] = {}
+    for seed in range(tries):
+        random = np.random.default_rng(seed)
+        spectrum = np.fft.rfft2(random.standard_normal(size)) / frequency * (frequency <= 0.5)
+        scale = 0.2 / np.fft.irfft2(spectrum, size).std()
+        images = []
+        for lens in lenses:
+            gain = transfer(frequency, defocus * lens.aperture_diameter / 2 / PIXEL, "gaussian")
+            gain = np.where(np.isinf(frequency), 1, gain) * pixel_transfer(down, right)
+            image = 1 + scale * np.fft.irfft2(spectrum * gain, size) + noise * random.standard_normal(size)
+            images.append(image.astype(np.float32))
+        for bands in ((1,), (2,), (4,), (8,), (1, 2, 4, 8)):
+            table = DisparityTable.of(lenses, PIXEL, psf="gaussian", bands=bands)
+            vergence, sd, _ = read_depth(images[0], images[1], table, search, noise=noise, least=0)
+            told = sd < 0.5 * defocus
+            error = (1 - vergence[told]) / defocus - 1
+            rms = 100 * float(np.sqrt(np.mean(error**2))) if told.any() else float("nan")
+            found.setdefault("+".join(map(str, bands)), []).append((rms, float(told.mean())))
+    return {name: np.mean(values, axis=0).tolist() for name, values in found.items()}
+
+
+def plane_errors(texture: Texture, shape: tuple[int, int] = (240, 320)) -> dict[str, dict[str, float]]:
+    """Median error of distance (%), share valid, and share within 2 sd, on the slanted plane at several noises."""
+    scene = slant(NEAR, FAR, shape[1] * PIXEL, seed=1, texture=texture)
+    casts = [cast(scene, lens, shape, PIXEL, samples=256) for lens in APERTURES]
+    rows = {}
+    for noise in (0.002, 0.01, 0.03):
+        sd = noise * float(casts[0].view.image.mean())
+        views = [noisy(one.view, sd, seed) for seed, one in enumerate(casts)]
+        depth = recover_depth(views, near=FOCUS, method="ratio")
+        error = (depth.distance / casts[0].distance - 1)[depth.valid]
+        away = (depth.vergence - 1 / casts[0].distance)[depth.valid] / depth.vergence_sd[depth.valid]
+        rows[f"{100 * noise:g} %"] = {
+            "median_error_percent": 100 * float(np.median(np.abs(error))),
+            "bias_percent": 100 * float(np.median(error)),
+            "share_valid": float(depth.valid.mean()),
+            "within_2_sd": float(np.mean(np.abs(away) <= 2)),
+        }
+    return rows
+
+
+def stream_memory(frames: int, shape: tuple[int, int] = (480, 640)) -> dict[str, float]:
+    """Peak memory (MB) and frames a second of `focalgradient stream` on a video of so many frames."""
+    program = (
+        "import resource, sys; from focalgradient.cli import main\n"
+        "try: main(sys.argv[1:])\n"
+        "except SystemExit: pass\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)"
+    )
+    optics = ["--focal-length=25", "--f-number=16", "--f-number=5.6", "--focus-distance=0.85", "--pixel-pitch=8"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "video.avi")
+        images = [np.repeat(image.astype(np.uint8)[..., None], 3, axis=2) for image in textured(shape)]
+        writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 30, (shape[1], shape[0]))
+        for number in range(frames):
+            writer.write(images[number % 2])
+        writer.release()
+        asked = ["stream", str(path), "--out", str(Path(folder, "depth.avi")), *optics]
+        done = subprocess.run([sys.executable, "-c", program, *asked], check=True, capture_output=True, text=True)
+        summary = json.loads(Path(folder, "depth.json").read_text())
+    return {"peak_MB": float(done.stdout.split()[-1]), "fps": summary["fps_of_processing"]}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="the real-time form against OpenCV, scipy.ndimage and a plain copy")
+    parser.add_argument("--repeat", type=int, default=15, help="runs of each, in turn (default 15)")
+    parser.add_argument("--stream", action="store_true", help="also measure the memory of focalgradient stream")
+    parser.add_argument("--out", type=Path, help="also write the figures here, as JSON")
+    options = parser.parse_args()
+
+    cv2.setNumThreads(THREADS)
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    print(
+        f"{THREADS} threads, load {load:.1f} at the start; medians of {options.repeat} runs in turn, least in brackets"
+    )
+    figures: dict[str, Any] = {"threads": THREADS, "load": load}
+    for shape in (FULL, PAPER):
+        found = figures[f"{shape[1]}x{shape[0]}"] = speeds(shape, options.repeat)
+        print(f"\n{shape[1]} x {shape[0]}{'':34}ms{'least':>10}{'x ours':>10}{'a second':>10}")
+        for name, taken in found.items():
+            ours = found[f"focal_disparity, {name.rsplit(', ', 1)[1]}"]["median_ms"]
+            ms = taken["median_ms"]
+            print(f"{name:38}{ms:9.2f}{taken['least_ms']:10.2f}{ms / ours:10.2f}{1e3 / ms:10.0f}")
+    print("\nGaussian blur of sigma and sigma / 2, 1 % noise: RMS error of sigma (%) by bands, in pixels (share told)")
+    figures["bands"] = {}
+    for sigma in (1.0, 2.0, 3.0, 4.0):
+        errors = figures["bands"][f"sigma {sigma:g}"] = band_errors(sigma)
+        print(
+            f"sigma {sigma:g}:  "
+            + "   ".join(f"{name} {error:.1f} ({told:.0%})" for name, (error, told) in errors.items())
+        )
+    print("\nslanted plane, f/16 and f/5.6, 0.9 to 2.2 m: median error, bias, share valid, within 2 sd")
+    figures["plane"] = {}
+    for label, texture in {
+        "texture of the scenes": Texture(texel=0.3e-3, projected=True),
+        "twice as coarse": Texture(texel=0.6e-3, projected=True),
+        "twice as fine": Texture(texel=0.15e-3, projected=True),
+        "contrast 5 %": Texture(texel=0.3e-3, projected=True, contrast=0.05),
+    }.items():
+        rows = figures["plane"][label] = plane_errors(texture)
+        for noise, row in rows.items():
+            print(
+                f"{label:24} noise {noise:6}{row['median_error_percent']:6.2f} %{row['bias_percent']:+7.2f} %"
+                f"{row['share_valid']:7.2f}{row['within_2_sd']:7.2f}"
+            )
+    if options.stream:
+        print("\nfocalgradient stream, 640 x 480")
+        figures["stream"] = {}
+        for frames in (100, 1000):
+            taken = figures["stream"][str(frames)] = stream_memory(frames)
+            print(f"{frames:5} frames: peak {taken['peak_MB']:.0f} MB, {taken['fps']:.0f} frames a second")
+    if options.out:
+        options.out.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,217 @@
+"""A calibrated camera: its optics wherever its marks stand, and what it still does not know of itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.optics import Lens
+from focalgradient.psf import PsfName
+
+__all__ = ["Calibration", "Prediction", "Reading", "disc_radius"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How blurred the edges of a target are in one view.
+
+    Parameters
+    ----------
+    distance
+        Of the target, in metres from the user's reference plane.
+    f_number, focus_distance
+        As marked; the focus (m) None where it is not known. Readings that agree in it share one focus.
+    width
+        Standard deviation on the sensor, in metres, of the Gaussian that fits the edges.
+    width_sd
+        Its standard deviation, in metres.
+    """
+
+    distance: float
+    f_number: float
+    focus_distance: float | None
+    width: float
+    width_sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """Where a calibration sees the target of one view: vergence (D) and distance (m, the user's), with their sd."""
+
+    vergence: float
+    vergence_sd: float
+    distance: float
+    distance_sd: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """A camera as its target showed it.
+
+    Parameters
+    ----------
+    focal_length, pixel_pitch
+        In metres, as they were given: the blur is told in their terms.
+    k
+        sigma / disc radius along edges.
+    own
+        Variance on the sensor of the blur that is there even in focus, in m^2; negative where the camera sharpens.
+    offset
+        Optical distance = distance from the user's reference plane + `offset`, in metres.
+    f_numbers
+        Effective f-number by marked one.
+    focus
+        Vergence in true focus, in dioptres, by marked focus distance in metres (None: not marked).
+    model_error
+        Relative error of the widths that remains.
+    covariance
+        Joint, of `parameters`.
+    told
+        For each of these the share of the prior's variance that the views took away, 0 to 1.
+    """
+
+    focal_length: float
+    pixel_pitch: float
+    k: float
+    own: float
+    offset: float
+    f_numbers: Mapping[float, float]
+    focus: Mapping[float | None, float]
+    model_error: float
+    covariance: FloatArray
+    told: FloatArray
+
+    @property
+    def parameters(self) -> FloatArray:
+        """Logarithm of k, own (um^2), offset (m), logarithm of each f-number, each focus vergence (D)."""
+        stops, focus = list(self.f_numbers.values()), list(self.focus.values())
+        return np.array([math.log(self.k), self.own * 1e12, self.offset, *np.log(stops), *focus])
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviation of each of `parameters`."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def lens(self, f_number: float, focus_distance: float | None = None) -> Lens:
+        """The lens as it is where its marks say `f_number` and `focus_distance` (m).
+
+        Raises
+        ------
+        InputError
+            If the camera was not calibrated there.
+        """
+        stop, focus = self._place(f_number, focus_distance)
+        lens = Lens(self.focal_length, list(self.f_numbers.values())[stop], 1 / list(self.focus.values())[focus])
+        return replace(lens, own_variance=self.own / lens.sensor_distance**2)
+
+    def _place(self, f_number: float, focus_distance: float | None) -> tuple[int, int]:
+        """Which of the f-numbers and of the focus vergences is meant."""
+        stops, marks = list(self.f_numbers), list(self.focus)
+        stop = int(np.argmin(np.abs(np.log(np.array(stops) / f_number))))
+        if not abs(math.log(stops[stop] / f_number)) < 0.03:
+            known = ", ".join(f"f/{mark:g}" for mark in stops)
+            raise InputError(
+                f"f/{f_number:g} was not calibrated, only {known}: take the target's picture at that f-number too."
+            )
+        if len(marks) == 1 and (focus_distance is None or marks[0] is None):
+            return stop, 0
+        for place, mark in enumerate(marks):
+            if mark == focus_distance or (mark and focus_distance and math.isclose(mark, focus_distance, rel_tol=0.03)):
+                return stop, place
+        known = ", ".join("no mark" if mark is None else f"{mark:g} m" for mark in marks)
+        given = "no focus distance is given" if focus_distance is None else f"focus is given as {focus_distance:g} m"
+        raise InputError(f"{given}, but the camera was calibrated at {known}: give the focus distance as marked then.")
+
+    def predict(self, reading: Reading) -> Prediction:
+        """Where the calibration sees the target of `reading`, on that side of focus where it really lies.
+
+        >>> camera = Calibration(
+        ...     0.05, 5e-6, 0.5, 0.0, 0.1, {4.0: 4.0}, {None: 1.0}, 0.0, np.zeros((5, 5)), np.zeros(5)
+        ... )
+        >>> width = 0.5 * 0.05 / 8 * 0.5 * camera.lens(4.0).sensor_distance  # half a dioptre beyond focus
+        >>> round(camera.predict(Reading(2.0, 4.0, None, width, 0.0)).distance, 3)
+        1.9
+        """
+        lens = self.lens(reading.f_number, reading.focus_distance)
+        per_dioptre = self.k * lens.aperture_diameter / 2 * lens.sensor_distance
+        blur = math.sqrt(max(reading.width**2 - self.own, 0.0))
+        side = math.copysign(1.0, lens.focus_vergence - 1 / (reading.distance + self.offset))
+        vergence = lens.focus_vergence - side * blur / per_dioptre
+        setting = [(reading.f_number, reading.focus_distance)]
+        random = reading.width * reading.width_sd / (max(blur, 0.1 * reading.width) * per_dioptre)
+        systematic, in_distance = (
+            float(self.systematic_sd(setting, vergence, "gaussian", of=of)) for of in ("vergence", "distance")
+        )
+        return Prediction(
+            vergence,
+            math.hypot(systematic, random),
+            1 / vergence - self.offset if vergence > 0 else math.inf,
+            math.hypot(in_distance, random / vergence**2) if vergence > 0 else math.inf,
+        )
+
+    def systematic_sd(
+        self,
+        settings: Sequence[tuple[float, float | None]],
+        vergence: ArrayLike,
+        psf: PsfName,
+        *,
+        of: Literal["vergence", "distance"] = "vergence",
+    ) -> FloatArray:
+        """Standard deviation that the calibration's own errors give to recovered depth, alike at every pixel.
+
+        Parameters
+        ----------
+        settings
+            Marked f-number and focus distance (m) of each view. One: its blur was measured; more: they were compared.
+        vergence
+            As recovered, D; any shape.
+        psf
+            Of the blur: a Gaussian's has `k` in it.
+        of
+            What the answer is of: vergence (D), or the user's distance (m).
+        """
+        places = [self._place(*setting) for setting in settings]
+        count = len(self.f_numbers)
+        vergence = np.asarray(vergence, float)
+
+        def seen(parameters: FloatArray, at: FloatArray) -> FloatArray:
+            """What is measured: the blur's variance (um^2), or where views are compared its differences."""
+            errors = parameters[-len(places) :]
+            squares = []
+            for (stop, focus), error in zip(places, errors, strict=True):
+                k = math.exp(parameters[0]) if psf == "gaussian" else self.k
+                lens_vergence = parameters[3 + count + focus]
+                radius = disc_radius(self.focal_length, math.exp(parameters[3 + stop]), lens_vergence, at)
+                squares.append((k * radius * (1 + error)) ** 2 * 1e12)
+            return np.stack([squares[0] + parameters[1]] if len(places) == 1 else [s - squares[0] for s in squares[1:]])
+
+        # Beside the parameters, each view's blur errs by itself.
+        joint = np.concatenate([self.parameters, np.zeros(len(places))])
+        spread = np.zeros((joint.size, joint.size))
+        spread[: -len(places), : -len(places)] = self.covariance
+        spread[range(-len(places), 0), range(-len(places), 0)] = self.model_error**2
+        step = 1e-4
+        slope = (seen(joint, vergence + step) - seen(joint, vergence - step)) / (2 * step)
+        gain = slope / np.maximum((slope**2).sum(axis=0), 1e-12)
+        moved = []
+        for shift in np.diag(np.maximum(1e-4 * np.abs(joint), 1e-5)):
+            change = (seen(joint + shift, vergence) - seen(joint - shift, vergence)) / (2 * shift.max())
+            moved.append(-(gain * change).sum(axis=0))
+        jacobian = np.stack(moved)
+        if of == "distance":
+            jacobian = -jacobian / np.maximum(vergence, 1e-6) ** 2
+            jacobian[2] -= 1.0
+        return np.sqrt(np.einsum("i...,ij,j...->...", jacobian, spread, jacobian))
+
+
+def disc_radius(focal_length: float, f_number: float, focus: float, vergence: ArrayLike) -> FloatArray:
+    """Radius of the blur disc on the sensor, in metres: as a Lens has it, defined for any vergence."""
+    return focal_length / (2 * f_number) * np.abs(focus - np.asarray(vergence)) / (1 / focal_length - focus)

@@ -1,0 +1,274 @@
+"""The most probable camera, given what its target showed and what was believed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.calibration.camera import Calibration, Prediction, Reading, disc_radius
+from focalgradient.errors import InputError
+
+__all__ = ["EDGE_K", "Beliefs", "calibrate", "cross_validate"]
+
+FloatArray = NDArray[np.float64]
+
+EDGE_K = 0.546
+"""sigma / radius of the Gaussian that fits the edge of a step blurred by a uniform disc best (3 pixels and more)."""
+
+UNDECIDED = 6.0
+"""Difference of chi-square between one side of focus and the other below which the target leaves the side open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beliefs:
+    """What is held of a camera before its target is looked at.
+
+    Parameters
+    ----------
+    k, k_sd
+        sigma / disc radius along edges, and its relative standard deviation.
+    own_sd
+        Standard deviation of the variance of the camera's own blur about 0, in square pixels.
+    offset, offset_sd
+        From the user's reference plane to the optical centre of the lens, in metres.
+    f_number_sd
+        Of an effective f-number about the marked one, relative.
+    focus_sd
+        Of the true focus vergence about a marked one, relative.
+    distance_sd
+        Of each distance that was measured, in metres.
+    model_error, model_weight
+        Relative error of a real lens's widths about the law: as expected, and how many residuals that is worth.
+    """
+
+    k: float = EDGE_K
+    k_sd: float = 0.05
+    own_sd: float = 1.0
+    offset: float = 0.0
+    offset_sd: float = 0.1
+    f_number_sd: float = 0.07
+    focus_sd: float = 0.3
+    distance_sd: float = 0.005
+    model_error: float = 0.015
+    model_weight: float = 4.0
+
+
+def calibrate(
+    readings: Sequence[Reading], focal_length: float, pixel_pitch: float, beliefs: Beliefs | None = None
+) -> Calibration:
+    """The most probable camera, given `readings` of its target, and what was believed.
+
+    Readings of one distance and setting count as one: their median.
+
+    Parameters
+    ----------
+    readings
+        One for each view of the target.
+    focal_length, pixel_pitch
+        In metres.
+    beliefs
+        By default those of `Beliefs`.
+
+    Raises
+    ------
+    InputError
+        If there is no reading, or the readings fit no lens, or fit both sides of focus.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(0.05, 4.2, 1.0)  # marked f/4
+    >>> width = lambda d: 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance
+    >>> seen = [Reading(d, 4.0, None, width(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
+    >>> camera = calibrate(seen, 0.05, 5e-6, Beliefs(k=0.5, offset_sd=0.001, k_sd=0.01, distance_sd=0.001))
+    >>> round(camera.f_numbers[4.0], 1), round(1 / camera.focus[None], 2)
+    (4.2, 1.0)
+    """
+    beliefs = beliefs or Beliefs()
+    if not readings:
+        raise InputError("there is no view of a target, but calibration needs one or more: add views.")
+    return _Fit.of(readings, focal_length, pixel_pitch, beliefs).best(pixel_pitch)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fit:
+    """The least-squares problem: parameters as in `Calibration.parameters`, then the error of each distance."""
+
+    focal_length: float
+    beliefs: Beliefs
+    stops: list[float]
+    marks: list[float | None]
+    distances: FloatArray
+    place: NDArray[np.intp]  # of each cell: which distance, f-number, focus
+    width: FloatArray  # um
+    width_sd: FloatArray  # um
+    own_sd: float  # um^2
+
+    @classmethod
+    def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, beliefs: Beliefs) -> _Fit:
+        """Gather the readings into cells, one for each distance and setting."""
+        stops = sorted({r.f_number for r in readings})
+        marks = sorted({r.focus_distance for r in readings}, key=lambda mark: math.inf if mark is None else mark)
+        distances = sorted({r.distance for r in readings})
+        cells: dict[tuple[int, int, int], list[Reading]] = {}
+        for r in readings:
+            key = (distances.index(r.distance), stops.index(r.f_number), marks.index(r.focus_distance))
+            cells.setdefault(key, []).append(r)
+        width, width_sd = [], []
+        for members in cells.values():
+            widths = np.array([r.width for r in members])
+            middle = np.median(widths)
+            # What exposures differ by, or what is known of each; the median is a little less precise than the mean.
+            each = max(
+                float(np.median([r.width_sd for r in members])), 1.48 * float(np.median(np.abs(widths - middle)))
+            )
+            width.append(1e6 * middle)
+            width_sd.append(1e6 * each * (1.0 if len(members) < 3 else 1.25) / math.sqrt(len(members)))
+        place = np.array(list(cells), np.intp).T
+        own_sd = beliefs.own_sd * (1e6 * pixel_pitch) ** 2
+        return cls(
+            *(focal_length, beliefs, stops, marks, np.array(distances), place, np.array(width), np.array(width_sd)),
+            own_sd,
+        )
+
+    def residuals(self, theta: FloatArray, model_error: float) -> FloatArray:
+        """How far the law lies from the cells, and the parameters from what was believed, in standard deviations."""
+        b, first = self.beliefs, 3 + len(self.stops)
+        distance, stop, focus = self.place
+        vergence_focus, slip = theta[first : first + len(self.marks)], theta[first + len(self.marks) :]
+        optical = np.maximum(self.distances + theta[2] + slip, 1e-3)
+        radius = disc_radius(self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance])
+        square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
+        error = 2 * self.width * np.hypot(self.width_sd, model_error * self.width)
+        marked = [
+            (v * (mark + theta[2]) - 1) / b.focus_sd
+            for v, mark in zip(vergence_focus, self.marks, strict=True)
+            if mark is not None and math.isfinite(mark)
+        ]
+        return np.concatenate(
+            [
+                (square - self.width**2) / error,
+                [(theta[0] - math.log(b.k)) / b.k_sd, theta[1] / self.own_sd, (theta[2] - b.offset) / b.offset_sd],
+                (theta[3:first] - np.log(self.stops)) / b.f_number_sd,
+                marked,
+                slip / b.distance_sd,
+            ]
+        )
+
+    def best(self, pixel_pitch: float) -> Calibration:
+        """The most probable camera; refused where one on the other side of focus explains the readings as well."""
+        b, first = self.beliefs, 3 + len(self.stops)
+        found = sorted(self.minima(b.model_error), key=lambda minimum: minimum[0])
+        chi_square, theta = found[0]
+        for other_chi_square, other in found[1:]:
+            if other_chi_square - chi_square < UNDECIDED and (self.sides(other) != self.sides(theta)).any():
+                raise InputError(
+                    "the views fit a target beyond the plane of focus as well as one nearer than it: add a view at "
+                    "another distance, or give focus_distance_m as marked on the lens."
+                )
+        error = b.model_error
+        for _ in range(8):
+            _, theta, jacobian = self.settle(theta, error)
+            covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
+            fitted = jacobian[: len(self.width)]
+            freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
+            left = self.residuals(theta, error)[: len(self.width)] * np.hypot(self.width_sd / self.width, error)
+            error = math.sqrt(
+                (b.model_weight * b.model_error**2 + float((left**2).sum())) / (b.model_weight + max(freedom, 0.0))
+            )
+        marked = [
+            math.inf if mark is None else b.focus_sd * v for mark, v in zip(self.marks, theta[first:], strict=False)
+        ]
+        believed = np.array([b.k_sd, self.own_sd, b.offset_sd, *[b.f_number_sd] * len(self.stops), *marked])
+        covariance = covariance[: len(believed), : len(believed)]
+        return Calibration(
+            focal_length=self.focal_length,
+            pixel_pitch=pixel_pitch,
+            k=math.exp(theta[0]),
+            own=float(theta[1]) * 1e-12,
+            offset=float(theta[2]),
+            f_numbers={mark: math.exp(log) for mark, log in zip(self.stops, theta[3:], strict=False)},
+            focus={mark: float(v) for mark, v in zip(self.marks, theta[first:], strict=False)},
+            model_error=error,
+            covariance=covariance,
+            told=np.clip(1 - np.diag(covariance) / believed**2, 0, 1),
+        )
+
+    def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
+        """Whether each cell lies beyond focus."""
+        distance, _, focus = self.place
+        return theta[3 + len(self.stops) + focus] > 1 / (self.distances[distance] + theta[2])
+
+    def minima(self, model_error: float) -> list[tuple[float, FloatArray]]:
+        """Chi-square and parameters at the minima that starts on all sides of the target lead to."""
+        count = len(self.marks)
+        groups: list[list[float]] = []
+        for group in range(count):
+            vergence = 1 / (self.distances[self.place[0, self.place[2] == group]] + self.beliefs.offset)
+            low, high = float(vergence.min()), float(vergence.max())
+            # Focus beyond all of the target's distances, between them, nearer than all.
+            starts = [0.5 * low, *(low + (high - low) * np.array([0.25, 0.5, 0.75])), 1.3 * high, 2 * high]
+            if count > 1:  # each focus by itself first
+                kept = self.place[2] == group
+                place = self.place[:, kept] * np.array([[1], [1], [0]])
+                alone = replace(
+                    self, marks=[self.marks[group]], place=place, width=self.width[kept], width_sd=self.width_sd[kept]
+                )
+                settled = alone.minima(model_error)
+                least = min(chi_square for chi_square, _ in settled)
+                ends = sorted({round(t[3 + len(self.stops)], 2) for c, t in settled if c < least + 30})
+                starts = ends
+            groups.append(starts)
+        found = []
+        for focus in product(*groups):
+            start = np.array(
+                [math.log(self.beliefs.k), 0.0, self.beliefs.offset, *np.log(self.stops), *focus]
+                + [0.0] * len(self.distances)
+            )
+            chi_square, theta, _ = self.settle(start, model_error)
+            found.append((chi_square, theta))
+        return found
+
+    def settle(self, start: FloatArray, model_error: float) -> tuple[float, FloatArray, FloatArray]:
+        """Chi-square, parameters and Jacobian at the minimum that `start` leads to."""
+        from scipy.optimize import least_squares
+
+        focus = slice(3 + len(self.stops), 3 + len(self.stops) + len(self.marks))
+        lower, upper = np.full(start.size, -np.inf), np.full(start.size, np.inf)
+        lower[focus], upper[focus] = 1e-4, 0.5 / self.focal_length
+        start = np.clip(start, lower, upper)
+        fit = least_squares(self.residuals, start, bounds=(lower, upper), args=(model_error,), x_scale="jac")
+        return 2 * float(fit.cost), fit.x, np.asarray(fit.jac)
+
+
+def cross_validate(
+    readings: Sequence[Reading],
+    focal_length: float,
+    pixel_pitch: float,
+    beliefs: Beliefs | None = None,
+    *,
+    leave: Literal["distance", "view"] = "distance",
+) -> list[Prediction | None]:
+    """Predict each reading's target from the others: without its distance, or only without itself.
+
+    None where the others do not hold its setting, or leave the side of focus open.
+    """
+    predictions: list[Prediction | None] = []
+    for number, reading in enumerate(readings):
+        others = [
+            other
+            for n, other in enumerate(readings)
+            if (other.distance != reading.distance if leave == "distance" else n != number)
+        ]
+        try:
+            camera = calibrate(others, focal_length, pixel_pitch, beliefs)
+            predictions.append(camera.predict(reading))
+        except InputError:
+            predictions.append(None)
+    return predictions

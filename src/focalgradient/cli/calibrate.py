@@ -1,0 +1,163 @@
+"""``focalgradient calibrate``: what a camera's blur really is, from photographs of a target at known distances."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from focalgradient.cli.program import progress, warnings_told, writable, write
+from focalgradient.errors import FocalGradientWarning
+
+if TYPE_CHECKING:
+    from focalgradient.calibration import Calibration, Prediction, Reading
+    from focalgradient.photographs import Targets
+
+__all__ = ["calibrate"]
+
+ODD = 0.05
+"""Share by which the blur of one photograph may differ from that of the others of its kind before it is named."""
+
+UNTOLD = 0.5
+"""Share of a prior's variance below which the views' word on a parameter is called the prior's."""
+
+
+@click.command(short_help="Measure a camera's blur from a target at known distances.")
+@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
+def calibrate(targets: Path, out: Path) -> None:
+    """Measure a camera's blur from photographs of a target at known distances.
+
+    The target is a flat sheet with sharp black and white edges (printed squares, a checkerboard, a slanted edge) that
+    faces the camera. Take it at two distances or more, three to learn the offset, at each f-number that is to be used,
+    without touching the focus; more exposures of each tell what one exposure is worth.
+
+    Writes CAMERA.toml: effective f-numbers, true focus, the offset of the plane that distances were measured from,
+    the blur along edges and what the camera adds of its own, with their uncertainties. Depth takes it with
+    --calibration, or from a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
+
+    \b
+    Example:
+      focalgradient calibrate TARGETS.toml --out CAMERA.toml
+      focalgradient depth f16.jpg f10.jpg --f-number 16 --f-number 10 --calibration CAMERA.toml --out results
+
+    \b
+    TARGETS.toml:
+      [camera]
+      focal_length_mm = 18.0
+      pixel_pitch_um = 4.7       # of the sensor, also for camera raw files
+      encoding = "srgb"          # or "linear", as in VIEWS.toml
+      offset_m = 0.0             # believed: from where distances were measured to the optical centre
+      offset_sd_m = 0.1          # ... and how surely
+      distance_sd_m = 0.005      # of each measured distance
+      f_number_tolerance = 0.07  # of the marks on the lens
+      [[view]]                   # one such table for each photograph
+      image = "50cm_f10.jpg"     # relative to this file
+      distance_m = 0.5           # of the target, as measured
+      f_number = 10              # as marked
+      focus_distance_m = 0.25    # as marked; may be left out where all share one focus
+      flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    base = writable(out.parent, (out.name,))
+    from focalgradient import calibration as room
+    from focalgradient.photographs import Calibrated, camera_toml, load_targets
+    from focalgradient.photographs.tables import Sensor
+
+    settings = load_targets(targets)
+    readings: list[Reading] = []
+    with progress(len(settings.shots) + 1) as say, warnings_told():
+        for shot in settings.shots:
+            say(shot.image.name)
+            readings.append(settings.read(shot))
+        say("fitting the camera")
+        sensor = settings.camera
+        known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.beliefs)
+        camera = room.calibrate(*known)
+        by_distance = room.cross_validate(*known)
+        by_view = room.cross_validate(*known, leave="view")
+        _warn_of_the_odd(settings, readings)
+    plain = Sensor.model_validate({name: getattr(sensor, name) for name in Sensor.model_fields})
+    text = camera_toml(Calibrated(sensor=plain, calibration=camera))
+    write(out.parent, base, {out.name: lambda path: path.write_text(text, encoding="utf-8")})
+    for line in [
+        *_told(camera, len({reading.distance for reading in readings})),
+        "",
+        *_predicted(settings, readings, camera, by_view, by_distance),
+    ]:
+        click.echo(line)
+    click.echo(f"Written: {out}")
+
+
+def _warn_of_the_odd(settings: Targets, readings: Sequence[Reading]) -> None:
+    """Name photographs whose blur is not that of the others of their kind: shaken, or refocused."""
+    for shot, reading in zip(settings.shots, readings, strict=True):
+        kind = (reading.distance, reading.f_number, reading.focus_distance)
+        alike = sorted(r.width for r in readings if (r.distance, r.f_number, r.focus_distance) == kind)
+        odd = reading.width / alike[len(alike) // 2] - 1
+        if len(alike) > 2 and abs(odd) > ODD:
+            warnings.warn(
+                f"{shot.image} is {abs(odd):.0%} {'more' if odd > 0 else 'less'} blurred than the others of its kind: "
+                "look whether it was shaken, and leave it out.",
+                FocalGradientWarning,
+                stacklevel=1,
+            )
+
+
+def _told(camera: Calibration, distances: int) -> list[str]:
+    """The parameters, each with its sd and whose word it is."""
+    sd, told = camera.sd, camera.told
+    rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", told[0])]
+    pitch = camera.pixel_pitch * 1e6
+    rows.append(("own blur, px^2", f"{camera.own * 1e12 / pitch**2:.2f}", f"{sd[1] / pitch**2:.2f}", told[1]))
+    rows.append(("offset, m", f"{camera.offset:.3f}", f"{sd[2]:.3f}", told[2]))
+    for n, (mark, effective) in enumerate(camera.f_numbers.items(), 3):
+        rows.append((f"f-number marked {mark:g}", f"{effective:.2f}", f"{effective * sd[n]:.2f}", told[n]))
+    for n, (focus, vergence) in enumerate(camera.focus.items(), 3 + len(camera.f_numbers)):
+        name = "true focus, m as measured" + ("" if focus is None else f" (marked {focus:g})")
+        error = math.sqrt(sd[2] ** 2 + sd[n] ** 2 / vergence**4 + 2 * camera.covariance[2, n] / vergence**2)
+        rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", told[n]))
+    lines = [f"{'':34}{'value':>9}{'sd':>8}  told by"]
+    for name, value, error_text, share in rows:
+        whose = "the views" if share >= UNTOLD else "mostly what was believed"
+        lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
+    if distances < 3:
+        lines.append(
+            f"{distances} distance{'s' * (distances > 1)} cannot tell the offset alone: it rests on what was believed "
+            "of it, of k and of the f-numbers. Three distances or more would tell it."
+        )
+    lines.append(f"Model error of the blur's width: {camera.model_error:.1%}")
+    return lines
+
+
+def _predicted(
+    settings: Targets,
+    readings: Sequence[Reading],
+    camera: Calibration,
+    by_view: Sequence[Prediction | None],
+    by_distance: Sequence[Prediction | None],
+) -> list[str]:
+    """A table of each view's distance as the others predict it, and the errors' root mean squares."""
+    lines = [
+        f"{'Predicted from the others':34}{'blur px':>8}{'true m':>8}{'without it':>20}{'without its distance':>24}"
+    ]
+    squares: dict[str, list[float]] = {"without it": [], "without its distance": []}
+    for shot, reading, *predictions in zip(settings.shots, readings, by_view, by_distance, strict=True):
+        cells = []
+        for name, prediction in zip(squares, predictions, strict=True):
+            cells.append("-" if prediction is None else f"{prediction.distance:.3f} +- {prediction.distance_sd:.3f}")
+            if prediction is not None:
+                squares[name].append(prediction.vergence - 1 / (reading.distance + camera.offset))
+        name = f"{shot.image.name} f/{reading.f_number:g}"
+        width = reading.width / camera.pixel_pitch
+        lines.append(f"{name:34.34}{width:>8.2f}{reading.distance:>8.3f}{cells[0]:>20}{cells[1]:>24}")
+    for name, errors in squares.items():
+        if errors:
+            rms = math.sqrt(sum(error**2 for error in errors) / len(errors))
+            lines.append(f"Root mean square error, each view predicted {name}: {rms:.3f} D")
+        else:
+            lines.append(f"Views predicted {name}: none, the others do not tell.")
+    return lines

@@ -1,0 +1,161 @@
+"""CAMERA.toml: a calibrated camera, as `focalgradient calibrate` writes it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field, InstanceOf
+
+from focalgradient.calibration import Calibration
+from focalgradient.errors import InputError
+from focalgradient.photographs.tables import Sensor, Table, load_table, read_toml
+
+__all__ = ["Calibrated", "camera_toml", "load_camera"]
+
+
+class Calibrated(Table):
+    """What the views of a calibrated camera start from: its sensor, and how it blurs."""
+
+    sensor: Sensor
+    calibration: InstanceOf[Calibration]
+
+    @property
+    def focus(self) -> float | None:
+        """The one focus distance (m) as marked, or, where unmarked, as found; None where there are several."""
+        (mark, vergence), *others = self.calibration.focus.items()
+        return None if others else mark or 1 / vergence - self.calibration.offset
+
+    def fill(self, data: dict[str, Any]) -> dict[str, Any]:
+        """The `data` of a settings file, with what it leaves out and the calibration tells."""
+        told = self.sensor.model_dump(exclude_none=True)
+        camera = data.get("camera", {})
+        views = data.get("view", [])
+        if self.focus is not None and isinstance(views, list):
+            lacking = {"focus_distance_m": self.focus}
+            views = [lacking | view if isinstance(view, dict) else view for view in views]
+        return data | {"camera": told | camera if isinstance(camera, dict) else camera, "view": views}
+
+
+_Number = Annotated[float, Field(allow_inf_nan=False, description="a number")]
+_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number")]
+
+
+class _Body(Sensor):
+    blur_k: _Positive
+    own_blur_um2: _Number
+    offset_m: _Number
+    model_error: Annotated[float, Field(ge=0, lt=1, description="a share from 0 to 1")]
+
+
+class _Aperture(Table):
+    f_number: _Positive
+    effective: _Positive
+
+
+class _Focus(Table):
+    focus_distance_m: Annotated[float | None, Field(gt=0, description="a positive number of metres, or inf")] = None
+    vergence_dioptres: _Positive
+
+
+class _Uncertainty(Table):
+    covariance: Annotated[list[list[_Number]], Field(description="a square of numbers, a row for each parameter")]
+    told: Annotated[list[_Number], Field(description="a number for each parameter")]
+
+
+class _CameraFile(Table):
+    camera: Annotated[_Body, Field(description="a table [camera]")]
+    apertures: Annotated[
+        list[_Aperture], Field(alias="aperture", min_length=1, description="one or more [[aperture]] tables")
+    ]
+    focus: Annotated[list[_Focus], Field(min_length=1, description="one or more [[focus]] tables")]
+    uncertainty: Annotated[_Uncertainty, Field(description="a table [uncertainty]")]
+
+    tables: ClassVar[dict[str, type[Table]]] = {
+        "camera": _Body,
+        "aperture": _Aperture,
+        "focus": _Focus,
+        "uncertainty": _Uncertainty,
+    }
+
+
+def load_camera(path: str | os.PathLike[str]) -> Calibrated:
+    """Read the file that `focalgradient calibrate` wrote.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not such a file.
+    """
+    path = Path(path)
+    file = load_table(path, read_toml(path), _CameraFile)
+    body = file.camera
+    count = 3 + len(file.apertures) + len(file.focus)
+    covariance = file.uncertainty.covariance
+    if len(file.uncertainty.told) != count or [len(row) for row in covariance] != [count] * count:
+        raise InputError(
+            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
+            "anew with focalgradient calibrate."
+        )
+    calibration = Calibration(
+        focal_length=body.focal_length_mm * 1e-3,
+        pixel_pitch=body.pixel_pitch_um * 1e-6,
+        k=body.blur_k,
+        own=body.own_blur_um2 * 1e-12,
+        offset=body.offset_m,
+        f_numbers={aperture.f_number: aperture.effective for aperture in file.apertures},
+        focus={focus.focus_distance_m: focus.vergence_dioptres for focus in file.focus},
+        model_error=body.model_error,
+        covariance=np.array(covariance),
+        told=np.array(file.uncertainty.told),
+    )
+    sensor = Sensor.model_validate({name: getattr(body, name) for name in Sensor.model_fields})
+    return Calibrated(sensor=sensor, calibration=calibration)
+
+
+def camera_toml(calibrated: Calibrated) -> str:
+    """The text of CAMERA.toml."""
+    camera, sensor = calibrated.calibration, calibrated.sensor
+    sd = camera.sd
+    stops = len(camera.f_numbers)
+    lines = [
+        "# Written by `focalgradient calibrate`; +- is one standard deviation.",
+        "# Optical distance = distance as measured + offset_m; vergence = 1 / optical distance.",
+        "[camera]",
+        *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
+        f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius along edges",
+        f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",
+        f"offset_m = {camera.offset:.5g}  # +- {sd[2]:.2g}",
+        f"model_error = {camera.model_error:.3g}  # of the blur's width, as a share",
+    ]
+    for (mark, effective), s in zip(camera.f_numbers.items(), sd[3:], strict=False):
+        lines += ["", "[[aperture]]", f"f_number = {mark!r}", f"effective = {effective:.5g}  # +- {effective * s:.2g}"]
+    for (focus, vergence), s in zip(camera.focus.items(), sd[3 + stops :], strict=True):
+        lines += ["", "[[focus]]"]
+        if focus is not None:
+            lines.append(f"focus_distance_m = {focus!r}  # as marked")
+        truth = 1 / vergence - camera.offset
+        lines.append(f"vergence_dioptres = {vergence:.6g}  # +- {s:.2g}: {truth:.4g} m as measured")
+    lines += [
+        "",
+        "[uncertainty]",
+        "# Of ln blur_k, own_blur_um2, offset_m, ln of each effective f-number, each focus vergence, in this order.",
+        "# told: the share of the prior's variance that the views took away, 0 (the prior speaks alone) to 1.",
+        f"told = [{', '.join(f'{share:.2f}' for share in camera.told)}]",
+        "covariance = [",
+        *(f"    [{', '.join(f'{value:.6e}' for value in row)}]," for row in camera.covariance),
+        "]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _shown(value: Any) -> str:
+    return (
+        {True: "true", False: "false"}[value]
+        if isinstance(value, bool)
+        else f'"{value}"'
+        if isinstance(value, str)
+        else repr(value)
+    )

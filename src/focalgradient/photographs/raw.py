@@ -1,0 +1,104 @@
+"""Camera raw files: what the sensor counted, linear by nature, before any camera has sharpened or toned it.
+
+Only the green pixels are read, the two of each 2 x 2 cell of the colour filter averaged into one pixel. Nothing is
+invented between pixels of a colour (demosaicing changes blur, and differently along an edge and across), and one
+colour is spared the lens's chromatic aberration. A pixel is then two of the sensor's wide.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    import rawpy
+
+__all__ = ["CELL", "is_raw", "read_raw"]
+
+CELL = 2
+"""Sensor pixels to one of the image, in each direction."""
+
+_SUFFIXES = tuple(
+    f".{name}"
+    for name in (
+        *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "kdc", "mef", "mos", "mrw", "nef", "nrw", "orf"),
+        *("pef", "raf", "raw", "rw2", "sr2", "srf", "srw"),
+    )
+)
+
+_TURNS = {0: 0, 3: 2, 5: 1, 6: 3}
+"""Quarter turns, anticlockwise, that set the picture upright, by LibRaw's word for its orientation."""
+
+
+def is_raw(path: Path) -> bool:
+    """Whether the file's name is that of a camera raw file.
+
+    >>> is_raw(Path("IMG_0001.CR2")), is_raw(Path("IMG_0001.JPG"))
+    (True, False)
+    """
+    return path.suffix.lower() in _SUFFIXES
+
+
+def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
+    """Green light in each 2 x 2 cell of the sensor, H/2 x W/2, upright: 0 is black, 65535 saturated.
+
+    A cell of which either green pixel is saturated counts as saturated.
+
+    Parameters
+    ----------
+    path, data
+        The file's name, for messages, and its bytes.
+
+    Raises
+    ------
+    InputError
+        If rawpy is not installed, or the file is damaged, or its sensor has no 2 x 2 cells with two green pixels.
+    """
+    try:
+        import rawpy
+    except ImportError as error:
+        raise InputError(
+            f"{path} is a camera raw file, which needs the package rawpy: pip install focalgradient[raw]."
+        ) from error
+    try:
+        with rawpy.imread(io.BytesIO(data)) as raw:
+            return _green(path, raw)
+    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
+        raise InputError(
+            f"{path} cannot be read as a camera raw file ({str(error).strip('. ')}): give an intact one of a known "
+            "camera, or develop it into a linear 16-bit TIFF."
+        ) from error
+
+
+def _green(path: Path, raw: rawpy.RawPy) -> NDArray[np.uint16]:
+    pattern = raw.raw_pattern
+    names = raw.color_desc.decode("ascii", "replace")
+    sites: list[tuple[int, int, int]] = []  # row, column and channel of the green pixels
+    if raw.raw_type.name == "Flat" and pattern is not None and pattern.shape == (CELL, CELL):
+        sites = [(row, column, int(c)) for (row, column), c in np.ndenumerate(pattern) if names[c] == "G"]
+    if len(sites) != 2:
+        raise InputError(
+            f"{path} comes from a sensor without the usual 2 x 2 cells of one red, two green and one blue pixel: "
+            "develop it into a linear 16-bit TIFF."
+        )
+    counts = raw.raw_image_visible
+    height, width = (n // CELL for n in counts.shape)
+    mean = np.zeros((height, width))
+    saturated = np.zeros((height, width), np.bool_)
+    for row, column, channel in sites:
+        black = raw.black_level_per_channel[channel]
+        # The camera's own word on where its response stops being linear, where it gives one.
+        linear = (raw.camera_white_level_per_channel or [0] * 4)[channel]
+        white = min(level for level in (raw.white_level, linear) if level > black)
+        site = counts[row::CELL, column::CELL][:height, :width]
+        mean += (site - float(black)) / (white - black) / len(sites)
+        saturated |= site >= white
+    mean[saturated] = 1.0
+    top = np.iinfo(np.uint16).max
+    return np.rot90(np.rint(top * np.clip(mean, 0, 1)).astype(np.uint16), _TURNS.get(raw.sizes.flip, 0))

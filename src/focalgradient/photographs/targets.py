@@ -1,0 +1,104 @@
+"""TARGETS.toml: photographs of a target at known distances, to calibrate a camera from."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from focalgradient.calibration import Beliefs, Reading, read_target
+from focalgradient.errors import InputError
+from focalgradient.optics import Lens
+from focalgradient.photographs.images import read_photograph
+from focalgradient.photographs.tables import ImagePath, Sensor, Table, load_table, read_toml
+from focalgradient.view import View
+
+__all__ = ["TargetShot", "Targets", "load_targets"]
+
+_DEFAULT = Beliefs()
+
+_Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
+_Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
+
+
+class TargetCamera(Sensor):
+    """The camera, and what is held of it beforehand: the table ``[camera]``."""
+
+    offset_m: Annotated[float, Field(allow_inf_nan=False, description="a number of metres, like 0.05")] = 0.0
+    """From the plane that distances were measured from to the optical centre of the lens; negative in front of it."""
+    offset_sd_m: _Length = _DEFAULT.offset_sd
+    distance_sd_m: _Length = _DEFAULT.distance_sd
+    f_number_tolerance: _Share = _DEFAULT.f_number_sd
+    focus_tolerance: _Share = _DEFAULT.focus_sd
+    blur_k: Annotated[float, Field(gt=0, le=2, description="a number above 0 and up to 2")] = _DEFAULT.k
+    blur_k_tolerance: _Share = _DEFAULT.k_sd
+
+
+class TargetShot(Table):
+    """One photograph of the target: a table ``[[view]]``."""
+
+    image: Annotated[ImagePath, Field(description="the path of an image, like '50cm_f10.jpg'")]
+    distance_m: Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.5")]
+    f_number: Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number, like 5.6")]
+    focus_distance_m: Annotated[
+        float | None, Field(gt=0, description="a positive number of metres, like 0.85, or inf")
+    ] = None
+    """As marked on the lens; views that agree in it, or leave it out, share one focus."""
+    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
+
+
+class Targets(Table):
+    """The camera, and its shots of a target."""
+
+    camera: Annotated[TargetCamera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
+    shots: Annotated[
+        list[TargetShot],
+        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
+    ]
+
+    tables: ClassVar[dict[str, type[Table]]] = {"camera": TargetCamera, "view": TargetShot}
+
+    @property
+    def beliefs(self) -> Beliefs:
+        """What is held of the camera beforehand."""
+        camera = self.camera
+        return Beliefs(
+            k=camera.blur_k,
+            k_sd=camera.blur_k_tolerance,
+            offset=camera.offset_m,
+            offset_sd=camera.offset_sd_m,
+            f_number_sd=camera.f_number_tolerance,
+            focus_sd=camera.focus_tolerance,
+            distance_sd=camera.distance_sd_m,
+        )
+
+    def read(self, shot: TargetShot) -> Reading:
+        """Measure one of the photographs.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or shows too few sharp edges.
+        """
+        photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
+        pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
+        # Blur is measured in pixels here: the optics, to be found, do not enter.
+        lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
+        try:
+            width, width_sd = read_target(View(photograph.luminance, lens, pitch / lens.focal_length))
+        except InputError as error:
+            raise InputError(f"{shot.image}: {error}") from error
+        return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, width * pitch, width_sd * pitch)
+
+
+def load_targets(path: str | os.PathLike[str]) -> Targets:
+    """Read and check TARGETS.toml; its image paths are relative to its folder.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not TOML, or has unknown, missing or wrong keys.
+    """
+    return load_table(Path(path), read_toml(Path(path)), Targets)

@@ -1,0 +1,288 @@
+"""The real-time form: ratios known by analysis, the table against rays, and depth of ray-cast scenes."""
+
+import numpy as np
+import pytest
+from blurred import PIXEL, lens, wall
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient.depth import ratio_kernels
+from focalgradient.depth.ratio import detail, fine_noise_floor, focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio_table import BANDS, DisparityTable, band_gain
+from focalgradient.depth.search import Search
+from focalgradient.photographs.images import srgb_to_linear
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import plane, slant
+from focalgradient.scenes.texture import Texture
+
+LENSES = [lens(16), lens(5.6)]
+
+
+def grating(period: float, contrast: float, shape: tuple[int, int] = (64, 128)) -> np.ndarray:
+    wave = np.cos(2 * np.pi * np.arange(shape[1]) / period)
+    return np.broadcast_to(1 + contrast * wave, shape).astype(np.float32)
+
+
+# The kernel, against other ways to the same numbers.
+
+
+@pytest.mark.parametrize("side", [4, 2, 1])
+@pytest.mark.parametrize("shape", [(40, 56), (43, 61)])
+def test_energy_and_brightness_are_those_of_scipy(side: int, shape: tuple[int, int]) -> None:
+    image = np.random.default_rng(0).random(shape, np.float32)
+    second = ndimage.laplace(image.astype(float), mode="nearest")
+    rows, columns = shape[0] // side, shape[1] // side
+
+    def squares(values: np.ndarray) -> np.ndarray:
+        return values[: rows * side, : columns * side].reshape(rows, side, columns, side).mean(axis=(1, 3))
+
+    energy, brightness = ratio_kernels.energies([image, 1 - image], None, side, False)
+    np.testing.assert_allclose(energy[0], squares(second**2), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(energy[1], energy[0], rtol=1e-4, atol=1e-6)  # a negative has the same detail
+    np.testing.assert_allclose(brightness[0], squares(image), rtol=1e-5)
+    sizes, _ = ratio_kernels.energies([image], None, side, True)
+    np.testing.assert_allclose(sizes[0], squares(np.abs(second)) ** 2, rtol=1e-5, atol=1e-6)
+
+
+def test_stored_values_are_decoded_by_table() -> None:
+    stored = np.random.default_rng(0).integers(0, 256, (40, 56), np.uint8)
+    levels = srgb_to_linear(np.arange(256) / 255).astype(np.float32)
+    for by_table, decoded in zip(
+        ratio_kernels.energies([stored], levels, 4, False),
+        ratio_kernels.energies([levels[stored]], None, 4, False),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(by_table, decoded)
+
+
+def test_gaussian_means_mirror_the_frame() -> None:
+    plane_ = np.random.default_rng(0).random((1, 9, 30), np.float32)
+    ours = ratio_kernels.smoothed(plane_, 2.0)[0]
+    np.testing.assert_allclose(ours, ndimage.gaussian_filter(plane_[0], 2.0, truncate=3.5), atol=2e-6)
+
+
+# The ratio.
+
+
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+def test_disparity_is_the_share_of_contrast_that_blur_leaves(band: int, share: float) -> None:
+    period = 4.0 * band
+    disparity, told = focal_disparity(
+        grating(period, 0.04), grating(period, 0.04 * share), band=band, window=8, least=0
+    )
+    assert told.all()
+    np.testing.assert_allclose(disparity[3:-3, 4:-4], share, rtol=0.01)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.floats(0.2, 5.0), st.floats(0.2, 5.0))
+def test_exposure_leaves_the_disparity_as_it_is(first: float, second: float) -> None:
+    one, other = grating(6, 0.4), grating(6, 0.2)
+    usual, _ = focal_disparity(one, other)
+    exposed, _ = focal_disparity(np.float32(first) * one, np.float32(second) * other)
+    np.testing.assert_allclose(exposed, usual, rtol=1e-3)
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_noise_energy_is_subtracted_without_bias(absolute: bool) -> None:
+    random = np.random.default_rng(2)
+    texture = random.standard_normal((2, 400, 400)) * np.array([0.1, 0.05])[:, None, None]
+    images = [(1 + t + 0.03 * random.standard_normal(t.shape)).astype(np.float32) for t in texture]
+    seen, _ = focal_disparity(*images, window=32, absolute=absolute)
+    true, _ = focal_disparity(*images, window=32, absolute=absolute, noise=0.03)
+    assert np.mean(seen) > 0.55
+    assert np.mean(true) == pytest.approx(0.5, rel=0.01)
+
+
+def test_rounding_to_whole_numbers_is_noise_too() -> None:
+    random = np.random.default_rng(3)
+    texture = random.standard_normal((400, 400))
+    stored = [np.rint(100 + sd * texture).astype(np.uint8) for sd in (4.0, 0.5)]
+    disparity, _ = focal_disparity(*stored, window=32)
+    assert np.mean(disparity) == pytest.approx(0.125, rel=0.02)
+
+
+def test_no_estimate_where_the_sharp_view_has_no_detail() -> None:
+    random = np.random.default_rng(4)
+    sharp = 1 + 0.1 * random.standard_normal((64, 128))
+    sharp[:, 64:] = 1 + 0.002 * random.standard_normal((64, 64))
+    view = sharp.astype(np.float32)
+    disparity, told = focal_disparity(view, view, noise=0.002, least=0)
+    assert told[:, :16].all()
+    assert not told[:, 17:].any()
+    assert (disparity[~told] == 0).all()
+
+
+def test_detail_tells_sharp_from_blurred() -> None:
+    assert detail(grating(4, 0.4)) == pytest.approx(2 * detail(grating(4, 0.2)), rel=0.05)
+
+
+@pytest.mark.parametrize("sd", [0.5, 3.0])
+def test_noise_is_read_in_the_emptiest_squares(sd: float) -> None:
+    random = np.random.default_rng(5)
+    image = 100 + sd * random.standard_normal((320, 320))
+    image[:, :200] += 20 * random.standard_normal((320, 200))
+    assert fine_noise_floor(image) == pytest.approx(sd, rel=0.06)
+
+
+# The table.
+
+
+def test_band_gain_is_that_of_the_filter() -> None:
+    spike = np.zeros((64, 64))
+    spike[32, 32] = 1
+    mean = ndimage.uniform_filter(spike, 2, origin=-1)
+    second = 4 * mean - sum(np.roll(mean, shift, axis) for shift in (-2, 2) for axis in (0, 1))
+    power = np.abs(np.fft.rfft2(second)) ** 2
+    np.testing.assert_allclose(
+        band_gain(2, np.fft.fftfreq(64)[:, None], np.fft.rfftfreq(64)) + 0 * power, power, atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("psf", ["disc", "gaussian"])
+def test_table_falls_with_defocus_and_gives_it_back(psf: str) -> None:
+    table = DisparityTable.of(LENSES, PIXEL, psf=psf)  # type: ignore[arg-type]
+    for band, end in zip(BANDS, table.ends, strict=True):
+        size = table.defocus[: end + 1]
+        told = table.disparity(table.focus - size, band)
+        assert told[0] == pytest.approx(1)
+        assert (np.diff(told) < 0).all()
+        np.testing.assert_allclose(table.size_of_defocus(told, band), size, atol=1e-9)
+    # A coarser band is taken later.
+    assert list(table.ends) == sorted(table.ends)
+    assert np.isnan(table.size_of_defocus([1e-6])).all()
+
+
+@pytest.mark.parametrize("distance", [1.0, 1.4])
+def test_table_agrees_with_rays(distance: float) -> None:
+    """The ratios of a ray-cast wall, whose texture is 1/f up to half a cycle a pixel, are those worked out."""
+    texture = Texture(texel=PIXEL, projected=True)
+    views = [cast(plane(distance, texture=texture), one, (320, 320), PIXEL, samples=64).view for one in LENSES]
+    table = DisparityTable.of(LENSES, PIXEL)
+    for band in (2, 4):
+        told, _ = focal_disparity(*(view.image for view in views), band=band, window=64)  # type: ignore[arg-type]
+        expected = float(table.disparity([1 / distance], band)[0])
+        assert np.median(told) == pytest.approx(expected, rel=0.05)
+
+
+def test_measured_images_mend_the_table() -> None:
+    table = DisparityTable.of(LENSES, PIXEL, bands=[1, 2])
+    vergences = [1.1, 0.9, 0.7]
+    true = np.stack([table.disparity(vergences, band) for band in (1, 2)])
+    same = table.mended(vergences, true)
+    np.testing.assert_allclose(same.curves[:, 0], table.curves[:, 0], atol=1e-9)
+    sharper = table.mended(vergences, 1.2 * true)
+    np.testing.assert_allclose(sharper.disparity(vergences, 2), 1.2 * true[1], rtol=0.01)
+    assert sharper.disparity([table.focus]) == pytest.approx(1)  # in focus all lenses are alike
+    with pytest.raises(InputError, match="one row for each of 2 bands"):
+        table.mended(vergences, true[:1])
+
+
+# Depth of ray-cast scenes.
+
+
+def rendered(near: float, far: float, noise: float, texture: Texture | None = None) -> tuple[list[View], np.ndarray]:
+    shape = (160, 320)
+    texture = texture or Texture(texel=0.3e-3, projected=True)
+    scene = slant(near, far, shape[1] * PIXEL, seed=2, texture=texture)
+    casts = [cast(scene, one, shape, PIXEL, samples=128) for one in LENSES]
+    sd = noise * float(casts[0].view.image.mean())
+    return [noisy(one.view, sd, seed) for seed, one in enumerate(casts)], casts[0].distance
+
+
+def test_slanted_plane() -> None:
+    views, truth = rendered(0.9, 2.2, 0.002)
+    depth = recover_depth(views, near=0.85, method="ratio")
+    error = (depth.distance / truth - 1)[depth.valid]
+    inside = np.abs(depth.vergence - 1 / truth)[depth.valid] <= 2 * depth.vergence_sd[depth.valid]
+    assert depth.valid.mean() > 0.9
+    assert np.median(np.abs(error)) <= 0.05
+    assert 0.85 <= inside.mean() <= 0.995
+    assert np.isfinite(depth.vergence).all()
+    assert np.isfinite(depth.vergence_sd).all()
+    assert depth.side_known.all()
+    # Which view is the sharper is told by the optics, not by the order.
+    swapped = recover_depth(views[::-1], near=0.85, method="ratio")
+    np.testing.assert_allclose(swapped.vergence[depth.valid], depth.vergence[depth.valid], atol=0.02)
+
+
+@pytest.mark.parametrize("texture", [Texture(texel=0.6e-3, projected=True), Texture(texel=0.3e-3, contrast=0.1)])
+def test_other_textures_and_noise(texture: Texture) -> None:
+    views, truth = rendered(0.9, 1.6, 0.01, texture)
+    depth = recover_depth(views, near=0.85, method="ratio")
+    assert np.median(np.abs(depth.distance / truth - 1)[depth.valid]) <= 0.05
+
+
+def test_nearer_than_focus_by_the_limits() -> None:
+    optics = [lens(16, 2.0), lens(5.6, 2.0)]
+    views = wall(optics, 1.2, noise=0.003)
+    depth = recover_depth(views, near=0.8, far=2.0, method="ratio")
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.2, rel=0.03)
+
+
+def test_two_views_through_one_aperture_read_as_focus_or_are_refused() -> None:
+    views = wall([lens(16), lens(16)], 1.4, noise=0.003)
+    told = [views[0], View(views[1].image, lens(5.6), PIXEL)]
+    depth = recover_depth(told, near=0.85, method="ratio")
+    assert np.median(depth.distance[depth.valid]) < 0.9
+
+
+def test_a_view_sharper_than_the_optics_allow_is_refused() -> None:
+    views = wall(LENSES, 1.4, noise=0.003)
+    swapped = [View(one.image, other.optics, PIXEL) for one, other in zip(views, views[::-1], strict=True)]
+    assert recover_depth(swapped, near=0.85, method="ratio").valid.mean() < 0.05
+
+
+def test_pixels_left_out_do_not_count() -> None:
+    views = wall(LENSES, 1.3, noise=0.003)
+    search = Search.over(views, 0.85, None)
+    table = table_for(search, views, "disc", 0.5)
+    images = [view.image.copy() for view in views]
+    usable = np.ones(images[0].shape, bool)
+    usable[100:120, 100:120] = False
+    images[0][~usable] = 50.0
+    near = np.s_[20:35, 20:35]
+    clean, *_ = read_depth(*(view.image for view in views), table, search, noise=0.003)  # type: ignore[misc]
+    without, *_ = read_depth(*images, table, search, noise=0.003, usable=usable)  # type: ignore[misc]
+    spoilt, *_ = read_depth(*images, table, search, noise=0.003)  # type: ignore[misc]
+    away = np.ones(clean.shape, bool)
+    away[24:31, 24:31] = False
+    error, spoilt_error = (np.median(np.abs(found - clean)[near][away[near]]) for found in (without, spoilt))
+    assert error < 0.05 < spoilt_error
+
+
+# What cannot be used.
+
+
+def test_views_that_differ_in_focus_are_refused() -> None:
+    views = wall([lens(16, 0.85), lens(5.6, 1.2)], 1.4)
+    with pytest.raises(InputError, match="two apertures at one focus"):
+        recover_depth(views, method="ratio")
+
+
+def test_unusable_images_and_settings() -> None:
+    image = grating(4, 0.4)
+    with pytest.raises(InputError, match="float64"):
+        focal_disparity(image.astype(float), image)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="must be alike"):
+        focal_disparity(image, image[:-4])
+    with pytest.raises(InputError, match="band is 3"):
+        focal_disparity(image, image, band=3)
+    with pytest.raises(InputError, match="window is 1"):
+        focal_disparity(image, image, window=1)
+    with pytest.raises(InputError, match="noise is -1"):
+        focal_disparity(image, image, noise=-1)
+    with pytest.raises(InputError, match="these are float32"):
+        focal_disparity(image, image, levels=np.arange(256))
+    stored = image.astype(np.uint8)
+    with pytest.raises(InputError, match="256 stored values"):
+        focal_disparity(stored, stored, levels=np.zeros(256))
+    with pytest.raises(InputError, match="3 lenses"):
+        DisparityTable.of([*LENSES, lens(8)], PIXEL)
+    with pytest.raises(InputError, match="both apertures are equal"):
+        DisparityTable.of([lens(8), lens(8)], PIXEL)
+    with pytest.raises(InputError, match="bands is"):
+        DisparityTable.of([Lens(0.025, 8, 1), Lens(0.025, 4, 1)], PIXEL, bands=[3])

@@ -1,0 +1,244 @@
+"""`focalgradient calibrate`, and depth by what it writes: from pictures on disk to distances."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from scipy import ndimage
+
+from focalgradient import DepthMap, Lens
+from focalgradient.calibration import EDGE_K
+from focalgradient.cli import main
+from focalgradient.photographs import camera_toml, load_camera, load_settings
+from focalgradient.psf import transfer
+
+SQUARES = Path(__file__).parents[2] / "shared" / "data" / "printed_squares"
+
+OFFSET, FOCUS, PITCH = 0.05, 0.35, 8e-6  # m; focus from the optical centre
+STOPS = {"8": 8.6, "16": 15.4}  # marked and true
+OWN = -0.8  # px^2: the camera sharpens
+
+CAMERA = "[camera]\nfocal_length_mm = 25\npixel_pitch_um = 8\n"
+SURE = "offset_sd_m = 0.1\nf_number_tolerance = 0.1\ndistance_sd_m = 0.001\n"
+
+
+def picture(path: Path, distance: float, f_number: float, *, seed: int = 0, own: float = OWN) -> Path:
+    """A dark square on white at `distance` from the user's plane, its edges blurred as by a disc on the whole."""
+    lens = Lens(0.025, f_number, FOCUS)
+    radius = float(lens.blur_radius(distance + OFFSET)) * lens.sensor_distance / PITCH
+    sigma = math.sqrt((EDGE_K * radius) ** 2 + own)
+    fine = np.full((512, 640), 0.75)
+    fine[141:361, 154:419] = 0.06
+    blurred = ndimage.gaussian_filter(fine, 4 * sigma).reshape(128, 4, 160, 4).mean(axis=(1, 3))
+    noisy = blurred + 0.002 * np.random.default_rng(seed).standard_normal(blurred.shape)
+    path.write_bytes(cv2.imencode(".png", np.rint(65535 * np.clip(noisy, 0, 1)).astype(np.uint16))[1].tobytes())
+    return path
+
+
+def targets(folder: Path, distances: tuple[float, ...], head: str = CAMERA + SURE) -> Path:
+    text = head
+    for n, distance in enumerate(distances):
+        for mark, true in STOPS.items():
+            name = picture(folder / f"{distance}_{mark}.png", distance, true, seed=n).name
+            text += f'[[view]]\nimage = "{name}"\ndistance_m = {distance}\nf_number = {mark}\n'
+    (folder / "targets.toml").write_text(text)
+    return folder / "targets.toml"
+
+
+@pytest.fixture(scope="module")
+def camera(tmp_path_factory) -> tuple[Path, Result]:
+    """CAMERA.toml of four distances, and what the command said."""
+    folder = tmp_path_factory.mktemp("camera")
+    result = run("calibrate", targets(folder, (0.5, 0.7, 1.1, 2.0)), "--out", folder / "camera.toml")
+    assert result.exit_code == 0, result.output
+    return folder / "camera.toml", result
+
+
+def run(*args: object) -> Result:
+    return CliRunner().invoke(main, [str(arg) for arg in args])
+
+
+def sentence(result: Result) -> str:
+    assert result.exit_code == 2, result.output
+    assert result.stderr.startswith("Error: ")
+    assert result.stderr.count("\n") == 1
+    return result.stderr
+
+
+def test_the_camera_is_told_with_its_uncertainties(camera):
+    path, result = camera
+    calibration = load_camera(path).calibration
+    assert calibration.offset == pytest.approx(OFFSET, abs=0.02)
+    assert 1 / calibration.focus[None] - calibration.offset == pytest.approx(FOCUS - OFFSET, abs=0.01)
+    assert calibration.f_numbers[16] / calibration.f_numbers[8] == pytest.approx(15.4 / 8.6, rel=0.02)
+    assert calibration.own / PITCH**2 == pytest.approx(OWN, abs=0.3)
+    table = result.stdout
+    assert re.search(r"f-number marked 16 +1\d\.\d\d +\d\.\d\d  ", table)
+    assert re.search(r"offset, m +0\.0\d+ +0\.0\d+  the views \(\d+%\)", table)
+    rms = re.findall(r"predicted without (.+): (\d\.\d+) D", table)
+    assert [name for name, _ in rms] == ["it", "its distance"]
+    assert all(float(value) < 0.05 for _, value in rms)
+
+
+def test_the_file_keeps_what_was_found(camera, tmp_path):
+    calibrated = load_camera(camera[0])
+    (tmp_path / "again.toml").write_text(camera_toml(calibrated))
+    again = load_camera(tmp_path / "again.toml")
+    assert again.sensor == calibrated.sensor
+    np.testing.assert_allclose(again.calibration.parameters, calibrated.calibration.parameters, rtol=1e-4)
+    np.testing.assert_allclose(again.calibration.covariance, calibrated.calibration.covariance, rtol=1e-5)
+
+
+def test_two_distances_are_said_not_to_tell_the_offset(tmp_path, camera):
+    result = run("calibrate", targets(tmp_path, (0.6, 1.1)), "--out", tmp_path / "camera.toml")
+    assert result.exit_code == 0, result.output
+    assert "2 distances cannot tell the offset alone" in result.stdout
+    assert "cannot tell the offset" not in camera[1].stdout
+    assert load_camera(tmp_path / "camera.toml").calibration.sd[2] > 1.5 * load_camera(camera[0]).calibration.sd[2]
+
+
+def test_edges_give_the_distance_from_the_users_plane(camera, tmp_path):
+    photographs = [picture(tmp_path / f"{mark}.png", 0.9, true, seed=7) for mark, true in STOPS.items()]
+    result = run(
+        *("depth", *photographs, "--f-number", 8, "--f-number", 16, "--calibration", camera[0], "--method", "edges"),
+        *("--near", 0.45, "--far", 3, "--out", tmp_path / "out"),
+    )
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    systematic = summary["calibration"]["systematic_sd"]
+    assert 0 < systematic["distance_m"] < 0.1
+    assert summary["medians"]["distance_m"] == pytest.approx(0.9, abs=min(3 * systematic["distance_m"], 0.03))
+    assert summary["settings"]["psf"] == "gaussian"
+    assert summary["calibration"]["effective_f_numbers"] == pytest.approx([8.6, 15.4], rel=0.15)
+    depth = DepthMap.load(tmp_path / "out" / "depth.npz")
+    assert depth.offset == pytest.approx(summary["calibration"]["offset_m"])
+    np.testing.assert_allclose((depth.distance + depth.offset) * depth.vergence, 1, rtol=1e-5)
+
+
+def test_compared_views_give_it_too(camera, tmp_path):
+    """A texture, blurred by true discs, compared by the default method."""
+    rng = np.random.default_rng(4)
+    frequency = np.hypot(np.fft.fftfreq(160)[:, None], np.fft.rfftfreq(160))
+    frequency[0, 0] = np.inf
+    spectrum = np.fft.rfft2(rng.standard_normal((160, 160))) / frequency
+    names = []
+    for mark, true in STOPS.items():
+        lens = Lens(0.025, true, FOCUS)
+        radius = float(lens.blur_radius(0.9 + OFFSET)) * lens.sensor_distance / PITCH
+        image = np.fft.irfft2(spectrum * transfer(np.where(frequency < 1, frequency, 0), radius, "disc"))
+        image = 0.5 + 0.1 * image / 40 + 0.001 * rng.standard_normal(image.shape)
+        names.append(tmp_path / f"{mark}.npy")
+        np.save(names[-1], image)
+    shots = "".join(f'[[view]]\nimage = "{n.name}"\nf_number = {n.stem}\n' for n in names)
+    (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')
+    result = run("depth", tmp_path / "views.toml", "--near", 0.4, "--far", 3, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["medians"]["distance_m"] == pytest.approx(0.9, rel=0.1)
+    assert summary["medians"]["distance_m"] == pytest.approx(
+        0.9, abs=3 * summary["calibration"]["systematic_sd"]["distance_m"]
+    )
+    assert summary["settings"]["psf"] == "disc"
+
+
+def test_a_shaken_photograph_is_named(tmp_path):
+    head = CAMERA + SURE
+    for n in range(3):
+        name = picture(tmp_path / f"{n}.png", 1.0, 8, seed=n, own=6.0 if n == 1 else OWN).name
+        head += f'[[view]]\nimage = "{name}"\ndistance_m = 1.0\nf_number = 8\nfocus_distance_m = 0.3\n'
+    (tmp_path / "t.toml").write_text(head)
+    result = run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "camera.toml")
+    assert result.exit_code == 0, result.output
+    assert re.search(r"Warning: .*1\.png is \d+% more blurred than the others of its kind", result.stderr)
+
+
+# --- What can be wrong -------------------------------------------------------------------------------------------
+
+
+def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path):
+    cv2.imwrite(str(tmp_path / "a.png"), np.random.default_rng(0).integers(100, 120, (64, 64), dtype=np.uint8))
+    (tmp_path / "t.toml").write_text(CAMERA + '[[view]]\nimage = "a.png"\ndistance_m = 1.0\nf_number = 8\n')
+    said = sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
+    assert re.search(r"a\.png: the view shows \d+ usable points along edges, .* flat sheet", said)
+    assert not (tmp_path / "c.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("distance_m = -1.0\nf_number = 8", "view 1: distance_m is -1.0, but must be a positive number of metres"),
+        ("f_number = 8", "view 1: distance_m is missing"),
+        ("distance_m = 1.0\nf_number = inf", "view 1: f_number is inf, but must be"),
+        ("distance_m = 1.0\nf_number = 8\nfocus_m = 1.0", "did you mean focus_distance_m?"),
+    ],
+)
+def test_wrong_targets_are_refused_in_a_sentence(tmp_path, line, said):
+    (tmp_path / "t.toml").write_text(f'{CAMERA}[[view]]\nimage = "a.png"\n{line}\n')
+    assert said in sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
+
+
+def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
+    a, b = (picture(tmp_path / f"{n}.png", 1.0, 8) for n in "ab")
+    use = ("--calibration", camera[0], "--out", tmp_path / "out")
+    assert "f/4 was not calibrated, only f/8, f/16" in sentence(
+        run("depth", a, b, "--f-number", 4, "--f-number", 8, *use)
+    )
+    text = camera[0].read_text()
+    (tmp_path / "short.toml").write_text(re.sub(r"told = \[0\.\d+, ", "told = [", text))
+    said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))
+    assert "short.toml: uncertainty does not have a row and a column for each of the 6 parameters" in said
+    (tmp_path / "views.toml").write_text(
+        f'[camera]\ncalibration = "{camera[0].as_posix()}"\nfocal_length_mm = 50\n'
+        '[[view]]\nimage = "a.png"\nf_number = 8\n[[view]]\nimage = "b.png"\nf_number = 16\n'
+    )
+    said = sentence(run("depth", tmp_path / "views.toml", "--out", tmp_path / "out"))
+    assert "focal_length_mm is 50, but the camera was calibrated at 25 mm" in said
+    (tmp_path / "views.toml").write_text("[camera]\ncalibration = 3\n")
+    assert "calibration is 3, but must be a path" in sentence(
+        run("depth", tmp_path / "views.toml", "--out", tmp_path / "out")
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_path):
+    shots = "".join(f'[[view]]\nimage = "{n}.png"\nf_number = {n}\n' for n in STOPS)
+    (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')
+    settings = load_settings(tmp_path / "views.toml")
+    calibration = load_camera(camera[0]).calibration
+    assert [lens.f_number for lens in settings.lenses()] == list(calibration.f_numbers.values())
+    assert (settings.offset, settings.blur_k) == (calibration.offset, calibration.k)
+    assert settings.camera.pixel_pitch_um == 8
+
+
+# --- Real photographs --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not SQUARES.is_dir(), reason="the photographs of printed squares are not at hand")
+def test_printed_squares(tmp_path):
+    """One exposure of each calibrates, another is measured."""
+    text = "[camera]\nfocal_length_mm = 18\npixel_pitch_um = 4.7\n"
+    for centimetres in (50, 150):
+        for stop in (10, 16):
+            image = (SQUARES / f"{centimetres}cm-f{stop}-2.jpg").as_posix()
+            text += f'[[view]]\nimage = "{image}"\ndistance_m = {centimetres / 100}\nf_number = {stop}\n'
+    (tmp_path / "t.toml").write_text(text)
+    result = run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "camera.toml")
+    assert result.exit_code == 0, result.output
+    calibration = load_camera(tmp_path / "camera.toml").calibration
+    assert 1 / calibration.focus[None] - calibration.offset == pytest.approx(0.25, abs=0.05)
+    assert abs(calibration.offset) < 0.14
+    for metres in (0.5, 1.5):
+        image = SQUARES / f"{metres * 100:.0f}cm-f10-1.jpg"
+        result = run(
+            *("depth", image, "--f-number", 10, "--calibration", tmp_path / "camera.toml", "--method", "edges"),
+            *("--near", 0.3, "--out", tmp_path / "out"),
+        )
+        assert result.exit_code == 0, result.output
+        medians = json.loads((tmp_path / "out" / "summary.json").read_text())["medians"]
+        found = medians["vergence_dioptres"]
+        assert found == pytest.approx(1 / (metres + calibration.offset), abs=0.1)

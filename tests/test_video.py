@@ -1,0 +1,161 @@
+"""Pairs out of frames that come lost, damaged or of another size, and depth written as video."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.video import Frame, Pair, Scale, Skipped, Source, ValuesFile, VideoFile, alternation, pairs
+
+STEP = np.log(2.0)
+
+
+def frames(apertures: Sequence[int], numbers: Sequence[int] | None = None) -> list[Frame | Skipped]:
+    """A frame for each aperture (0 is twice as detailed as 1), whose first pixel is its true number."""
+    numbers = numbers or range(len(apertures))
+    return [
+        Frame(number, np.array([[true, 100 if aperture == 0 else 50]], np.uint8))
+        for true, (number, aperture) in enumerate(zip(numbers, apertures, strict=True))
+    ]
+
+
+def detail(image: np.ndarray) -> float:
+    return float(image[0, 1])
+
+
+def run(items: Sequence[Frame | Skipped], step: float = STEP) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """Which frames were paired, even aperture first, and what was skipped."""
+    found = list(pairs(items, detail, step))
+    paired = [(int(p.even[0, 0]), int(p.odd[0, 0])) for p in found if isinstance(p, Pair)]
+    return paired, [(s.first, s.last) for s in found if isinstance(s, Skipped)]
+
+
+def test_every_two_successive_frames_make_a_pair() -> None:
+    assert run(frames([0, 1, 0, 1, 0])) == ([(0, 1), (2, 1), (2, 3), (4, 3)], [])
+
+
+def test_the_first_aperture_may_be_the_blurred_one() -> None:
+    assert run(frames([1, 0, 1]), -STEP) == ([(0, 1), (2, 1)], [])
+
+
+def test_a_frame_lost_without_trace_is_found_by_the_detail_and_pairing_goes_on() -> None:
+    # The true fourth frame is missing, and the later ones are numbered as if nothing had happened.
+    assert run(frames([0, 1, 0, 0, 1, 0])) == ([(0, 1), (2, 1), (3, 4), (5, 4)], [(2, 3)])
+
+
+def test_a_frame_lost_beside_a_damaged_one_turns_the_alternation_round() -> None:
+    items = frames([0, 1, 0, 1, 1, 0, 1])
+    items[4] = Frame(4, np.array([[4, 100]], np.uint8))  # damaged: looks like aperture 0, then 1, 0 where 1, 0 is due
+    items[5] = Frame(5, np.array([[5, 100]], np.uint8))
+    paired, skipped = run(items)
+    assert (4, 5) in skipped
+    assert paired[-1] == (5, 6)
+
+
+def test_undecodable_frames_leave_their_neighbours_with_what_is_left() -> None:
+    items = [*frames([0, 1]), Skipped(2, 2, "could not be decoded"), *frames([1, 0], [3, 4])]
+    found = list(pairs(items, detail, STEP))
+    assert [type(item) for item in found] == [Pair, Skipped, Pair]
+    lonely = [*frames([0, 1]), Skipped(2, 2, "x"), *frames([1], [3]), Skipped(4, 4, "x")]
+    assert run(lonely)[1] == [(2, 2), (3, 3), (4, 4)]
+
+
+def test_apertures_that_hardly_differ_are_taken_as_they_come() -> None:
+    assert run(frames([0, 0, 0]), 0.01) == ([(0, 1), (2, 1)], [])
+
+
+def test_alternation_survives_a_lost_frame_and_needs_two() -> None:
+    assert alternation(frames([0, 1] * 8 + [1, 0]), detail) == pytest.approx(STEP)
+    with pytest.raises(InputError, match="no two successive frames"):
+        alternation(frames([0]), detail)
+
+
+def write_video(path: Path, code: str, pictures: Sequence[np.ndarray]) -> None:
+    writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*code), 25, pictures[0].shape[1::-1])
+    assert writer.isOpened()
+    for picture in pictures:
+        writer.write(np.repeat(picture[..., None], 3, axis=2))
+    writer.release()
+
+
+@pytest.fixture
+def pictures() -> list[np.ndarray]:
+    texture = np.random.default_rng(0).integers(0, 255, (96, 128), np.uint8)
+    return [np.roll(texture, n, axis=1) for n in range(12)]
+
+
+def test_frames_are_read_as_stored(tmp_path: Path, pictures: list[np.ndarray]) -> None:
+    path = tmp_path / "video.mkv"
+    write_video(path, "FFV1", pictures)
+    with Source(path) as source:
+        found = list(source.frames())
+        assert source.fps == pytest.approx(25)
+    assert [frame.number for frame in found if isinstance(frame, Frame)] == list(range(12))
+    for frame, picture in zip(found, pictures, strict=True):
+        assert isinstance(frame, Frame)
+        assert np.abs(frame.image.astype(int) - picture).max() <= 2
+
+
+def test_a_video_cut_off_is_read_up_to_there_and_the_rest_reported(tmp_path: Path, pictures: list[np.ndarray]) -> None:
+    path = tmp_path / "video.avi"
+    write_video(path, "MJPG", pictures)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) * 6 // 10])
+    with Source(path) as source:
+        found = list(source.frames())
+    assert isinstance(found[0], Frame)
+    assert isinstance(found[-1], Skipped)
+    assert found[-1].last == 11
+    assert len(found) - 1 == found[-1].first
+
+
+def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        Source(tmp_path / "none.mp4")
+    (tmp_path / "text.mp4").write_text("no video")
+    with pytest.raises(InputError, match="cannot be read as a video"):
+        Source(tmp_path / "text.mp4")
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mov", ".mkv", ".avi", ".webm"])
+def test_depth_video_can_be_read_back(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"depth{ending}"
+    values = np.linspace(0.5, 1.0, 30, dtype=np.float32)[None].repeat(25, axis=0)
+    told = np.ones(values.shape, bool)
+    told[:10] = False
+    video = VideoFile(path, 25.0, values.shape, Scale.of_distance(0.5, 1.0))
+    for _ in range(5):
+        video.write(values, told)
+    video.close()
+    capture = cv2.VideoCapture(str(path))
+    pictures = []
+    while (read := capture.read())[0]:
+        pictures.append(read[1])
+    assert len(pictures) == 5
+    picture = pictures[-1]
+    assert picture.shape[0] == 100
+    assert picture.shape[1] > 120  # the scale stands beside the picture
+    assert picture[:34, :120].mean() < 12  # black: no estimate
+    lightness = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)[60:90, :120].mean(axis=0)
+    assert lightness[-10:].mean() > lightness[:10].mean() + 60  # near is bright
+    assert lightness[:10].mean() > 25  # and the darkest colour is not black
+
+
+def test_unknown_endings_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="use one of"):
+        VideoFile(tmp_path / "depth.gif", 25.0, (25, 30), Scale.of_disparity())
+
+
+def test_numbers_grow_frame_by_frame(tmp_path: Path) -> None:
+    path = tmp_path / "values.npy"
+    file = ValuesFile(path, (3, 4))
+    for number in range(1000):
+        file.write(np.full((3, 4), number))
+    file.close()
+    values = np.load(path, mmap_mode="r")
+    assert values.shape == (1000, 3, 4)
+    assert values.dtype == np.float32
+    np.testing.assert_array_equal(values[:, 0, 0], np.arange(1000))
