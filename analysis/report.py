@@ -140,7 +140,7 @@ def _section(name: str, shown: Shown, png: bytes) -> str:
 def _label(name: str) -> str:
     """Write a number's name as words, with its unit in brackets."""
     words, _, unit = name.rpartition("_")
-    units = {"m": "m", "mm": "mm", "percent": "%"}
+    units = {"m": "m", "mm": "mm", "px": "px", "arcmin": "arcmin", "percent": "%", "D": "D"}
     return f"{words.replace('_', ' ')} ({units[unit]})" if unit in units else name.replace("_", " ")
 
 

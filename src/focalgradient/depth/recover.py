@@ -15,7 +15,7 @@ from focalgradient.view import View
 
 __all__ = ["METHODS", "Method", "MethodName", "recover_depth"]
 
-MethodName = Literal["equalise", "ratio", "edges", "autofocus"]
+MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
 Progress = Callable[[str], None]
 
@@ -31,6 +31,7 @@ class Method:
 
 METHODS: dict[str, Method] = {
     "equalise": Method("compare"),
+    "spectra": Method("spectra"),
     "ratio": Method("ratio", most=2),
     "edges": Method("edges", least=1),
     "autofocus": Method("autofocus", least=3),

@@ -1,0 +1,175 @@
+"""The internal check: how well the disagreement of three views tells wrong answers, of each kind."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from report import Progress, Shown, alone
+from scipy.stats import chi2
+
+from focalgradient import FocalGradientWarning, Lens, View
+from focalgradient.depth.check import Check, check_views
+from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import Plane, Scene, Texture, plane
+
+FOCUS = 0.85  # m
+LENSES = tuple(Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (16, 8, 5.6))
+PIXEL = 8e-6 / LENSES[0].sensor_distance  # rad
+NOISE = 0.003  # radiance; the walls' mean is 0.35
+FALSE_ALARM = 1e-3  # the default
+WRONG = 3.0  # stated standard deviations, beyond which an answer is wrong
+NEAR, FAR = 1.1, 1.6  # m: of walls, cards and reflections
+SKIN = Texture(texel=0.3e-3, projected=True)
+
+Views = tuple[list[View], NDArray[np.float64]]
+
+
+def _cast(scene: Scene, shape: tuple[int, int], seed: int) -> Views:
+    """The scene through each lens, without noise, and its true vergence."""
+    rendered = [cast(scene, lens, shape, PIXEL, samples=256, seed=seed + n) for n, lens in enumerate(LENSES)]
+    return [r.view for r in rendered], 1 / rendered[0].distance
+
+
+def control(shape: tuple[int, int], seed: int) -> Views:
+    """A textured wall."""
+    return _cast(plane(FAR, seed=seed), shape, seed)
+
+
+def too_little_texture(shape: tuple[int, int], seed: int) -> Views:
+    """A wall of contrast 0.3 %, a third of the noise."""
+    return _cast(plane(FAR, seed=seed, texture=replace(SKIN, contrast=0.003)), shape, seed)
+
+
+def moving(shape: tuple[int, int], seed: int) -> Views:
+    """A wall that has moved by two pixels in the frame when the third view is taken."""
+    views, truth = control(shape, seed)
+    return [*views[:2], replace(views[2], image=np.roll(views[2].image, 2, axis=1))], truth
+
+
+def occlusion(shape: tuple[int, int], seed: int) -> Views:
+    """Upright cards before a wall, their edges a window or two apart."""
+    width = 40 * PIXEL * NEAR
+    cards = [
+        Plane((x * PIXEL * NEAR, 0.0, NEAR), (0, 0, -1), replace(SKIN, seed=seed + 9), (width, np.inf))
+        for x in (-80, 0, 80)
+    ]
+    return _cast(Scene((*cards, *plane(FAR, seed=seed).objects)), shape, seed)
+
+
+def reflection(shape: tuple[int, int], seed: int) -> Views:
+    """A glossy wall: half the light comes from its own texture, half from a nearer one's mirror image."""
+    (wall, truth), (image, _) = (_cast(plane(z, seed=seed + n), shape, seed) for n, z in enumerate((FAR, NEAR)))
+    return [replace(a, image=(a.image + b.image) / 2) for a, b in zip(wall, image, strict=True)], truth
+
+
+def saturation(shape: tuple[int, int], seed: int) -> Views:
+    """A wall whose brighter fifth exceeds what the sensor holds, which smears instead of cutting off sharply."""
+    views, truth = control(shape, seed)
+    ceiling = float(np.quantile(views[0].image, 0.8))
+    soft = [np.where(v.image > ceiling, ceiling + 0.1 * (v.image - ceiling), v.image) for v in views]
+    return [replace(v, image=image.astype(np.float32)) for v, image in zip(views, soft, strict=True)], truth
+
+
+KINDS: dict[str, tuple[Callable[[tuple[int, int], int], Views], str, str]] = {
+    "too little texture": (too_little_texture, GREY, "-"),
+    "moving object": (moving, BLUE, "-"),
+    "occlusion edge": (occlusion, ORANGE, "-"),
+    "reflection": (reflection, GREEN, "-"),
+    "saturation": (saturation, BLUE, "--"),
+}
+
+
+def examine(
+    make_views: Callable[[tuple[int, int], int], Views], shape: tuple[int, int], seeds: range
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The check's statistic in every block of 8 pixels away from the rim, and whether the answer is wrong there."""
+    found = []
+    for seed in seeds:
+        views, truth = make_views(shape, 10 * seed)
+        views = [noisy(view, NOISE, 100 * seed + n) for n, view in enumerate(views)]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FocalGradientWarning)  # that what moves, or shows nothing, is displaced
+            check: Check = check_views(views, near=FOCUS, far=4.0, noise=NOISE)
+        off = np.abs(check.joint - truth) > WRONG * check.joint_sd
+        inner = np.s_[36:-36:8, 36:-36:8]
+        found.append((check.statistic[inner].ravel(), off[inner].ravel()))
+    statistic, wrong = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return statistic.astype(float), wrong
+
+
+def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
+    report = progress or (lambda share: None)
+    shape, seeds = ((216, 264), range(6)) if full else ((168, 216), range(2))
+    agreeing, wrong = examine(control, shape, seeds)
+    alarms = np.geomspace(1e-3, 1, 200)
+    limits, operating = chi2.isf(alarms, 1), chi2.isf(FALSE_ALARM, 1)
+    refused = np.array([(agreeing > limit).mean() for limit in limits])
+    curves, points, areas, shares = {}, {}, {}, {}
+    for number, (name, (kind, _, _)) in enumerate(KINDS.items(), 1):
+        statistic, off = examine(kind, shape, seeds)
+        report(number / (len(KINDS) + 1))
+        seen = statistic[off]
+        shares[name] = float(off.mean())
+        curves[name] = np.array([(seen > limit).mean() if seen.size else np.nan for limit in limits])
+        points[name] = float((seen > operating).mean()) if seen.size else np.nan
+        areas[name] = float((seen[:, None] > agreeing).mean()) if seen.size else np.nan
+    found = {f"{rate:g}": float((agreeing > chi2.isf(rate, 1)).mean()) for rate in (0.1, 0.01, 0.001)}
+    return Shown(
+        title="The internal check: which wrong answers three views give away",
+        caption=(
+            f"Walls, cards and reflections at {NEAR:g} and {FAR:g} m, ray cast through f/16, f/8 and f/5.6 focused at "
+            f"{FOCUS:g} m, with {100 * NOISE / 0.35:.1f} % noise. Each pair of views tells depth; where their "
+            "estimates disagree by more than noise can explain (chi-square, the noise that pairs share taken into "
+            "account) the answer is refused.",
+            f"An answer is wrong if it is off by more than {WRONG:g} of the standard deviations it states. Each curve: "
+            "the share of one kind’s wrong answers that is refused, against the share of sound answers that the limit "
+            "is to refuse. Grey: the share of a sound wall’s that it does refuse. Dots: the default, 1 in 1000.",
+            "What moves or lies at two depths is mostly found. Where there is no texture all pairs know little and so "
+            "hardly disagree: there it is the stated uncertainty that refuses. Highlights that the sensor compresses "
+            "alike in all views pull all pairs alike, and mostly go unfound; those it cuts off sharply are left out "
+            "before any of this.",
+        ),
+        figure=_draw(alarms, refused, curves, points, shares),
+        summary={
+            **{f"false_alarms_asked_{rate}": value for rate, value in found.items()},
+            "sound_wall_wrong_percent": 100 * float(wrong.mean()),
+            **{f"{name.replace(' ', '_')}_wrong_percent": 100 * shares[name] for name in KINDS},
+            **{f"{name.replace(' ', '_')}_found_at_default_percent": 100 * points[name] for name in KINDS},
+            **{f"{name.replace(' ', '_')}_area_under_curve": areas[name] for name in KINDS},
+        },
+        plotted={"false_alarm": alarms, "sound_refused": refused, "found": curves},
+    )
+
+
+def _draw(
+    alarms: NDArray[np.float64],
+    refused: NDArray[np.float64],
+    curves: dict[str, NDArray[np.float64]],
+    points: dict[str, float],
+    shares: dict[str, float],
+) -> Figure:
+    with style():
+        figure = new_figure(140, 85, layout="constrained")
+        ax = figure.subplots()
+        ax.plot(alarms, refused, color="#bdbdbd", linewidth=0.8, label="sound wall")
+        for name, (_, colour, dash) in KINDS.items():
+            label = f"{name} ({100 * shares[name]:.0f} % wrong)"
+            ax.plot(alarms, curves[name], dash, color=colour, label=label)
+            ax.plot(FALSE_ALARM, points[name], "o", color=colour, markersize=4.5, clip_on=False, zorder=5)
+        ax.set(xscale="log", xlim=(1e-3, 1), ylim=(0, 1.02))
+        ax.set_xticks([1e-3, 1e-2, 1e-1, 1], labels=["0.001", "0.01", "0.1", "1"])
+        ax.set(xlabel="sound answers to be refused (false alarm)", ylabel="share of answers refused")
+        ax.set_title("Wrong answers found by the disagreement of three views (simulated)")
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        figure.draw_without_rendering()
+    return figure
+
+
+if __name__ == "__main__":
+    alone("check", make)

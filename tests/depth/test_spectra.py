@@ -1,0 +1,142 @@
+"""Comparison of spectra: the line of Eq. 9 without its window's bias, and depth from it."""
+
+import numpy as np
+import pytest
+from blurred import PIXEL, lens, texture, wall
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient import FocalGradientWarning, InputError, recover_depth
+from focalgradient.depth.patches import RADII, Patches
+from focalgradient.depth.spectra import spectral_difference
+from focalgradient.psf import gaussian_transfer
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import plane
+
+FREQUENCY = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
+INSIDE = np.s_[5:-5, 5:-5]
+
+
+def blurred(one: float, other: float, *, noise: float = 0.01, slope: float = 1.0, seed: int = 0) -> list[np.ndarray]:
+    """A periodic scene of contrast 0.2 whose amplitude falls as 1 / f^slope, blurred twice, with noise."""
+    random = np.random.default_rng(seed)
+    scene = np.fft.rfft2(random.standard_normal((256, 256))) / np.maximum(FREQUENCY, 1 / 256) ** slope
+    scene[0, 0] = 0
+    scene *= 0.2 / np.fft.irfft2(scene).std()
+    return [
+        1 + np.fft.irfft2(scene * gaussian_transfer(FREQUENCY, sigma, k=1)) + noise * random.standard_normal((256, 256))
+        for sigma in (one, other)
+    ]
+
+
+# --- the patches ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("skip", [1, 2])
+def test_expected_and_spread_of_noise(skip: int) -> None:
+    """Ring sums of filtered noise have the mean and the spread that are stated for them."""
+    patches = Patches(8.0, 8, 64, skip)
+    gain = np.exp(-((RADII / 0.1) ** 2))
+    noise = np.fft.rfft2(np.random.default_rng(0).standard_normal((512, 512)))
+    frequency = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.rfftfreq(512))
+    image = np.fft.irfft2(noise * np.interp(frequency, RADII, gain)).astype(np.float32)
+    sums = patches.spectra(image)[4:-4, 4:-4].reshape(-1, len(patches.frequency))
+    expected = patches.expected(gain**2)
+    few = patches.frequency < 0.2
+    assert sums.mean(axis=0)[few] == pytest.approx(expected[few], rel=0.15)
+    # Rings are not independent of their neighbours: the spread stated is that of what is summed over several.
+    weight = np.exp(-((patches.frequency / 0.08) ** 2))
+    stated = (weight**2 * 2 * expected**2 / patches.freedom).sum()
+    assert (sums @ weight).var() == pytest.approx(stated, rel=0.2)
+
+
+# --- the difference of blur -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.5])
+@pytest.mark.parametrize("sigma", [1.0, 4.0])
+def test_no_bias_where_the_papers_patches_have_one(sigma: float, ratio: float) -> None:
+    """At 1 % noise: |bias| of sigma <= 2 %; the paper's regression reads large blurs too small."""
+    truth = sigma**2 * (1 - ratio**2)
+    images = blurred(ratio * sigma, sigma)
+    found, sd = (part[INSIDE] for part in spectral_difference(*images, window=9.0, noise=0.01))
+    assert abs(found.mean() / truth - 1) / 2 <= 0.02
+    assert 0.87 <= np.mean(np.abs(found - truth) <= 2 * sd) <= 0.995
+    if sigma == 4.0:
+        paper, _ = spectral_difference(*images, window=9.0, noise=0.01, fit="paper")
+        assert (paper[INSIDE].mean() / truth - 1) / 2 < -0.04
+
+
+@pytest.mark.parametrize("slope", [0.5, 1.5])
+def test_no_bias_in_textures_that_are_not_natural(slope: float) -> None:
+    found, _ = spectral_difference(*blurred(1.0, 2.0, noise=1e-3, slope=slope), noise=1e-3)
+    assert np.sqrt(1 + found[INSIDE].mean()) == pytest.approx(2.0, rel=0.01)
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.floats(0.6, 1.6), st.integers(0, 99))
+def test_exchanging_the_images_changes_the_sign(sigma: float, seed: int) -> None:
+    images = blurred(0.3, sigma, seed=seed)
+    forth, back = (spectral_difference(*pair, noise=0.01)[0][INSIDE] for pair in (images, images[::-1]))
+    assert np.median(np.abs(forth + back)) < 0.02 * np.median(forth)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"second": np.ones((40, 41))}, r"shapes \(40, 40\) and \(40, 41\)"),
+        ({"window": 1.0}, "window is 1.0"),
+        ({"noise": -1.0}, "noise is -1.0"),
+        ({"fit": "best"}, "fit is 'best'"),
+    ],
+)
+def test_bad_input(change: dict, said: str) -> None:
+    arguments = {"first": np.ones((40, 40)), "second": np.ones((40, 40))} | change
+    first, second = arguments.pop("first"), arguments.pop("second")
+    with pytest.raises(InputError, match=said):
+        spectral_difference(first, second, **arguments)
+
+
+# --- depth ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("lenses", "limits", "distance", "psf"),
+    [
+        ([lens(16), lens(5.6)], {"near": 0.85}, 1.4, "disc"),
+        ([lens(8, 0.8), lens(8, 1.25)], {"near": 0.7, "far": 2.0}, 1.0, "gaussian"),
+        ([lens(16, 2.0), lens(5.6, 2.0)], {"far": 2.0, "near": 0.9}, 1.2, "disc"),
+    ],
+)
+def test_walls(lenses: list, limits: dict, distance: float, psf: str) -> None:
+    depth = recover_depth(wall(lenses, distance, psf=psf), method="spectra", psf=psf, noise=0.01, **limits)
+    inside = depth.valid[40:-40, 40:-40]
+    assert inside.mean() > 0.9
+    assert depth.side_known.all()
+    error = (depth.vergence - 1 / distance)[depth.valid]
+    defocus = np.max([abs(one.focus_vergence - 1 / distance) for one in lenses])
+    assert abs(error.mean()) <= 0.01 * defocus
+    assert 0.88 <= np.mean(np.abs(error) <= 2 * depth.vergence_sd[depth.valid]) <= 0.995
+    assert np.isfinite(depth.vergence).all()
+    assert np.isfinite(depth.vergence_sd).all()
+
+
+def test_cast_wall_and_bare_wall() -> None:
+    """A ray-cast wall is read right; where it shows nothing, nothing is claimed."""
+    lenses = [lens(16), lens(5.6)]
+    views = [cast(plane(1.3, seed=3), one, (128, 160), PIXEL, samples=256, seed=1).view for one in lenses]
+    views = [noisy(view, 0.0035, seed) for seed, view in enumerate(views)]
+    depth = recover_depth(views, method="spectra", near=0.85, far=4.0)
+    assert depth.valid[40:-40, 40:-40].mean() > 0.9
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.01)
+    field = texture(4)
+    field[:, 256:] = np.linspace(0.9, 1.1, field.shape[1])[256:]
+    bare = recover_depth(wall(lenses, 1.3, field=field), method="spectra", near=0.85, far=4.0, noise=0.01)
+    assert bare.valid[:, 200:].mean() < 0.05
+
+
+def test_side_left_open_is_said() -> None:
+    views = wall([lens(16), lens(5.6)], 1.2)
+    with pytest.warns(FocalGradientWarning, match="share one plane of focus"):
+        depth = recover_depth(views, method="spectra", far=2.0, noise=0.01)
+    assert not depth.side_known.any()
