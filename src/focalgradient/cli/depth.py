@@ -121,10 +121,9 @@ def depth(
         )
         result = replace(result, offset=offset)
         if not result.valid.any():
+            lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
             warnings.warn(
-                "no pixel is valid: the views show too little texture, or contradict each other.",
-                FocalGradientWarning,
-                stacklevel=1,
+                f"no pixel is valid: {lacking}, or they contradict each other.", FocalGradientWarning, stacklevel=1
             )
         say("drawing")
         from focalgradient.plotting import depth_figure

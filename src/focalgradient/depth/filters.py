@@ -190,5 +190,6 @@ class Residuals:
 
 def fine_noise(image: Image) -> float:
     """Standard deviation of noise that would explain the finest detail (beyond 0.45 cycles per pixel) of `image`."""
-    _, power = Spectra.of([image], 0).measure_and_power()
-    return float(np.sqrt(np.median(power[0, int(0.45 * np.sqrt(2) * RADIAL) :])))
+    share, power = Spectra.of([image], 0).measure_and_power()
+    fine = np.flatnonzero(share)  # a small image has no frequency at some samples
+    return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
