@@ -257,11 +257,15 @@ def main() -> None:
                 f"{row['share_valid']:7.2f}{row['within_2_sd']:7.2f}"
             )
     if options.stream:
-        print("\nfocalgradient stream, 640 x 480")
+        print("\nfocalgradient stream, from start to end")
         figures["stream"] = {}
-        for frames in (100, 1000):
-            taken = figures["stream"][str(frames)] = stream_memory(frames)
-            print(f"{frames:5} frames: peak {taken['peak_MB']:.0f} MB, {taken['fps']:.0f} frames a second")
+        for frames, shape in ((100, (480, 640)), (1000, (480, 640)), (200, FULL)):
+            taken = stream_memory(frames, shape)
+            figures["stream"][f"{frames} frames of {shape[1]}x{shape[0]}"] = taken
+            print(
+                f"{frames:5} frames of {shape[1]} x {shape[0]}: peak {taken['peak_MB']:.0f} MB, "
+                f"{taken['fps']:.1f} frames a second"
+            )
     if options.out:
         options.out.write_text(json.dumps(figures, indent=2) + "\n")
 

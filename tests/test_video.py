@@ -1,6 +1,6 @@
 """Pairs out of frames that come lost, damaged or of another size, and depth written as video."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.video import Frame, Pair, Scale, Skipped, Source, ValuesFile, VideoFile, alternation, pairs
+from focalgradient.video import Frame, Pair, Scale, Skipped, Source, ValuesFile, VideoFile, ahead, alternation, pairs
 
 STEP = np.log(2.0)
 
@@ -71,6 +71,20 @@ def test_alternation_survives_a_lost_frame_and_needs_two() -> None:
     assert alternation(frames([0, 1] * 8 + [1, 0]), detail) == pytest.approx(STEP)
     with pytest.raises(InputError, match="no two successive frames"):
         alternation(frames([0]), detail)
+
+
+def test_frames_worked_out_ahead_keep_their_order_and_their_errors() -> None:
+    def counting() -> Iterator[int]:
+        yield from range(7)
+        raise ValueError("no more")
+
+    found: list[int] = []
+    with pytest.raises(ValueError, match="no more"):
+        found.extend(ahead(counting()))
+    assert found == list(range(7))
+    some = ahead(iter(range(100)))
+    assert [next(some), next(some)] == [0, 1]
+    some.close()
 
 
 def write_video(path: Path, code: str, pictures: Sequence[np.ndarray]) -> None:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +28,7 @@ os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 import cv2
 
-__all__ = ["Frame", "Pair", "Scale", "Skipped", "Source", "ValuesFile", "VideoFile", "alternation", "pairs"]
+__all__ = ["Frame", "Pair", "Scale", "Skipped", "Source", "ValuesFile", "VideoFile", "ahead", "alternation", "pairs"]
 
 Grey = NDArray[np.uint8]
 
@@ -76,6 +78,9 @@ class Source:
     ----------
     path
         Any file that OpenCV's FFmpeg reads.
+    grey
+        Makes one stored value of a pixel's blue, green and red (H x W x 3, uint8): by default luma, their weighted mean
+        as stored.
 
     Raises
     ------
@@ -83,8 +88,9 @@ class Source:
         If the file cannot be opened as a video.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, grey: Callable[[Grey], Grey] | None = None) -> None:
         self.path = path
+        self._grey = grey or _luma
         if not path.is_file():
             raise InputError(f"{path} does not exist or is no file: give the path of a video.")
         said = cv2.utils.logging.getLogLevel()
@@ -125,9 +131,35 @@ class Source:
                 was, is_now = (f"{width} x {height}" for height, width in (size, image.shape[:2]))
                 yield Skipped(number, number, f"is {is_now} pixels where the first was {was}")
                 continue
-            yield Frame(number, np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8))
+            yield Frame(number, self._grey(np.asarray(image, np.uint8)))
         if number + 1 < self.declared:
             yield Skipped(number + 1, self.declared - 1, "could not be decoded, by the file's own count")
+
+
+def _luma(colours: Grey) -> Grey:
+    return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+Item = TypeVar("Item")
+
+
+def ahead(items: Iterable[Item], most: int = 3) -> Generator[Item, None, None]:
+    """`items`, worked out in a thread of their own, up to `most` before they are asked for.
+
+    >>> list(ahead(range(5)))
+    [0, 1, 2, 3, 4]
+    """
+    end: Final = object()
+    iterator = iter(items)
+    with ThreadPoolExecutor(1, thread_name_prefix="ahead") as pool:
+        coming = deque(pool.submit(next, iterator, end) for _ in range(most))
+        try:
+            while (item := coming.popleft().result()) is not end:
+                coming.append(pool.submit(next, iterator, end))
+                yield item  # type: ignore[misc]
+        finally:
+            for one in coming:
+                one.cancel()
 
 
 def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], most: int = 24) -> float:
@@ -283,9 +315,10 @@ class VideoFile:
     def write(self, values: NDArray[np.floating], told: NDArray[np.bool_]) -> None:
         """Add a frame: `values` on the grid, drawn where `told`."""
         share = (values - self._scale.dark) / (self._scale.bright - self._scale.dark)
-        place = np.where(told, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
         height, width = self._part.shape[:2]
-        self._part[:] = cv2.resize(self._colours[place], (width, height), interpolation=cv2.INTER_NEAREST)
+        place = np.where(told, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
+        colours = cv2.applyColorMap(place, self._colours[:, None])
+        self._part[:] = cv2.resize(colours, (width, height), interpolation=cv2.INTER_NEAREST)
         self._writer.write(self._picture)
 
     def close(self) -> None:

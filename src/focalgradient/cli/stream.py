@@ -6,6 +6,7 @@ import json
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
@@ -35,6 +36,9 @@ OPTICS = {
     "focus_distance": "--focus-distance",
     "pixel_pitch": "--pixel-pitch",
 }
+
+SATURATED = 254
+"""Stored value from which pixels are left out: the top, and the one below, where lossy coding puts it at times."""
 
 ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.float32], NDArray[np.bool_]]"]
 
@@ -138,7 +142,18 @@ def stream(
     start = time.perf_counter()
     _check(optics, near, far)
     from focalgradient.depth.ratio import detail, fine_noise_floor
-    from focalgradient.video import Frame, Skipped, Source, ValuesFile, VideoFile, alternation, check_ending, pairs
+    from focalgradient.depth.ratio_kernels import luminance
+    from focalgradient.video import (
+        Frame,
+        Skipped,
+        Source,
+        ValuesFile,
+        VideoFile,
+        ahead,
+        alternation,
+        check_ending,
+        pairs,
+    )  # fmt: skip
 
     check_ending(out)
     note = out.with_suffix(".json")
@@ -151,8 +166,10 @@ def stream(
     def content(image: NDArray[np.uint8]) -> float:
         return detail(image, levels)
 
+    grey = luminance(levels)
+
     with warnings_told() as told:
-        with Source(video) as source:
+        with Source(video, grey) as source:
             first = list(islice(source.frames(), FIRST))
         step = alternation(first, content)
         images = [item.image for item in first if isinstance(item, Frame)][:4]
@@ -162,13 +179,21 @@ def stream(
 
         skipped: list[Skipped] = []
         frames = pairs_found = 0
-        with _beside(places) as staged, Source(video) as source, ExitStack() as open_files:
+        with _beside(places) as staged, Source(video, grey) as source, ExitStack() as open_files:
             picture: VideoFile | None = None
             numbers: ValuesFile | None = None
+            # Decoding and writing go on beside the computation, each in a thread of its own.
+            written: Future[None] | None = None
+
+            def write(grid: NDArray[np.float32], valid: NDArray[np.bool_]) -> None:
+                assert picture is not None
+                picture.write(grid, valid)
+                if numbers is not None:
+                    numbers.write(_as_told(grid, valid, bool(said["optics"])))
 
             def counted(say: Callable[[str], None]) -> Iterator[Frame | Skipped]:
                 nonlocal frames
-                for item in source.frames():
+                for item in ahead(source.frames()):
                     if isinstance(item, Frame):
                         frames += 1
                         say(f"frame {item.number}")
@@ -187,12 +212,14 @@ def stream(
                         if values:
                             numbers = ValuesFile(staged[2], shape)
                             open_files.callback(numbers.close)
-                    picture.write(grid, valid)
-                    if numbers is not None:
-                        numbers.write(_as_told(grid, valid, bool(said["optics"])))
+                        writer = open_files.enter_context(ThreadPoolExecutor(1))
+                    if written is not None:
+                        written.result()
+                    written = writer.submit(write, grid, valid)
                     pairs_found += 1
-            if not pairs_found:
+            if written is None:
                 raise InputError(f"{video} has no two successive frames that make a pair: {_list(skipped)}.")
+            written.result()
             open_files.close()
             seconds = time.perf_counter() - start
             summary = {
@@ -257,7 +284,8 @@ def _reader(
 
         def disparity(even: NDArray[np.uint8], odd: NDArray[np.uint8]) -> Any:
             small, large = (even, odd) if step > 0 else (odd, even)
-            return focal_disparity(small, large, noise=noise, window=window, levels=levels)
+            usable = np.maximum(even, odd) < SATURATED
+            return focal_disparity(small, large, noise=noise, window=window, levels=levels, usable=usable)
 
         return disparity, Scale.of_disparity(), {"optics": None, "sharper": "even" if step > 0 else "odd"}
 
@@ -283,7 +311,10 @@ def _reader(
 
     def vergence(even: NDArray[np.uint8], odd: NDArray[np.uint8]) -> Any:
         small, large = (even, odd) if even_sharper else (odd, even)
-        found, _, valid = read_depth(small, large, table, search, noise=noise, window=window, levels=levels)
+        usable = np.maximum(even, odd) < SATURATED
+        found, _, valid = read_depth(
+            small, large, table, search, noise=noise, window=window, levels=levels, usable=usable
+        )
         return found, valid
 
     said = {

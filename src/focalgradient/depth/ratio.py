@@ -4,12 +4,14 @@ The Laplacian of each view is averaged over 4 x 4 pixels and divided by the loca
 the *focal disparity*, 1 in the plane of focus and falling with blur. Depth follows by a table
 (`focalgradient.depth.ratio_table`).
 
-Three things differ from the paper, all on purpose. What is averaged is the *square* of the Laplacian, and the disparity
+Four things differ from the paper, all on purpose. What is averaged is the *square* of the Laplacian, and the disparity
 is the root of the ratio: noise then adds a known amount, which is subtracted, where it cannot be taken out of an
 average of sizes (``absolute=True`` gives the paper's). The Gaussian that gives the local brightness runs over the means
 of 4 x 4 pixels, not over pixels: a box and a Gaussian are a Gaussian wider by 1.25 square pixels. And the second
 difference may be taken between means over 2 x 2, 4 x 4 or 8 x 8 pixels: the finest detail is the first that blur takes,
-and a band is best where the larger aperture has taken part of it and not all.
+and a band is best where the larger aperture has taken part of it and not all. And depth comes from all bands at once,
+whose energies scatter together (`focalgradient.depth.ratio_scatter`), so that much of what is chance in one ratio is
+told by the others.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +31,7 @@ from focalgradient.depth.depthmap import DepthMap
 from focalgradient.depth.placed import Placed
 from focalgradient.depth.ratio_kernels import BLOCK, Picture, Plane
 from focalgradient.depth.ratio_reading import read
+from focalgradient.depth.ratio_scatter import scatter_of
 from focalgradient.depth.ratio_table import BANDS, DisparityTable
 from focalgradient.depth.search import Search
 from focalgradient.errors import FocalGradientWarning, InputError
@@ -42,8 +46,9 @@ BRIGHTNESS = 8.0
 LEAST = 0.01
 """Root mean square Laplacian of the sharper view, as a share of the brightness, below which there is no estimate."""
 
-CONTRADICTION = 16.0
-"""Squared distance of the bands from one another, over their variance, beyond which what is seen is no defocus."""
+CONTRADICTION = 33.0
+"""Squared distance of the energies from those expected, over their variance, beyond which what is seen is no defocus:
+chance alone gets there once in 100 000 times."""
 
 COARSE = 8.0
 """Window in pixels from which depth is worked out for squares of 8 x 8 pixels, and repeated."""
@@ -62,6 +67,7 @@ def focal_disparity(
     levels: ArrayLike | None = None,
     absolute: bool = False,
     least: float = LEAST,
+    usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, NDArray[np.bool_]]:
     """Focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
 
@@ -85,12 +91,14 @@ def focal_disparity(
         Laplacians were normally distributed.
     least
         Least detail of the small-aperture view: root mean square Laplacian over brightness.
+    usable
+        H x W: False for pixels to leave out, as saturated ones.
 
     Returns
     -------
     disparity, told
         floor(H/4) x floor(W/4), float32 and bool. The disparity is 0 where it is not told: where the small-aperture
-        view has less detail than `least`, or less than three times the noise.
+        view has less detail than `least`, or less than three times the noise, or hardly a usable pixel.
 
     Raises
     ------
@@ -112,11 +120,15 @@ def focal_disparity(
         raise InputError(f"band is {band!r}, but must be one of {', '.join(map(str, BANDS))} pixels.")
     if window and not 2 <= window <= 64:
         raise InputError(f"window is {window!r}, but must be 0, or between 2 and 64 pixels.")
-    energy, brightness = _content(images, table, (band,), window, absolute)
+    energy, brightness = _content(images, table, (band,), BLOCK, window, absolute, usable)
     # Second differences of means over band x band pixels; the mean size of a normal value is sqrt(2 / pi) of its sd.
     unit = 20.0 / band**2 * (2 / math.pi if absolute else 1.0)
     variance, span = _noise_by_brightness(noise, table)
-    return ratio_kernels.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
+    disparity, told = ratio_kernels.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
+    if usable is not None and not usable.all():
+        told &= _squares(usable, BLOCK)
+        disparity[~told] = 0
+    return disparity, told
 
 
 def read_depth(
@@ -135,41 +147,37 @@ def read_depth(
 
     Parameters
     ----------
-    small, large, noise, window, levels, least
+    small, large, noise, window, levels, least, usable
         As for `focal_disparity`.
     table
         Disparity against defocus, of these views' optics.
     search
         The range of vergence, and so the side of focus.
-    usable
-        H x W: False for pixels to leave out, as saturated ones.
 
     Returns
     -------
     vergence, vergence_sd, valid
-        floor(H/4) x floor(W/4) each, in dioptres. Not valid where no band has detail enough, where blur is not known to
-        0.3 pixel or to a fifth, and where no defocus within the range makes the views as they are.
+        floor(H/4) x floor(W/4) each, in dioptres. Not valid where a pixel is left out, where no band has detail enough,
+        where blur is not known to 0.3 pixel or to a fifth, and where no defocus makes the views as they are.
     """
     images = [small, large]
     decode = _checked(images, levels)
-    energy, brightness = _content(images, decode, table.bands, window, usable=usable)
+    grid = 2 * BLOCK if window >= COARSE else BLOCK
+    energy, brightness = _content(images, decode, table.bands, grid, window, usable=usable)
     variance, span = _noise_by_brightness(noise, decode)
-    shape = brightness.shape[1:]
-    if window >= COARSE:
-        # Gathered so widely, neighbouring squares say the same: read one in four.
-        energy = np.stack(ratio_kernels.binned(energy.reshape(-1, *shape), None)).reshape(
-            *energy.shape[:2], *_half(shape)
-        )
-        brightness = np.stack(ratio_kernels.binned(brightness, None))
-    found = read(energy, brightness, variance, span, table.defocus, table.curves, table.scales(window), least)
-    size, sd, misfit = _doubled(np.stack(found), shape) if window >= COARSE else found
+    size, sd, misfit = read(energy, brightness, variance, span, table.defocus, scatter_of(table, window), least)
     focus = float(search.focus[0])
-    vergence = focus + size if search.lowest >= focus else focus - size
-    inside = np.clip(vergence, search.lowest, search.highest).astype(np.float32)
+    vergence = np.float32(focus) + (size if search.lowest >= focus else -size)
+    inside = np.clip(vergence, np.float32(search.lowest), np.float32(search.highest))
     within = np.abs(vergence - inside) <= 2 * sd
     radius = search.slope * np.abs(focus - inside)
     valid = within & (sd * search.slope <= np.maximum(0.3, 0.2 * radius)) & (misfit < CONTRADICTION)
-    return inside, np.minimum(sd, np.float32(search.highest - search.lowest)), valid
+    sd = np.minimum(sd, np.float32(search.highest - search.lowest))
+    shape, times = tuple(n // BLOCK for n in small.shape), grid // BLOCK
+    valid = _spread(valid, shape, times)
+    if usable is not None and not usable.all():
+        valid &= _squares(usable, BLOCK)
+    return _spread(inside, shape, times), _spread(sd, shape, times), valid
 
 
 def table_for(search: Search, views: Sequence[View], psf: PsfName, k: float) -> DisparityTable:
@@ -215,9 +223,9 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
         "share_valid": float(valid.mean()),
     }
     return DepthMap(
-        _to_pixels(vergence, shape),
-        _to_pixels(sd, shape),
-        _to_pixels(valid, shape) & placed.usable,
+        _spread(vergence, shape, BLOCK),
+        _spread(sd, shape, BLOCK),
+        _spread(valid, shape, BLOCK) & placed.usable,
         np.full(shape, search.side_known),
         details,
     )
@@ -261,59 +269,69 @@ def _content(
     images: Sequence[Picture],
     levels: Plane | None,
     bands: Sequence[int],
+    grid: int,
     window: float,
     absolute: bool = False,
     usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, Plane]:
-    """Energy of both views in each of `bands` (b x 2 x h x w) and their brightness (2 x h x w), gathered."""
-    shape = tuple(n // BLOCK for n in images[0].shape)
-    found: dict[int, Plane] = {}
+    """Energy of both views in each of `bands` (b x 2 x h x w) and their brightness (2 x h x w), gathered.
+
+    The grid is of squares of `grid` pixels, 4 or 8. The Gaussians together with these squares have the variances asked.
+    """
+    shape = tuple(n // BLOCK // (grid // BLOCK) for n in images[0].shape)
+    weight = None if usable is None or usable.all() else _weight(usable, max(bands), grid)
+    found: list[Plane] = []
     brightness: Plane | None = None
-    for scale in (1, 2, 4, 8):
-        if scale in bands:
-            energy, mean = ratio_kernels.energies(images, levels, max(1, BLOCK // scale), absolute)
-            found[scale] = energy if scale <= BLOCK else _doubled(energy, shape)
-            brightness = mean if brightness is None and scale <= BLOCK else brightness
+    scale = 1
+    while True:
+        side = max(1, min(BLOCK, grid // scale))
+        if scale in bands or brightness is None:
+            energy, mean = ratio_kernels.energies(images, levels, side, absolute)
+            if scale in bands:
+                found.append(_fitted(energy, shape))
+            if brightness is None:
+                brightness = _fitted(mean, shape)
         if scale == max(bands):
             break
-        images, levels = ratio_kernels.binned(images, levels), None
-        if scale == 2 and brightness is None:
-            brightness = np.stack(images)
-    assert brightness is not None
-    content = np.stack([found[scale] for scale in bands])
-    weight = None
-    if usable is not None and not usable.all():
-        rows, columns = shape
-        kept = usable[: BLOCK * rows, : BLOCK * columns].reshape(rows, BLOCK, columns, BLOCK).all(axis=(1, 3))
-        # The coarsest band's differences reach so far.
-        weight = minimum_filter(kept, 1 + 2 * math.ceil(2 * max(bands) / BLOCK)).astype(np.float32)
+        images, levels, scale = ratio_kernels.binned(images, levels), None, 2 * scale
+    content = np.concatenate(found) if len(found) > 1 else found[0]
     if window:
-        content = _gathered(content.reshape(-1, *shape), window, weight).reshape(content.shape)
-    return content, _gathered(brightness, BRIGHTNESS, weight)
+        content = _gathered(content, window, grid, weight)
+    return content.reshape(len(bands), 2, *shape), _gathered(brightness, BRIGHTNESS, grid, weight)
 
 
-def _gathered(planes: Plane, sd: float, weight: Plane | None) -> Plane:
+def _weight(usable: NDArray[np.bool_], coarsest: int, grid: int) -> Plane:
+    """1 for squares of `grid` pixels that are clear of unusable ones, by as far as differences reach; 0 for others."""
+    return np.asarray(minimum_filter(_squares(usable, grid), 1 + 2 * math.ceil(2 * coarsest / grid)), np.float32)
+
+
+def _squares(usable: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
+    """Which squares of `side` pixels hold usable pixels only."""
+    rows, columns = (n // BLOCK // (side // BLOCK) for n in usable.shape)
+    by_rows = usable[: side * rows, : side * columns].reshape(rows, side, side * columns).all(axis=1)
+    return np.asarray(by_rows.reshape(rows, columns, side).all(axis=2))
+
+
+def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plane:
     """Gaussian means of `planes` (n x h x w), of `sd` pixels, with `weight` (h x w); 0 far from all weight."""
+    steps = math.sqrt(sd**2 - grid**2 / 12) / grid
     if weight is None:
-        return ratio_kernels.smoothed(planes, sd / BLOCK)
-    support = ratio_kernels.smoothed(weight[None], sd / BLOCK)
-    return np.where(support > 0.05, ratio_kernels.smoothed(planes * weight, sd / BLOCK) / np.maximum(support, 0.05), 0)
+        return ratio_kernels.smoothed(planes, steps)
+    support = ratio_kernels.smoothed(weight[None], steps)
+    return np.where(support > 0.05, ratio_kernels.smoothed(planes * weight, steps) / np.maximum(support, 0.05), 0)
 
 
-def _half(shape: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(n // 2 for n in shape)
+def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
+    """`planes` on a grid of `shape` from one twice as fine, or twice as coarse, or of that shape."""
+    if planes.shape[1] > shape[0]:
+        return np.stack(ratio_kernels.binned(planes, None))
+    return planes if planes.shape[1:] == shape else _spread(planes, shape, 2)
 
 
-def _doubled(planes: Plane, shape: tuple[int, ...]) -> Plane:
-    """Each value for 2 x 2 squares of a grid of `shape`, the outermost repeated where they do not reach."""
-    rows, columns = (np.minimum(np.arange(n) // 2, m - 1) for n, m in zip(shape, planes.shape[1:], strict=True))
-    return planes[:, rows[:, None], columns]
-
-
-def _to_pixels(grid: NDArray, shape: tuple[int, int]) -> NDArray:  # type: ignore[type-arg]
-    """The value of each 4 x 4 square at its pixels; the outermost repeated where squares do not reach."""
-    rows, columns = (np.minimum(np.arange(n) // BLOCK, m - 1) for n, m in zip(shape, grid.shape, strict=True))
-    return grid[rows[:, None], columns]
+def _spread(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray[Any]:
+    """Each value for squares of `times` x `times` of a grid (... x h x w), made `shape`: the outermost go on beyond."""
+    rows, columns = (np.minimum(np.arange(n) // times, m - 1) for n, m in zip(shape, planes.shape[-2:], strict=True))
+    return np.asarray(planes[..., rows, :][..., columns])
 
 
 def _checked(images: Sequence[Picture], levels: ArrayLike | None) -> Plane | None:

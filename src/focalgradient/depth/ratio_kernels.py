@@ -7,7 +7,7 @@ happens on the grid of 4 x 4 pixels, a sixteenth of the data.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numba import njit
@@ -21,10 +21,44 @@ Picture = NDArray[np.float32] | NDArray[np.uint8]
 BLOCK = 4
 """Side in pixels of the squares over which high-frequency energy is averaged, as in the paper."""
 
+LIGHTS = 1 << 14
+"""Steps of light in which luminance is summed."""
+
 CLEAR = 3.0
 """Times the noise's energy that the sharper view's detail must have in a band for the band to be read."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+
+
+def luminance(levels: Plane) -> Callable[[NDArray[np.uint8]], NDArray[np.uint8]]:
+    """What makes the stored value nearest to their luminance of pixels stored as blue, green and red (H x W x 3).
+
+    Light is weighted (as Rec. 709 does), not stored values: these are decoded by `levels`, the linear radiance of the
+    256. A pixel with a colour at the top is given the top value, as its light is not known.
+
+    >>> pixels = np.array([[[100, 100, 100], [0, 0, 200], [3, 255, 7]]], np.uint8)
+    >>> luminance(np.linspace(0, 1, 256, dtype=np.float32) ** 2)(pixels).tolist()
+    [[100, 92, 255]]
+    """
+    shares = (levels - levels[0]) / (levels[-1] - levels[0])
+    scaled = np.rint(LIGHTS * np.outer((0.0722, 0.7152, 0.2126), shares)).astype(np.int32)
+    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(LIGHTS + 3) / LIGHTS).astype(np.uint8)
+
+    def of(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        stored = np.empty(colours.shape[:2], np.uint8)
+        _luminance_rows(colours, scaled, nearest, stored)
+        return stored
+
+    return of
+
+
+@_compiled
+def _luminance_rows(colours, scaled, nearest, stored):  # type: ignore[no-untyped-def]
+    for row in range(stored.shape[0]):
+        for x in range(stored.shape[1]):
+            blue, green, red = colours[row, x, 0], colours[row, x, 1], colours[row, x, 2]
+            light = nearest[scaled[0, blue] + scaled[1, green] + scaled[2, red]]
+            stored[row, x] = 255 if max(blue, green, red) == 255 else light
 
 
 def binned(images: Sequence[Picture] | Plane, levels: Plane | None) -> list[Plane]:
@@ -76,8 +110,14 @@ def energies(images: Sequence[Picture], levels: Plane | None, side: int, absolut
     height, width = images[0].shape
     energy, brightness = np.empty((2, len(images), height // side, width // side), np.float32)
 
+    # Stored values as they are need no decoding: whole numbers, of which more fit into a register.
+    whole = side == BLOCK and not absolute and levels is not None and bool((levels == np.arange(256)).all())
+
     def work(first: int, last: int) -> None:
         for image, squares, light in zip(images, energy, brightness, strict=True):
+            if whole:
+                _whole_rows(image, first, last, squares, light)
+                continue
             _energy_rows(image, levels, side, absolute, first, last, squares, light)
 
     share_rows(height // side, work)
@@ -117,6 +157,43 @@ def _energy_rows(image, levels, side, absolute, first, last, energy, brightness)
         if absolute:
             for j in range(energy.shape[1]):
                 energy[row, j] *= energy[row, j]
+
+
+@_compiled
+def _whole_rows(image, first, last, energy, brightness):  # type: ignore[no-untyped-def]
+    """As `_energy_rows`, for stored values on squares of 4 pixels. Second differences fit into 16 bits."""
+    height, width = image.shape
+    second = np.empty((BLOCK, width), np.int16)
+    square, light = np.empty(width, np.int32), np.empty(width, np.int16)
+    share = np.float32(1 / BLOCK**2)
+    for row in range(first, last):
+        top = row * BLOCK
+        for i in range(BLOCK):
+            y = top + i
+            _second_difference(image[max(y - 1, 0)], image[y], image[min(y + 1, height - 1)], second[i])
+        a, b, c, d = image[top], image[top + 1], image[top + 2], image[top + 3]
+        p, q, r, s = second[0], second[1], second[2], second[3]
+        for x in range(width):
+            p_, q_, r_, s_ = np.int32(p[x]), np.int32(q[x]), np.int32(r[x]), np.int32(s[x])
+            square[x] = p_ * p_ + q_ * q_ + r_ * r_ + s_ * s_
+            light[x] = np.int16(a[x]) + np.int16(b[x]) + np.int16(c[x]) + np.int16(d[x])
+        energies, lights = energy[row], brightness[row]
+        for j in range(energies.size):
+            i = BLOCK * j
+            energies[j] = share * np.float32(square[i] + square[i + 1] + square[i + 2] + square[i + 3])
+            lights[j] = share * np.float32(light[i] + light[i + 1] + light[i + 2] + light[i + 3])
+
+
+@_compiled
+def _second_difference(above, row, below, out):  # type: ignore[no-untyped-def]
+    last = row.size - 1
+    inner, up, middle, down, left, right = out[1:-1], above[1:-1], row[1:-1], below[1:-1], row[:-2], row[2:]
+    for x in range(inner.size):
+        inner[x] = (
+            4 * np.int16(middle[x]) - np.int16(up[x]) - np.int16(down[x]) - np.int16(left[x]) - np.int16(right[x])
+        )
+    for x, inside in ((0, 1), (last, last - 1)):  # the frame's outermost pixels are repeated
+        out[x] = 3 * np.int16(row[x]) - np.int16(above[x]) - np.int16(below[x]) - np.int16(row[inside])
 
 
 @_compiled

@@ -1,9 +1,7 @@
 """Depth from the energies of several bands, compiled: each square of the grid on its own.
 
-A band's ratio of energies gives a defocus by the table, but not every band can: the finest ones lose to blur what they
-would measure and hold noise instead, and the coarsest hardly change near focus. So each band proposes a defocus, all
-bands judge it by how likely it makes what they saw, and those that agree with the best are averaged, each weighed by
-what a band is worth at that defocus.
+The logarithms of all energies, of both views in all bands, are compared with those expected at each level of defocus,
+by their joint covariance (`focalgradient.depth.ratio_scatter`): the likeliest level is the estimate.
 """
 
 from __future__ import annotations
@@ -14,20 +12,12 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.kernels import share_rows
 from focalgradient.depth.ratio_kernels import CLEAR, Plane, noise_at
+from focalgradient.depth.ratio_scatter import CHANNELS, STEPS, Scatter
 
-SPECTRUM_SD = 0.2
-"""Error of the slope of the texture's spectrum, as far as a window tells it, that is counted as an error of depth."""
+STRIDE = 8
+"""Levels from one to the next of the first search, a power of 2; it is halved about the likeliest."""
 
-DOUBTED = 0.5
-"""Share of the correction for that slope that is counted as an error: smooth texture is no steeper power law."""
-
-NOISE_SD = 0.3
-"""Error of the noise's energy, as a share of it: what the finest detail of blurred places is told from."""
-
-AGREE = 9.0
-"""Squared distance from the others, over its variance, up to which a band adds to what they tell together."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
 def read(
@@ -36,8 +26,7 @@ def read(
     noise: Plane,
     span: float,
     defocus: NDArray[np.float64],
-    curves: NDArray[np.float64],
-    scales: NDArray[np.float64],
+    scatter: Scatter,
     least: float,
 ) -> tuple[Plane, Plane, Plane]:
     """Size of the defocus, and its standard deviation, that fit the bands' energies, all bands weighed together.
@@ -50,28 +39,28 @@ def read(
         Variance of a pixel's noise at a brightness of 0 .. `span` in equal steps, 2 x levels.
     defocus
         L levels, rising from 0, in any unit.
-    curves
-        b x 8 x L: logarithm of the focal disparity (falling); its own variance, and what noise adds to it for the
-        first and the second view; its change with the slope of the texture's spectrum; the logarithm of the first
-        view's energy, and its change with that slope; the disparity squared.
-    scales
-        b x 4: last level of each band that tells; noise energy for noise of variance 1; variance of the logarithm of
-        the disparity for curves of 1; that for noise alone.
+    scatter
+        What each level makes one expect.
     least
         Least high-frequency content of the first view, as a share of its brightness.
 
     Returns
     -------
     defocus, sd, misfit
-        h x w each. Where no band tells, sd is infinite. `misfit` is the sum of the bands' squared distances from what
-        they tell together, or that of the worst outside what any defocus can explain, in units of their variance.
+        h x w each. Where no band has detail, sd is infinite. `misfit` follows chi-square with 2 b - 2 degrees of
+        freedom if what is seen is texture through this optics at some defocus.
     """
     shape = energy.shape[2:]
     value, sd, misfit = np.empty((3, *shape), np.float32)
     step = np.float32((noise.shape[1] - 1) / span)
+    log_steps = np.float32(np.log(STEPS[0])), np.float32(1 / np.log(STEPS[1] / STEPS[0]))
+    levels = defocus.astype(np.float32)
 
     def work(first: int, last: int) -> None:
-        _read_rows(energy, brightness, noise, step, defocus, curves, scales, least**2, first, last, value, sd, misfit)
+        _read_rows(
+            energy, brightness, noise, step, levels, scatter.expected, scatter.weights, scatter.doubt, scatter.sd,
+            scatter.noise, log_steps, np.float32(least**2), first, last, value, sd, misfit,
+        )  # fmt: skip
 
     share_rows(shape[0], work)
     return value, sd, misfit
@@ -79,148 +68,76 @@ def read(
 
 @_compiled
 def _read_rows(  # type: ignore[no-untyped-def]
-    energy, brightness, noise, step, defocus, curves, scales, least, first, last, value, sd, misfit
-):
+    energy, brightness, noise, step, defocus, expected, weights, doubt, sds, unit, log_steps, least, first, last,
+    value, sd, misfit,
+):  # fmt: skip
     bands, _, _, width = energy.shape
+    steps, levels = doubt.shape
     own, other = np.empty(width, np.float32), np.empty(width, np.float32)
-    sharp, ratio, tilt = np.empty(bands), np.empty(bands), np.empty(bands)
-    fall = -defocus
+    seen, apart, costs = np.zeros(CHANNELS, np.float32), np.empty(CHANNELS, np.float32), np.empty(levels, np.float32)
+    tiny = np.float32(1e-30)
     for row in range(first, last):
         noise_at(noise[0], step, brightness[0, row], own)
         noise_at(noise[1], step, brightness[1, row], other)
         for x in range(width):
             value[row, x], sd[row, x], misfit[row, x] = 0, np.inf, 0
-            light = brightness[0, row, x]
-            if not (light > 0 and brightness[1, row, x] > 0):
+            light, light2 = brightness[0, row, x], brightness[1, row, x]
+            if not (light > 0 and light2 > 0):
                 continue
-            gain = (light / brightness[1, row, x]) ** 2
+            gain = (light / light2) * (light / light2)
+            # The tables have one strength of noise for both views: what they differ by is added or taken off.
+            usual = np.float32(0.5) * (own[x] + gain * other[x])
+            clear = False
             for band in range(bands):
-                unit = scales[band, 1]
-                sharp[band] = energy[band, 0, row, x] - unit * own[x]
-                if sharp[band] > CLEAR * unit * own[x] and sharp[band] > least * light * light:
-                    ratio[band] = gain * (energy[band, 1, row, x] - unit * other[x]) / sharp[band]
-                else:
-                    sharp[band] = 0.0
-            # First for the usual texture, then for the spectrum that the sharper view shows here.
-            at = 0.0
-            for again in range(2):
-                # Each band proposes a defocus, and all judge it: a band whose ratio is noise, or lies where blur has
-                # taken all it can, proposes nonsense that the others see through.
-                least_unlike, best = np.inf, -1.0
-                for band in range(bands):
-                    tilt[band] = _tilt(curves, sharp, band, at) if again else 0.0
-                for band in range(bands):
-                    if sharp[band] > 0:
-                        place = _propose(curves[band], scales[band], ratio[band], tilt[band])
-                        unlike = 0.0
-                        for judge in range(bands):
-                            if sharp[judge] > 0:
-                                unlike += _unlike(
-                                    curves[judge], scales[judge], ratio[judge], tilt[judge],
-                                    own[x] / sharp[judge], gain * other[x] / sharp[judge], place,
-                                )  # fmt: skip
-                        if unlike < least_unlike:
-                            least_unlike, best = unlike, place
-                if best < 0:
-                    break
-                total = weights = 0.0
-                for band in range(bands):
-                    if sharp[band] == 0:
-                        continue
-                    curve, scale = curves[band], scales[band]
-                    n1, n2 = own[x] / sharp[band], gain * other[x] / sharp[band]
-                    if _unlike(curve, scale, ratio[band], tilt[band], n1, n2, best) > AGREE:
-                        continue
-                    # What a band is worth is judged where all agree, lest its own accidents decide it.
-                    told = _between(curve[0], best)
-                    doubt = np.sqrt(_expected(curve, scale, tilt[band], n1, n2, best)[1])
-                    end = int(scale[0])
-                    below = _locate(curve[0], end, told - doubt)
-                    if below >= end:
-                        continue  # as blurred as this band can tell, or more
-                    above = _locate(curve[0], end, told + doubt)
-                    here = _between(defocus, best)
-                    less, more = here - _between(defocus, above), _between(defocus, below) - here
-                    error = max(less, more) if above == 0.0 else 0.5 * (less + more)
-                    told = _propose(curve, scale, ratio[band], tilt[band])
-                    total += _between(defocus, told) / (error * error)
-                    weights += 1.0 / (error * error)
-                if weights == 0:
-                    sd[row, x] = np.inf
-                    break
-                at = _locate(fall, fall.size - 1, -total / weights)
-                value[row, x], sd[row, x], misfit[row, x] = total / weights, np.sqrt(1.0 / weights), least_unlike
+                one, two = energy[band, 0, row, x], gain * energy[band, 1, row, x]
+                sharp = one - unit[2 * band] * own[x]
+                clear |= sharp > CLEAR * unit[2 * band] * own[x] and sharp > least * light * light
+                floor = np.float32(0.1) * unit[2 * band] * usual + tiny
+                seen[2 * band] = max(one + unit[2 * band] * (usual - own[x]), floor)
+                seen[2 * band + 1] = max(two + unit[2 * band] * (usual - gain * other[x]), floor)
+            if not clear:
+                continue
+            coarse = seen[2 * bands - 2]
+            texture = max(coarse - unit[2 * bands - 2] * usual, np.float32(1e-2) * coarse)
+            place = (np.log(usual / texture + tiny) - log_steps[0]) * log_steps[1]
+            place = min(max(place, np.float32(0)), np.float32(steps - 1) - np.float32(1e-3))
+            at = int(place)
+            share = place - np.float32(at)
+            for channel in range(2 * bands):
+                seen[channel] = np.log(seen[channel] / texture)
+
+            best, stride = 0, STRIDE
+            for level in range(0, levels, STRIDE):
+                costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + doubt[at, level]
+                if costs[level] < costs[best]:
+                    best = level
+            while stride > 1:
+                stride //= 2
+                middle = best
+                for level in (middle - stride, middle + stride):
+                    if 0 <= level < levels:
+                        costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + doubt[at, level]
+                        if costs[level] < costs[best]:
+                            best = level
+            found, cost = defocus[best], costs[best]
+            if 0 < best < levels - 1:
+                # The least of the parabola through three unevenly spaced levels.
+                less, more = costs[best - 1] - cost, costs[best + 1] - cost
+                back, on = defocus[best] - defocus[best - 1], defocus[best + 1] - defocus[best]
+                curvature = less * on + more * back
+                if 0 < curvature < np.inf:
+                    found += np.float32(0.5) * (less * on * on - more * back * back) / curvature
+            value[row, x], sd[row, x], misfit[row, x] = found, sds[at, best], cost - doubt[at, best]
 
 
 @_compiled
-def _propose(curve, scale, ratio, tilt):  # type: ignore[no-untyped-def]
-    """Level at which one band's curve, for texture steeper by `tilt`, has the `ratio` of energies."""
-    end = int(scale[0])
-    told = 0.5 * np.log(max(ratio, 1e-3 * curve[7, end]))
-    place = _locate(curve[0], end, told)
-    return _locate(curve[0], end, told - tilt * _between(curve[4], place)) if tilt != 0 else place
-
-
-@_compiled
-def _expected(curve, scale, tilt, n1, n2, place):  # type: ignore[no-untyped-def]
-    """One band's ratio of energies at a level, and the variance of its logarithm's half (of the disparity's).
-
-    `n1` and `n2` are the variances of both views' noise, over the sharper view's signal.
-    """
-    low = min(int(place), curve.shape[1] - 2)
-    high = place - low
-    own, first, second, by_slope, ratio = (
-        curve[1, low] + high * (curve[1, low + 1] - curve[1, low]),
-        curve[2, low] + high * (curve[2, low + 1] - curve[2, low]),
-        curve[3, low] + high * (curve[3, low + 1] - curve[3, low]),
-        curve[4, low] + high * (curve[4, low + 1] - curve[4, low]),
-        curve[7, low] + high * (curve[7, low + 1] - curve[7, low]),
-    )
-    n1, n2 = scale[1] * n1, scale[1] * n2 / ratio
-    noise = n1 * n1 + n2 * n2
-    variance = scale[2] * (own + first * n1 + second * n2 + scale[3] * noise)
-    variance += (SPECTRUM_SD**2 + (DOUBTED * tilt) ** 2) * by_slope * by_slope + 0.25 * NOISE_SD**2 * noise
-    return ratio * np.exp(2 * tilt * by_slope) if tilt != 0 else ratio, variance
-
-
-@_compiled
-def _unlike(curve, scale, ratio, tilt, n1, n2, place):  # type: ignore[no-untyped-def]
-    """Squared distance of one band's ratio of energies from that at a level, in units of its variance, 25 at most."""
-    expected, variance = _expected(curve, scale, tilt, n1, n2, place)
-    apart = 0.5 * (ratio / expected - 1)
-    return min(apart * apart / variance, 25.0)
-
-
-@_compiled
-def _tilt(curves, sharp, band, at):  # type: ignore[no-untyped-def]
-    """By how much the texture's amplitude spectrum is steeper here than the table's, about this band."""
-    low = band if band + 1 < sharp.size else band - 1
-    if low < 0 or sharp[low] == 0.0 or sharp[low + 1] == 0.0:
-        return 0.0
-    fine, coarse = curves[low], curves[low + 1]
-    seen = np.log(sharp[low] / sharp[low + 1]) - (_between(fine[5], at) - _between(coarse[5], at))
-    return min(max(seen / (_between(fine[6], at) - _between(coarse[6], at)), -1.5), 1.5)
-
-
-@_compiled
-def _locate(curve, end, value):  # type: ignore[no-untyped-def]
-    """Fractional index, 0 .. `end`, at which the falling `curve` has the `value`."""
-    if value >= curve[0]:
-        return 0.0
-    if value <= curve[end]:
-        return float(end)
-    low, high = 0, end
-    while high - low > 1:
-        middle = (low + high) // 2
-        if curve[middle] > value:
-            low = middle
-        else:
-            high = middle
-    return low + (curve[low] - value) / (curve[low] - curve[high])
-
-
-@_compiled
-def _between(curve, place):  # type: ignore[no-untyped-def]
-    """The `curve` at a fractional index."""
-    i = min(int(place), curve.size - 2)
-    return curve[i] + (place - i) * (curve[i + 1] - curve[i])
+def _misfit(seen, apart, expected, weights, at, share, level):  # type: ignore[no-untyped-def]
+    """Squared distance of the logarithms `seen` from those expected at a level, by the covariance there."""
+    near, far, weight = expected[at, level], expected[at + 1, level], weights[at, level]
+    for i in range(CHANNELS):
+        apart[i] = seen[i] - near[i] - share * (far[i] - near[i])
+    total = np.float32(0)
+    for i in range(CHANNELS):
+        for j in range(CHANNELS):
+            total += weight[i, j] * (apart[i] * apart[j])
+    return total

@@ -1,13 +1,10 @@
 """The table that turns focal disparity into depth: monotone, worked out from the optics, mended by measured images.
 
-For texture of a known spectrum both views' energies in a band follow from their blur, and with them the ratio, its
-scatter over a window, and what noise adds. The scatter needs no simulation: energies are sums of squares of a random
-field, whose variance is the summed square of the field's covariance.
+For texture of a known spectrum both views' energies in a band follow from their blur, and with them the ratio.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -18,7 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer
 
-__all__ = ["BANDS", "DisparityTable"]
+__all__ = ["BANDS", "DisparityTable", "band_transfer"]
 
 FloatArray = NDArray[np.float64]
 
@@ -28,25 +25,16 @@ BANDS = (1, 2, 4, 8)
 SLOPE = 1.0
 """Texture is taken to have an amplitude spectrum 1/frequency^SLOPE, until the bands' energies tell otherwise."""
 
-STEEPER = 0.75
-"""Steeper slope by which the effect of the slope is worked out: smooth texture is steeper more often than flatter."""
-
 FINEST = 0.5
 """Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
-
-NOISE_ENERGY = 20.0
-"""Energy of the second difference of noise of variance 1: 4^2 + 4 x 1^2. Means over pixels have so much less."""
-
-NOISE_ALONE = 1.69
-"""Sum over the band's own grid of that noise's squared correlation: (1 + 4 x (8^2 + 2^2 + 1) / 20^2)."""
 
 CLEAR_OF_LEAST = 0.05
 """Distance in the logarithm of disparity from its least within which a band is taken to tell nothing more."""
 
-GRID = 128
-"""Frequencies in each direction at which spectra are worked out."""
+NODES = 96
+"""Frequencies in each direction at which spectra are worked out, closer together where blur leaves something."""
 
-LEVELS = 96
+LEVELS = 65
 """Levels of defocus in a table, closer together near focus where disparity changes as its square."""
 
 LARGEST = 24.0
@@ -66,10 +54,13 @@ class DisparityTable:
     defocus
         Size of the defocus, L levels rising from 0, in dioptres.
     curves
-        Bands x 8 x L, as `focalgradient.depth.ratio_reading.read` takes them: the logarithm of the disparity, three
-        parts of its variance, and how it and the sharper view's energy change with the texture's spectrum.
+        Logarithm of the disparity, bands x L.
     ends
-        For each band the last level up to which its disparity falls all the way: beyond, it tells nothing.
+        For each band the last level up to which its disparity falls all the way: beyond, it alone tells nothing.
+    pixels
+        Blur radius in pixels per dioptre of defocus, through the smaller aperture and the larger.
+    psf, k
+        Blur model.
 
     Examples
     --------
@@ -87,6 +78,9 @@ class DisparityTable:
     defocus: FloatArray
     curves: FloatArray
     ends: tuple[int, ...]
+    pixels: tuple[float, float]
+    psf: PsfName
+    k: float
 
     @classmethod
     def of(
@@ -112,7 +106,7 @@ class DisparityTable:
         psf, k
             Blur model, as in `focalgradient.recover_depth`.
         bands
-            Scales of the second difference: any of 1, 2, 4 and 8 pixels.
+            Scales of the second difference: any of 1, 2, 4 and 8 pixels, from fine to coarse.
 
         Raises
         ------
@@ -120,31 +114,23 @@ class DisparityTable:
             If the lenses are not two apertures at one focus, or a band is unknown.
         """
         small, large = _apertures(lenses)
-        if not bands or not set(bands) <= set(BANDS):
-            raise InputError(f"bands is {tuple(bands)!r}, but must be one or more of {', '.join(map(str, BANDS))}.")
+        if not bands or list(bands) != [band for band in BANDS if band in bands]:
+            raise InputError(
+                f"bands is {tuple(bands)!r}, but must be one or more of {', '.join(map(str, BANDS))}, in this order."
+            )
         limit = LARGEST / (large.aperture_diameter / 2 / pixel_angle)
         defocus = min(limit, reach or limit) * np.linspace(0, 1, LEVELS) ** 1.5
-        pixels = [optics.aperture_diameter / 2 / pixel_angle for optics in (small, large)]
-        down, right = np.fft.fftfreq(GRID)[:, None], np.fft.rfftfreq(GRID)
-        frequency = np.hypot(down, right)
-        radial = np.linspace(0, 0.75, 1025)  # blur is isotropic: worked out once along a radius
-        blurs = [
-            [np.interp(frequency, radial, transfer(radial, scale * step, psf, k)) for scale in pixels]
-            for step in defocus
-        ]
-        frequency[0, 0] = np.inf  # mean brightness is no texture
-        seen = pixel_transfer(down, right) ** 2 * (frequency <= FINEST)
-        curves = np.empty((len(bands), 8, LEVELS))
-        for band, curve in zip(bands, curves, strict=True):
-            gain = band_gain(band, down, right)
-            for level, (one, other) in enumerate(blurs):
-                curve[:, level] = _expected(seen * gain, gain, frequency, one, other, band)
-        return cls(tuple(bands), large.focus_vergence, defocus, curves, tuple(_end(curve[0]) for curve in curves))
+        pixels = small.aperture_diameter / 2 / pixel_angle, large.aperture_diameter / 2 / pixel_angle
+        down, right, _ = frequencies()
+        power = texture()[:, :, None] * np.stack([band_transfer(band, down, right) ** 2 for band in bands], axis=-1)
+        energy = np.stack([np.tensordot(h**2, power, 2) for h in transfers(pixels, defocus, psf, k)])
+        curves = np.log(energy[:, 1] / energy[:, 0]).T / 2
+        return cls(tuple(bands), large.focus_vergence, defocus, curves, _ends(curves), pixels, psf, k)
 
     def disparity(self, vergence: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
         """Expected focal disparity at `vergence` (D, any shape) in one of the table's bands; 1 in focus."""
         size = np.abs(self.focus - np.asarray(vergence, dtype=float))
-        return np.exp(np.interp(size, self.defocus, self.curves[self.bands.index(band), 0]))
+        return np.exp(np.interp(size, self.defocus, self.curves[self.bands.index(band)]))
 
     def size_of_defocus(self, disparity: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
         """Size of the defocus in dioptres, of either sign, that gives `disparity` in one of the table's bands.
@@ -155,13 +141,13 @@ class DisparityTable:
         end = self.ends[index] + 1
         with np.errstate(divide="ignore"):
             told = np.log(np.asarray(disparity, dtype=float))
-        return np.interp(-told, -self.curves[index, 0, :end], self.defocus[:end], right=np.nan)
+        return np.interp(-told, -self.curves[index, :end], self.defocus[:end], right=np.nan)
 
     def mended(self, vergence: Sequence[float], disparity: FloatArray) -> DisparityTable:
         """The table through disparities measured at known vergences (D), one row of `disparity` for each band.
 
         What was measured corrects the optics' curve by factors, interpolated in the defocus and held beyond the last;
-        scatter and noise stay the optics'. Where measurements contradict a falling curve the band ends.
+        the scatter stays the optics'. Where measurements contradict a falling curve the band ends.
 
         >>> from focalgradient import Lens
         >>> lenses = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
@@ -179,80 +165,64 @@ class DisparityTable:
             )
         order = np.argsort(size)
         curves = self.curves.copy()
-        for index, row in enumerate(disparity):
+        for curve, row in zip(curves, disparity, strict=True):
             known = np.isfinite(row[order]) & (row[order] > 0)
             if known.any():
                 places = size[order][known]
-                error = np.log(row[order][known]) - np.interp(places, self.defocus, self.curves[index, 0])
+                error = np.log(row[order][known]) - np.interp(places, self.defocus, curve)
                 # In focus both views are alike, whatever the lens.
                 anchored = [0.0, *places], [0.0, *error]
-                curves[index, 0] += np.interp(self.defocus, *(anchored if places[0] > 0 else (places, error)))
-        curves[:, 7] = np.exp(2 * curves[:, 0])
-        return replace(self, curves=curves, ends=tuple(_end(curve[0]) for curve in curves))
-
-    def scales(self, window: float) -> FloatArray:
-        """Bands x 4 numbers for `ratio_reading.read`, for energies gathered in a Gaussian of sd `window` pixels."""
-        rows = []
-        for band, end in zip(self.bands, self.ends, strict=True):
-            # Pixels' worth of the window: Gaussian, and the squares that it gathers.
-            area = 4 * math.pi * window**2 + max(4, band) ** 2
-            rows.append((float(end), NOISE_ENERGY / band**2, band**2 / (2 * area), NOISE_ALONE))
-        return np.array(rows)
+                curve += np.interp(self.defocus, *(anchored if places[0] > 0 else (places, error)))
+        return replace(self, curves=curves, ends=_ends(curves))
 
 
-def band_gain(band: int, down: NDArray[np.floating], right: NDArray[np.floating]) -> FloatArray:
-    """Power gain, at frequencies in cycles per pixel, of the second difference of means over `band` x `band` pixels.
+def frequencies() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Nodes over the quarter plane, down (n x 1) and right (1 x n), in cycles per pixel, and their weights (n x n).
 
-    >>> float(band_gain(1, np.array(0.5), np.array(0.5))), float(band_gain(1, np.array(0.0), np.array(0.0)))
-    (64.0, 0.0)
+    Spectra here are even in both directions: a sum over the quarter with these weights is an integral over the square
+    of a cycle per pixel.
+    """
+    share = (np.arange(NODES) + 0.5) / NODES
+    nodes, widths = 0.5 * share**1.5, 1.5 * share**0.5 / NODES
+    return nodes[:, None], nodes[None, :], np.outer(widths, widths)
+
+
+def texture() -> FloatArray:
+    """Power that pixels see of 1/f texture at each of the `frequencies`, times its weight."""
+    down, right, weight = frequencies()
+    frequency = np.hypot(down, right)
+    return weight * pixel_transfer(down, right) ** 2 * frequency ** (-2 * SLOPE) * (frequency <= FINEST)
+
+
+def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: PsfName, k: float) -> FloatArray:
+    """What either view's blur leaves at each of the `frequencies`: levels x 2 x n x n."""
+    down, right, _ = frequencies()
+    frequency, radial = np.hypot(down, right), np.linspace(0, 0.75, 1025)  # isotropic: worked out along a radius
+    return np.array(
+        [[np.interp(frequency, radial, transfer(radial, scale * d, psf, k)) for scale in pixels] for d in defocus]
+    )
+
+
+def band_transfer(band: int, down: NDArray[np.floating], right: NDArray[np.floating]) -> FloatArray:
+    """Transfer, at frequencies in cycles per pixel, of the second difference of means over `band` x `band` pixels.
+
+    >>> float(band_transfer(1, np.array(0.5), np.array(0.5))), float(band_transfer(1, np.array(0.0), np.array(0.0)))
+    (8.0, 0.0)
     """
     mean = [np.sinc(band * f) / np.sinc(f) for f in (down, right)]
-    second = 4 - 2 * np.cos(2 * np.pi * band * down) - 2 * np.cos(2 * np.pi * band * right)
-    return (mean[0] * mean[1] * second) ** 2
+    return mean[0] * mean[1] * (4 - 2 * np.cos(2 * np.pi * band * down) - 2 * np.cos(2 * np.pi * band * right))
 
 
-def _expected(
-    seen: FloatArray, gain: FloatArray, frequency: FloatArray, one: FloatArray, other: FloatArray, band: int
-) -> list[float]:
-    """A column of a table: log disparity, its variance's three parts, and its change with the texture's spectrum."""
-    texture = seen * frequency ** (-2 * SLOPE)
-    parts = [_covariance(texture * product) for product in (one**2, other**2, one * other)]
-    noise = _covariance(gain)
-    first, second = parts[0][0, 0], parts[1][0, 0]
-
-    def joint(a: FloatArray, b: FloatArray) -> float:
-        return float((a[::band, ::band] * b[::band, ::band]).sum())
-
-    own = joint(parts[0], parts[0]) / first**2 + joint(parts[1], parts[1]) / second**2
-    own -= 2 * joint(parts[2], parts[2]) / (first * second)
-    with_noise = [2 * joint(part, noise) / (part[0, 0] * noise[0, 0]) for part in parts[:2]]
-    tilted = []
-    for tilt in (0.0, STEEPER):
-        spectrum = _twice(texture * np.where(np.isinf(frequency), 1.0, frequency) ** (-2 * tilt))
-        tilted.append(np.log([float((spectrum * one**2).sum()), float((spectrum * other**2).sum())]))
-    by_slope = (tilted[1] - tilted[0]) / STEEPER
-    change = [(by_slope[1] - by_slope[0]) / 2, math.log(first), by_slope[0]]
-    return [math.log(second / first) / 2, max(own, 0.0), *with_noise, *change, second / first]
-
-
-def _covariance(power: FloatArray) -> FloatArray:
-    return np.fft.irfft2(power, (GRID, GRID))
-
-
-def _twice(power: FloatArray) -> FloatArray:
-    """Half a real image's spectrum is stored: all but its first and last columns stand for two."""
-    weight = np.full(power.shape[1], 2.0)
-    weight[[0, -1]] = 1.0
-    return power * weight
-
-
-def _end(curve: FloatArray) -> int:
-    """The last level up to which a curve falls, and stays clear of the least it reaches later on.
+def _ends(curves: FloatArray) -> tuple[int, ...]:
+    """For each curve the last level up to which it falls, and stays clear of the least it reaches later on.
 
     Where both views are far out of focus, blur has taken from either all it can, and their ratio stands still.
     """
-    falling = int(np.argmax(np.append(np.diff(curve) >= 0, True)))
-    return max(1, min(falling, int(np.argmax(curve <= curve.min() + CLEAR_OF_LEAST))))
+    ends = []
+    for curve in curves:
+        falling = int(np.argmax(np.append(np.diff(curve) >= 0, True)))
+        ends.append(max(1, min(falling, int(np.argmax(curve <= curve.min() + CLEAR_OF_LEAST)))))
+    return tuple(ends)
 
 
 def _apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
