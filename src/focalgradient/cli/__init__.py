@@ -10,6 +10,7 @@ from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
 from focalgradient.cli.program import Program
 from focalgradient.cli.stream import stream
+from focalgradient.cli.validate import validate
 
 __all__ = ["main"]
 
@@ -25,3 +26,4 @@ def main() -> None:
 main.add_command(calibrate)
 main.add_command(depth)
 main.add_command(stream)
+main.add_command(validate)

@@ -11,7 +11,8 @@ from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
-from focalgradient.photographs.tables import Sensor, Table, load_table, read_toml
+from focalgradient.photographs.tables import Sensor
+from focalgradient.tables import Table, load_table, read_toml
 
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
 

@@ -15,8 +15,9 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import Photograph, read_photographs
-from focalgradient.photographs.tables import ImagePath, Sensor, Table, load_table, read_toml, shown
+from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.photographs.vignetting import even_out
+from focalgradient.tables import Table, load_table, read_toml, shown
 from focalgradient.view import View
 
 __all__ = ["Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]

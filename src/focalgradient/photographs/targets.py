@@ -12,7 +12,8 @@ from focalgradient.calibration import Beliefs, Reading, read_target
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
-from focalgradient.photographs.tables import ImagePath, Sensor, Table, load_table, read_toml
+from focalgradient.photographs.tables import ImagePath, Sensor
+from focalgradient.tables import Table, load_table, read_toml
 from focalgradient.view import View
 
 __all__ = ["TargetShot", "Targets", "load_targets"]

@@ -1,0 +1,49 @@
+"""``focalgradient validate``: whether a data set is valid BIDS, and what its design and journals say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+__all__ = ["validate"]
+
+
+@click.command(short_help="Check a data set of the experiments.")
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
+)
+@click.option("--export", is_flag=True, help="First make the tables of sessions that were cut off, of their journals.")
+def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
+    """Check the data set in DIR.
+
+    Its files by the standard, BIDS (where bids-validator-deno is installed); and that every trial of the design is
+    there once, as its journal has it, at increasing times, with pictures that are in the manifest. Exit code 1 where
+    something is wrong. Nothing is changed, but with --export missing tables are made.
+
+    \b
+    Example:
+      focalgradient validate data --stimuli stimuli
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.dataset import VALIDATOR, bids_problems, journals
+    from focalgradient.dataset import export as make_tables
+    from focalgradient.dataset import validate as check
+
+    if export:
+        for journal in journals(folder):
+            make_tables(journal)
+    found = check(folder, stimuli)
+    click.echo(f"Sessions: {found.sessions}")
+    click.echo(f"Trials: {found.trials}")
+    for note in found.notes:
+        click.echo(f"Note: {note}")
+    by_standard = bids_problems(folder)
+    if by_standard is None:
+        click.echo(f"Note: BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
+    problems = [*found.problems, *(f"BIDS: {' '.join(line.split())}" for line in by_standard or ())]
+    for problem in problems:
+        click.echo(f"Problem: {problem}")
+    click.echo(f"Problems: {len(problems)}" if problems else "Valid.")
+    if problems:
+        click.get_current_context().exit(1)

@@ -1,0 +1,37 @@
+"""Data sets of the experiments: a journal that no kill can harm, BIDS files made of it, reading back, checking."""
+
+from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
+from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, validate
+from focalgradient.dataset.journal import Journal, Log, read_journal
+from focalgradient.dataset.percepts import Percept, Press, Seen, percepts
+from focalgradient.dataset.read import DataSet, read_dataset
+from focalgradient.dataset.session import Answer, Apparatus, Rated, Session, Watched
+from focalgradient.dataset.stimuli import Manifest, check_stimuli
+
+__all__ = [
+    "VALIDATOR",
+    "Answer",
+    "Apparatus",
+    "DataSet",
+    "Files",
+    "Findings",
+    "Journal",
+    "Kind",
+    "Log",
+    "Manifest",
+    "Percept",
+    "Press",
+    "Rated",
+    "Seen",
+    "Session",
+    "Watched",
+    "begin_dataset",
+    "bids_problems",
+    "check_stimuli",
+    "export",
+    "journals",
+    "percepts",
+    "read_dataset",
+    "read_journal",
+    "validate",
+]

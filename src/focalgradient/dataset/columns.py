@@ -1,0 +1,189 @@
+"""The columns of the long tables: what stands in them, for readers, for the sidecars, and for checks."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+__all__ = ["APERTURE", "COLUMNS", "TITLES", "Column", "cell"]
+
+Form = Literal["integer", "number", "bool", "text"]
+
+APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Parameters
+    ----------
+    name, about
+        Its heading, and what it means.
+    form
+        What its cells are.
+    units
+        As BIDS writes them.
+    levels
+        The texts that there are, each with its meaning; empty where any text may stand.
+    least
+        No number is smaller.
+    above
+        Every number is greater.
+    optional
+        Whether a cell may be without a value ("n/a").
+    """
+
+    name: str
+    about: str
+    form: Form
+    units: str | None = None
+    levels: Mapping[str, str] = field(default_factory=dict)
+    least: float | None = None
+    above: float | None = None
+    optional: bool = False
+
+    def described(self) -> dict[str, Any]:
+        """What a sidecar says of it."""
+        levels = {"true": "yes", "false": "no"} if self.form == "bool" else dict(self.levels)
+        form = {"integer": "integer", "number": "number"}.get(self.form)
+        # Of what must be greater, BIDS can say only that it is no smaller.
+        minimum = self.above if self.least is None else self.least
+        told = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, "Minimum": minimum}
+        return {key: value for key, value in told.items() if value not in (None, {})}
+
+
+def cell(value: Any) -> str:
+    """A value as a cell of a table: numbers to nine decimals, "n/a" where there is none.
+
+    >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22")]
+    ['n/a', 'true', '3', '0.3', 'f/22']
+    """
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "n/a"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(round(value, 9)) if isinstance(value, float) else str(value)
+
+
+TRIAL = Column("trial", "Number of the trial, in the order shown.", "integer", least=1)
+REPETITION = Column(
+    "repetition", "How many times this condition has been shown, this time included.", "integer", least=1
+)
+SITTING = Column("sitting", "1; one more after each time that the session was cut off and resumed.", "integer", least=1)
+DROPPED = Column("dropped_frames", "Frames of the display that came late during the trial.", "integer", least=0)
+SCENE = Column("scene", "Name of the scene.", "text")
+STIMULUS = Column("stimulus", "File of the picture, as the manifest of the stimuli names it.", "text", optional=True)
+
+
+def _judged(standard: str) -> tuple[Column, ...]:
+    return (
+        Column("onset", "When the picture appeared, on the clock of the sitting.", "number", "s", least=0),
+        Column("rating", f"Three-dimensionality as a ratio to {standard}, which is 1.", "number", above=0),
+        Column("response_time", "From the question to the answer.", "number", "s", least=0),
+        Column("confidence", "How sure the participant was, from 0 to 1.", "number", least=0, optional=True),
+        DROPPED,
+        STIMULUS,
+        SITTING,
+    )
+
+
+COLUMNS: dict[str, tuple[Column, ...]] = {
+    "depthrating": (
+        TRIAL,
+        SCENE,
+        Column("aperture", "Aperture that the picture was made with: pinhole, or f-number.", "text"),
+        Column("aperture_mm", "Its diameter; 0 for the pinhole.", "number", "mm", least=0),
+        Column(
+            "fixation",
+            "The object to be fixated, which is in focus.",
+            "text",
+            levels={"nearest": "the nearest object of the scene", "farthest": "the farthest object of the scene"},
+        ),
+        REPETITION,
+        Column("catch", "Whether the trial shows the standard itself, whose rating should be 1.", "bool"),
+        *_judged("the standard, a pinhole picture"),
+    ),
+    "necker": (
+        TRIAL,
+        Column(
+            "gradient",
+            "The reading that the blur agrees with.",
+            "text",
+            levels={
+                "none": "all lines are sharp",
+                "rigid": "what is far in the rigid cube is blurred",
+                "nonrigid": "what is near in the rigid cube, and far in its reversal, is blurred",
+            },
+        ),
+        Column("strength", "Diameter of the aperture that would blur so; 0 without gradient.", "number", "mm", least=0),
+        Column(
+            "direction",
+            "Where the near side of the rigid cube moves.",
+            "text",
+            levels={"right": "to the right", "left": "to the left"},
+        ),
+        Column(
+            "shape",
+            "What turns.",
+            "text",
+            levels={
+                "ambiguous": "the wireframe cube",
+                "rigid": "a shape that is rigid beyond doubt",
+                "nonrigid": "a shape that is nonrigid beyond doubt",
+            },
+        ),
+        REPETITION,
+        Column("catch", "Whether the trial shows a shape that truly is nonrigid.", "bool"),
+        Column("onset", "When the percept began, from the start of the trial.", "number", "s", least=0),
+        Column("duration", "How long it lasted.", "number", "s", least=0),
+        Column(
+            "percept",
+            "What the held keys say.",
+            "text",
+            levels={
+                "rigid": "the key for rigid was held",
+                "nonrigid": "the key for nonrigid was held",
+                "none": "neither key was held",
+                "both": "both keys were held",
+            },
+        ),
+        Column("censored", "Whether the end of the trial cut the percept off.", "bool"),
+        Column("trial_onset", "When the trial began, on the clock of the sitting.", "number", "s", least=0),
+        Column("trial_duration", "How long the trial lasted.", "number", "s", above=0),
+        DROPPED,
+        SITTING,
+    ),
+    "pinhole": (
+        TRIAL,
+        Column(
+            "form",
+            "What was looked at.",
+            "text",
+            levels={"real": "the world around", "picture": "a picture on the screen"},
+        ),
+        Column(
+            "viewing",
+            "How it was looked at, with one eye.",
+            "text",
+            levels={
+                "pinhole": "through a pinhole",
+                "natural": "freely",
+                "tube": "through a tube that shows as little of the scene as the pinhole does",
+            },
+        ),
+        SCENE,
+        REPETITION,
+        *_judged("the view through the pinhole"),
+    ),
+}
+"""By task, in the order of the table; a table has one row a trial, but for the cube one a percept."""
+
+TITLES = {
+    "depthrating": "Three-dimensionality of pictures by aperture and fixation",
+    "necker": "Rigidity of a rotating Necker cube by focal gradient",
+    "pinhole": "Depth with one eye through a pinhole, freely, and through a tube",
+}

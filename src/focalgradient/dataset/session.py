@@ -1,0 +1,303 @@
+"""A session as a program runs it: which trial is next, and what was answered, safe before the next begins."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from focalgradient.dataset.bids import Files, Kind, add_participant, begin_dataset, export
+from focalgradient.dataset.journal import Event, Journal, create_whole, read_journal, writing
+from focalgradient.dataset.percepts import Press, percepts
+from focalgradient.dataset.stimuli import check_stimuli
+from focalgradient.design import Design, Necker, Trial, check_design
+from focalgradient.errors import InputError
+
+__all__ = ["Answer", "Apparatus", "Rated", "Session", "Watched"]
+
+
+@dataclass(frozen=True, slots=True)
+class Apparatus:
+    """What a sitting was run with.
+
+    Parameters
+    ----------
+    clock
+        What onsets are counted by and from, in words.
+    screen_px, screen_m
+        Width and height of the screen.
+    viewing_distance_m
+        From the eye to the screen.
+    refresh_hz
+        Measured.
+    gamma
+        That the screen was corrected for; None where it was not.
+    versions
+        Of what else was used, by name.
+    """
+
+    clock: str
+    screen_px: tuple[int, int] | None = None
+    screen_m: tuple[float, float] | None = None
+    viewing_distance_m: float | None = None
+    refresh_hz: float | None = None
+    gamma: float | None = None
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rated:
+    """An answer on how three-dimensional something looks.
+
+    Parameters
+    ----------
+    onset
+        When the picture appeared, in seconds of the sitting's clock.
+    rating
+        Ratio to the standard.
+    response_time
+        From the question to the answer, in seconds.
+    dropped_frames
+        That came late during the trial.
+    confidence
+        From 0 to 1, where it was asked.
+    stimulus
+        The picture's file, as the manifest names it.
+    """
+
+    onset: float
+    rating: float
+    response_time: float
+    dropped_frames: int = 0
+    confidence: float | None = None
+    stimulus: str | None = None
+
+    def __post_init__(self) -> None:
+        _finite(self, "onset", "rating", "response_time", "confidence")
+        if self.rating == 0:
+            raise InputError(
+                f"rating is {self.rating:g}, but must be a ratio above 0: give 1 for what looks as the standard does."
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Watched:
+    """What was pressed while the cube turned.
+
+    Parameters
+    ----------
+    onset
+        When the trial began, in seconds of the sitting's clock.
+    presses
+        In order of time.
+    trial_duration
+        How long it lasted, in seconds.
+    dropped_frames
+        That came late during the trial.
+    """
+
+    onset: float
+    presses: Sequence[Press]
+    trial_duration: float
+    dropped_frames: int = 0
+
+    def __post_init__(self) -> None:
+        _finite(self, "onset")
+        percepts(self.presses, {}, self.trial_duration)
+
+
+Answer = Rated | Watched
+
+
+def _finite(answer: Answer, *names: str) -> None:
+    for name in names:
+        value = getattr(answer, name)
+        if value is not None and not (math.isfinite(value) and value >= 0):
+            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+
+
+class Session:
+    r"""A session of one participant, being recorded.
+
+    Leaving it as a context closes the journal, and makes table and sidecar of what was recorded, finished or not.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from focalgradient.design import Pinhole
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     begun = Session.begin(Path(folder), Pinhole(), "01", apparatus=Apparatus("seconds from the start"))
+    ...     with begun as session:
+    ...         for number, trial in enumerate(session.remaining()):
+    ...             session.record(trial, Rated(onset=10.0 * number, rating=1.2, response_time=2.0))
+    ...     session.files.table.read_text().splitlines()[1]
+    '1\treal\ttube\troom\t1\t0.0\t1.2\t2.0\tn/a\t0\tn/a\t1'
+    """
+
+    def __init__(self, files: Files, design: Design, journal: Journal, done: int):
+        self.files = files
+        self.design = design
+        self.trials: tuple[Trial, ...] = design.trials(files.participant, files.session)
+        self._journal = journal
+        self._done = done
+
+    @classmethod
+    def begin(
+        cls,
+        root: Path,
+        design: Design,
+        participant: str,
+        session: str | None = None,
+        *,
+        apparatus: Apparatus,
+        kind: Kind = "human",
+        stimuli: Path | None = None,
+        about: Mapping[str, Any] | None = None,
+    ) -> Session:
+        """Begin a session, and the data set where it is missing.
+
+        Parameters
+        ----------
+        root
+            Folder of the data set.
+        design
+            What to run.
+        participant, session
+            Labels: letters and digits.
+        apparatus
+            What it is run with.
+        kind
+            Whether a person answers. What is simulated can be computed again, and is not waited for on the disk.
+        stimuli
+            Folder of the pictures, which are checked against their manifest.
+        about
+            Of the participant, for ``participants.tsv``: age (years), sex, handedness.
+
+        Raises
+        ------
+        InputError
+            If a label is not alphanumeric, the session is there already, the pictures have changed, the folder is no
+            data set or one of the other kind, or cannot be written.
+        """
+        files = Files(root, design.task, participant, session)
+        there = next((path for path in (files.journal, files.table) if path.exists()), None)
+        if there is not None:
+            raise InputError(
+                f"{there} holds a session of sub-{participant} already, which is never overwritten: resume it "
+                "(--resume), or give a new session label (--session)."
+            )
+        manifest = None if stimuli is None else check_stimuli(stimuli)
+        with writing(root):
+            begin_dataset(root, kind)
+            if manifest is not None and not files.manifest(manifest.sha256).exists():
+                files.manifest(manifest.sha256).parent.mkdir(exist_ok=True)
+                create_whole(files.manifest(manifest.sha256), manifest.content)
+            add_participant(root, participant, {"kind": kind, **(about or {})})
+        head = _event(
+            "begun",
+            apparatus,
+            participant=participant,
+            session=session,
+            kind=kind,
+            design=design.model_dump(mode="json"),
+            keys=design.keys_of(participant) if isinstance(design, Necker) else None,
+            stimuli=None if manifest is None else manifest.sha256,
+        )
+        return cls(files, design, Journal.begin(files.journal, head, durable=kind == "human"), 0)
+
+    @classmethod
+    def resume(
+        cls,
+        root: Path,
+        task: str,
+        participant: str,
+        session: str | None = None,
+        *,
+        apparatus: Apparatus,
+        stimuli: Path | None = None,
+    ) -> Session:
+        """Go on with a session that was cut off, by the design that it began with, after its last finished trial.
+
+        Parameters
+        ----------
+        root, participant, session
+            As it began.
+        task
+            Of its design.
+        apparatus
+            What this sitting is run with.
+        stimuli
+            Folder of the pictures, which must still be the same.
+
+        Raises
+        ------
+        InputError
+            If there is no such session, it is finished, its journal is damaged, or the pictures have changed.
+        """
+        files = Files(root, task, participant, session)
+        if not files.journal.exists():
+            raise InputError(f"{files.journal} is missing: there is no such session to resume; begin it.")
+        log = read_journal(files.journal)
+        design = check_design(str(files.journal), log.head["design"])
+        trials = design.trials(participant, session)
+        done = [(event["phase"], event["trial"]) for event in log.of("trial")]
+        if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
+            raise InputError(
+                f"{files.journal} does not follow the order of its design: begin a new session (--session)."
+            )
+        if len(done) == len(trials):
+            export(files.journal)  # the end may have come between the last trial and the table
+            raise InputError(
+                f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
+            )
+        began_with = log.head["stimuli"]
+        if (None if stimuli is None else check_stimuli(stimuli).sha256) != began_with:
+            raise InputError(
+                f"{stimuli or 'no folder'} is given for the pictures, which is not what the session began with "
+                f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
+            )
+        journal = Journal.resume(files.journal, _event("resumed", apparatus), durable=log.head["kind"] == "human")
+        return cls(files, design, journal, len(done))
+
+    def remaining(self) -> tuple[Trial, ...]:
+        """Trials still to be run, practice among them, in their order."""
+        return self.trials[self._done :]
+
+    def record(self, trial: Trial, answer: Answer) -> None:
+        """Write what was answered in the next trial, and come back when it is safe.
+
+        Raises
+        ------
+        InputError
+            If it is not that trial's turn, the answer is not of its kind, or it cannot be written.
+        """
+        if self._done == len(self.trials) or trial != self.trials[self._done]:
+            raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
+        if isinstance(answer, Watched) != isinstance(self.design, Necker):
+            raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
+        self._journal.write({"event": "trial", **asdict(trial), **asdict(answer)})
+        self._done += 1
+
+    def note(self, kind: str, **told: Any) -> None:
+        """Write down something else that happened, as a break or a marker sent; it stays in the journal."""
+        self._journal.write({"event": "note", "kind": kind, **told})
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._journal.close()
+        export(self.files.journal)
+
+
+def _event(event: str, apparatus: Apparatus, **told: Any) -> Event:
+    versions = {name: version(name) for name in ("focalgradient", "numpy")}
+    machine = {"python": platform.python_version(), "system": platform.platform()}
+    told["apparatus"] = {key: value for key, value in asdict(apparatus).items() if key != "versions"}
+    told["versions"] = versions | machine | dict(apparatus.versions)
+    return {"event": event, "time": datetime.now(UTC).isoformat(timespec="milliseconds"), **told}

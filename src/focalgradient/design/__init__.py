@@ -1,0 +1,79 @@
+"""Designs of the experiments: conditions, order, catch trials, practice and breaks, all from one seed.
+
+A design is read from a TOML file; its trial list for a participant is the same on every machine. No window is needed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from focalgradient.design.depth_rating import DepthRating, DepthTrial, Fixation
+from focalgradient.design.necker import Direction, Gradient, Necker, NeckerTrial, Shape
+from focalgradient.design.order import Place, check_label
+from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
+from focalgradient.design.plan import Phase, Trial
+from focalgradient.errors import InputError
+from focalgradient.tables import check_table, read_toml, shown
+
+__all__ = [
+    "DESIGNS",
+    "DepthRating",
+    "DepthTrial",
+    "Design",
+    "Direction",
+    "Fixation",
+    "Form",
+    "Gradient",
+    "Necker",
+    "NeckerTrial",
+    "Phase",
+    "Pinhole",
+    "PinholeTrial",
+    "Place",
+    "Shape",
+    "Trial",
+    "Viewing",
+    "check_design",
+    "check_label",
+    "load_design",
+]
+
+Design = DepthRating | Necker | Pinhole
+
+DESIGNS: dict[str, type[Design]] = {"depthrating": DepthRating, "necker": Necker, "pinhole": Pinhole}
+"""By the name of the task."""
+
+
+def load_design(path: str | os.PathLike[str]) -> Design:
+    """Read a design from its TOML file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not TOML, has unknown or wrong keys, or asks for what cannot be run.
+    """
+    return check_design(str(path), read_toml(Path(path)))
+
+
+def check_design(name: str, data: Mapping[str, Any]) -> Design:
+    """Make a design of the settings that messages call `name`.
+
+    Raises
+    ------
+    InputError
+        As `load_design` does.
+
+    Examples
+    --------
+    >>> check_design("mine", {"task": "necker", "repetitions": 3}).repetitions
+    3
+    """
+    task = data.get("task")
+    if not (isinstance(task, str) and task in DESIGNS):
+        known = ", ".join(map(repr, DESIGNS))
+        given = f"task is {shown(task)}, but must be" if "task" in data else "task is missing: give"
+        raise InputError(f"{name}: {given} one of {known}.")
+    return check_table(name, dict(data), DESIGNS[task])

@@ -1,0 +1,177 @@
+"""Experiment 2: whether the rotating Necker cube looks rigid or wobbles, by its focal gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from focalgradient.design.draws import Draws
+from focalgradient.design.plan import Names, Plan, Trial, no_repeats
+
+__all__ = ["Direction", "Gradient", "Necker", "NeckerTrial", "Shape"]
+
+Gradient = Literal["none", "rigid", "nonrigid"]
+"""The reading whose depth the blur agrees with."""
+
+Direction = Literal["right", "left"]
+"""Where the near side of the rigid cube moves."""
+
+Shape = Literal["ambiguous", "rigid", "nonrigid"]
+"""What turns: the wireframe cube, or an example that can be seen in one way only."""
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NeckerTrial(Trial):
+    """A cube to be watched.
+
+    Parameters
+    ----------
+    shape
+        "ambiguous" for the cube itself; in practice and catch trials something that is rigid, or not, beyond doubt.
+    gradient, strength
+        The reading that the blur agrees with, and its aperture in millimetres: 0 without gradient.
+    direction
+        Where the near side moves.
+    trial_s
+        How long it is to be shown, in seconds.
+    """
+
+    gradient: Gradient
+    strength: float
+    direction: Direction
+    shape: Shape = "ambiguous"
+    trial_s: float
+
+    @property
+    def condition(self) -> tuple[Hashable, ...]:
+        """What turns, how it is blurred, and where it turns."""
+        return (self.shape, self.gradient, self.strength, self.direction)
+
+
+class Necker(Plan):
+    """The design of experiment 2: (none, and other gradients x strengths) x directions x repetitions.
+
+    Examples
+    --------
+    >>> design = Necker()
+    >>> sum(trial.trial_s for trial in design.trials("01") if trial.phase == "main") / 60  # minutes
+    14.0
+    >>> design.keys_of("01"), design.keys_of("03")
+    ({'rigid': 'f', 'nonrigid': 'j'}, {'rigid': 'j', 'nonrigid': 'f'})
+    """
+
+    task: Literal["necker"] = "necker"
+    gradients: Annotated[
+        tuple[Gradient, ...],
+        Field(strict=False, min_length=1, description="a list of 'none', 'rigid' and 'nonrigid'"),
+    ] = ("none", "rigid", "nonrigid")
+    strengths_mm: Annotated[
+        tuple[Positive, ...],
+        Field(strict=False, min_length=1, description="a list of positive numbers of millimetres, like [2.0, 4.0]"),
+    ] = (2.0, 4.0)
+    directions: Annotated[
+        tuple[Direction, ...], Field(strict=False, min_length=1, description="a list of 'right' and 'left'")
+    ] = ("right", "left")
+    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
+    trial_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 40.0
+    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1
+    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 2
+    practice_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 15.0
+    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 7
+    keys: Annotated[Names, Field(description="a list of two keys, like ['f', 'j']")] = ("f", "j")
+
+    size_deg: Annotated[float, Field(gt=0, le=60, description="a number of degrees above 0 and up to 60")] = 8.0
+    perspective: Annotated[float, Field(gt=0, lt=2, description="a number above 0, like 0.4")] = 0.4
+    distance_m: Annotated[float, Field(gt=0, le=100, description="a positive number of metres, like 0.5")] = 0.5
+    tilt_deg: Annotated[float, Field(gt=-90, lt=90, description="a number of degrees between -90 and 90")] = 20.0
+    turns_per_s: Annotated[float, Field(gt=0, le=2, description="a number above 0 and up to 2, like 0.125")] = 0.125
+    line_width_deg: Annotated[float, Field(gt=0, le=2, description="a number of degrees above 0 and up to 2")] = 0.05
+
+    shortened: ClassVar = {
+        "repetitions": 1,
+        "strengths_mm": 1,
+        "directions": 1,
+        "catch_trials": 1,
+        "trial_s": 5.0,
+        "practice_s": 5.0,
+    }
+
+    @model_validator(mode="after")
+    def _check(self) -> Necker:
+        for key in ("gradients", "strengths_mm", "directions"):
+            no_repeats(key, getattr(self, key))
+        if len(self.keys) != 2:
+            raise ValueError(f"keys names {len(self.keys)} keys, but must name two: one for rigid, one for nonrigid.")
+        if self.keys[0].lower() == self.keys[1].lower():
+            raise ValueError(f"keys maps {self.keys[0]!r} to both percepts: name two different keys.")
+        if "escape" in self.keys:
+            raise ValueError("keys names 'escape', which ends the experiment: name another key.")
+        self.check_counts(len(self._gradings()) * len(self.directions))
+        self.trials("01")  # some orders are impossible: say so before the participant has come
+        return self
+
+    def keys_of(self, participant: str) -> dict[Gradient, str]:
+        """Say which key a participant holds for which percept.
+
+        Raises
+        ------
+        InputError
+            If the label is not alphanumeric.
+        """
+        rigid, nonrigid = reversed(self.keys) if self.place(participant).swapped else self.keys
+        return {"rigid": rigid, "nonrigid": nonrigid}
+
+    def trials(self, participant: str, session: str | None = None) -> tuple[NeckerTrial, ...]:
+        """Make the list of one participant: practice first, then all else.
+
+        Raises
+        ------
+        InputError
+            If a label is not alphanumeric.
+        """
+        seen = [
+            NeckerTrial(gradient=gradient, strength=strength, direction=direction, trial_s=self.trial_s)
+            for (gradient, strength), direction in product(self._gradings(), self.directions)
+        ]
+        blocks = [seen] * self.repetitions
+        return tuple(
+            self.listed(
+                participant,
+                session,
+                blocks=blocks,
+                factors=lambda trial: (trial.gradient, trial.direction),
+                catches=self._catches,
+                practice=self._practice,
+            )
+        )
+
+    def _gradings(self) -> list[tuple[Gradient, float]]:
+        """Every gradient with each strength; without a gradient there is only one."""
+        return [
+            (gradient, strength)
+            for gradient in self.gradients
+            for strength in ((0.0,) if gradient == "none" else self.strengths_mm)
+        ]
+
+    def _example(self, shape: Shape, direction: Direction, trial_s: float) -> NeckerTrial:
+        return NeckerTrial(gradient="none", strength=0.0, direction=direction, shape=shape, trial_s=trial_s)
+
+    def _catches(self, draws: Draws) -> list[NeckerTrial]:
+        """Shapes that truly wobble."""
+        ways = [self.directions[number % len(self.directions)] for number in range(self.catch_trials)]
+        return [replace(self._example("nonrigid", way, self.trial_s), catch=True) for way in draws.shuffled(ways)]
+
+    def _practice(self, draws: Draws) -> list[NeckerTrial]:
+        """Something rigid and something that wobbles, in turn."""
+        shapes: tuple[Shape, Shape] = ("rigid", "nonrigid")
+        ways = draws.shuffled(self.directions)
+        return [
+            self._example(shapes[number % 2], ways[number // 2 % len(ways)], self.practice_s)
+            for number in range(self.practice_trials)
+        ]

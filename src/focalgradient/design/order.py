@@ -1,0 +1,187 @@
+"""The order of trials: random, without long runs of one condition, and fair over participants.
+
+Participants come in pairs, 01 with 02, 03 with 04 and so on: the second gets the first's order from its end to its
+beginning. So each trial stands, over a pair, on average in the middle, and whatever grows steadily over a session
+(practice, fatigue) falls on all conditions alike.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any, TypeVar
+
+from focalgradient.design.draws import Draws, digest
+from focalgradient.errors import InputError
+
+__all__ = ["Place", "check_label", "in_order", "scatter"]
+
+Item = TypeVar("Item")
+
+ATTEMPTS = 8
+"""Shuffles to start from before an order without long runs is given up."""
+
+TRIES = 40
+"""Exchanges tried for each trial that stands in a long run."""
+
+
+def check_label(what: str, label: str) -> None:
+    """Refuse what cannot be part of a BIDS file's name.
+
+    Raises
+    ------
+    InputError
+        If `label` is not made of letters and digits alone.
+    """
+    if not (label.isascii() and label.isalnum()):
+        raise InputError(
+            f"{what} label is {label!r}, but must be letters and digits alone, like '01': leave out others."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A participant's place among all: which stream of draws, and which of the counterbalanced variants.
+
+    Labels that are numbers ("1", "01" and "001" are one) are balanced exactly, over four in a row; others on average.
+
+    >>> [Place.of(label).mirrored for label in ("01", "02", "03", "04")]
+    [False, True, False, True]
+    >>> [Place.of(label).swapped for label in ("01", "02", "03", "04")]
+    [False, False, True, True]
+    """
+
+    stream: str
+    mirrored: bool
+    """Whether the order is the other's of the pair, reversed."""
+    swapped: bool
+    """Whether the keys are exchanged."""
+
+    @classmethod
+    def of(cls, participant: str) -> Place:
+        """Find the place of a participant by label.
+
+        Raises
+        ------
+        InputError
+            If the label is not alphanumeric.
+        """
+        check_label("the participant", participant)
+        numbered = participant.isdigit()
+        number = int(participant) if numbered else digest("place", participant) % 4 + 1
+        pair = (number + 1) // 2
+        return cls(f"pair {pair}" if numbered else f"label {participant}", number % 2 == 0, pair % 2 == 0)
+
+
+def in_order(
+    blocks: Sequence[Sequence[Item]],
+    factors: Callable[[Item], Sequence[Hashable]],
+    *,
+    longest: int,
+    draws: Draws,
+) -> list[Item]:
+    """Shuffle each block, so that no level of any factor comes more than `longest` times in a row.
+
+    Parameters
+    ----------
+    blocks
+        Items that are shuffled among themselves; the blocks stay in their order.
+    factors
+        The levels of an item, always as many. A factor with one level alone is let be.
+    longest
+        Most items of one level in a row, over the ends of blocks too.
+    draws
+        Where chance comes from.
+
+    Raises
+    ------
+    InputError
+        If there is no such order, or none was found.
+
+    Examples
+    --------
+    >>> in_order([["near", "near", "far", "far"]], lambda item: [item], longest=1, draws=Draws("a"))
+    ['far', 'near', 'far', 'near']
+    """
+    starts = accumulate((len(block) for block in blocks), initial=0)
+    spans = [(start, len(block)) for start, block in zip(starts, blocks, strict=False) for _ in block]
+    for _ in range(ATTEMPTS):
+        order = [item for block in blocks for item in draws.shuffled(block)]
+        columns = [list(column) for column in zip(*(factors(item) for item in order), strict=True)]
+        columns = [column for column in columns if len(set(column)) > 1]
+        for column in columns:
+            _check_possible(Counter(column), longest)
+        if _break_runs(order, columns, spans, longest, draws):
+            return order
+    raise InputError(
+        f"no order of the {sum(map(len, blocks))} trials was found that shows no condition more than {longest} times "
+        "in a row: raise longest_run."
+    )
+
+
+def _check_possible(counts: Counter[Hashable], longest: int) -> None:
+    level, most = counts.most_common(1)[0]
+    others = sum(counts.values()) - most
+    if most > longest * (others + 1):
+        raise InputError(
+            f"{most} trials show {level!r} and only {others} another level, which cannot be ordered with "
+            f"at most {longest} in a row: raise longest_run, or even out the conditions."
+        )
+
+
+def _break_runs(
+    order: list[Item], columns: list[list[Hashable]], spans: list[tuple[int, int]], longest: int, draws: Draws
+) -> bool:
+    """Exchange trials of long runs for others of their block, in place, until none is left or no exchange helps."""
+
+    def excess(place: int) -> int:
+        """By how much the runs through a place are too long, over all factors."""
+        found = 0
+        for column in columns:
+            level, first, last = column[place], place, place
+            while first and column[first - 1] == level:
+                first -= 1
+            while last + 1 < len(column) and column[last + 1] == level:
+                last += 1
+            found += max(last - first + 1 - longest, 0)
+        return found
+
+    def exchange(one: int, other: int) -> None:
+        for row in rows:
+            row[one], row[other] = row[other], row[one]
+
+    rows: list[list[Any]] = [order, *columns]
+    wrong = sum(map(excess, range(len(order))))
+    while wrong:
+        before = wrong
+        for place in range(len(order)):
+            start, size = spans[place]
+            for _ in range(TRIES):
+                now = excess(place)
+                if not now:
+                    break
+                other = start + draws.below(size)
+                now += excess(other)
+                exchange(place, other)
+                if excess(place) + excess(other) > now:
+                    exchange(place, other)
+        wrong = sum(map(excess, range(len(order))))
+        if wrong >= before:
+            return False
+    return True
+
+
+def scatter(items: Sequence[Item], among: Sequence[Item], draws: Draws) -> list[Item]:
+    """Put `items` between those of `among`, one in each of equally long stretches, never first of all.
+
+    >>> scatter(["catch"] * 2, ["a"] * 6, Draws("b")).count("catch")
+    2
+    """
+    mixed = list(among)
+    edges = [round(number * len(among) / len(items)) for number in range(len(items) + 1)] if items else []
+    for number in reversed(range(len(items))):
+        start, end = max(edges[number], 1), edges[number + 1]
+        mixed.insert(start + draws.below(max(end - start, 1)), items[number])
+    return mixed

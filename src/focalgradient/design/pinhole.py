@@ -1,0 +1,115 @@
+"""The demonstration: depth with one eye, with and without a pinhole, and through a tube of the same field."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from focalgradient.design.depth_rating import aperture_mm
+from focalgradient.design.plan import Plan, Seconds, Trial, no_repeats
+
+__all__ = ["Form", "Pinhole", "PinholeTrial", "Viewing"]
+
+Form = Literal["real", "picture"]
+"""The world seen with the naked eye, or pictures of it on the screen."""
+
+Viewing = Literal["pinhole", "natural", "tube"]
+"""Through a pinhole, freely, or through a tube that shows as little of the scene as the pinhole does."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PinholeTrial(Trial):
+    """A look to be judged.
+
+    Parameters
+    ----------
+    form, viewing
+        What is looked at, and how.
+    scene
+        Of a picture; "room" for the real world.
+    """
+
+    form: Form
+    viewing: Viewing
+    scene: str
+
+    @property
+    def condition(self) -> tuple[Hashable, ...]:
+        """What is looked at, and how."""
+        return (self.form, self.viewing, self.scene)
+
+
+class Pinhole(Plan):
+    """The design of the demonstration: the real world, then pictures (the other of a pair: pictures, then the world).
+
+    Examples
+    --------
+    >>> [trial.viewing for trial in Pinhole(forms=["real"], repetitions=1).trials("01")]
+    ['tube', 'pinhole', 'natural']
+    """
+
+    task: Literal["pinhole"] = "pinhole"
+    forms: Annotated[
+        tuple[Form, ...], Field(strict=False, min_length=1, description="a list of 'real' and 'picture'")
+    ] = ("real", "picture")
+    viewings: Annotated[
+        tuple[Viewing, ...],
+        Field(strict=False, min_length=1, description="a list of 'pinhole', 'natural' and 'tube'"),
+    ] = ("pinhole", "natural", "tube")
+    scenes: Annotated[
+        tuple[str, ...], Field(strict=False, min_length=1, description="a list of names of scenes, like ['spheres-01']")
+    ] = ("spheres-01", "spheres-02")
+    natural_aperture: Annotated[str, Field(description="an f-number like 'f/5.6'")] = "f/5.6"
+    field_deg: Annotated[float, Field(gt=0, le=90, description="a number of degrees above 0 and up to 90")] = 10.0
+    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
+    longest_run: Annotated[int, Field(ge=1, description="a whole number of 1 or more")] = 1
+    catch_trials: Annotated[Literal[0], Field(description="0: the demonstration has none")] = 0
+    practice_trials: Annotated[Literal[0], Field(description="0: the demonstration has none")] = 0
+    look_s: Seconds = 10.0
+    picture_s: Seconds = 5.0
+    least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25
+    most_rating: Annotated[float, Field(gt=1, le=1000, description="a number above 1, like 4.0")] = 4.0
+
+    shortened: ClassVar = {"repetitions": 1, "scenes": 1, "look_s": 2.0, "picture_s": 2.0}
+
+    @model_validator(mode="after")
+    def _check(self) -> Pinhole:
+        for key in ("forms", "viewings", "scenes"):
+            no_repeats(key, getattr(self, key))
+        if aperture_mm(self.natural_aperture, 1.0) == 0:
+            raise ValueError("natural_aperture is 'pinhole', but natural viewing has an f-number: give one.")
+        self.check_counts(len(self.viewings) * (("real" in self.forms) + ("picture" in self.forms) * len(self.scenes)))
+        self.trials("01")
+        return self
+
+    def trials(self, participant: str, session: str | None = None) -> tuple[PinholeTrial, ...]:
+        """Make the list of one participant.
+
+        Raises
+        ------
+        InputError
+            If a label is not alphanumeric.
+        """
+        places = {"real": ("room",), "picture": self.scenes}
+        blocks = [
+            [
+                PinholeTrial(form=form, viewing=viewing, scene=scene)
+                for viewing, scene in product(self.viewings, places[form])
+            ]
+            for form in self.forms
+            for _ in range(self.repetitions)
+        ]
+        return tuple(
+            self.listed(
+                participant,
+                session,
+                blocks=blocks,
+                factors=lambda trial: (trial.viewing,),
+                catches=lambda draws: (),
+                practice=lambda draws: (),
+            )
+        )

@@ -1,0 +1,140 @@
+"""What all designs share: counts, seed, breaks, and how conditions become the list of a participant."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+
+from pydantic import Field
+
+from focalgradient.design.draws import Draws
+from focalgradient.design.order import Place, check_label, in_order, scatter
+from focalgradient.tables import Table
+
+__all__ = ["Names", "Phase", "Plan", "Seconds", "Trial", "no_repeats"]
+
+Phase = Literal["practice", "main"]
+"""Practice is kept in the journal, and is no part of the tables."""
+
+MOST_TRIALS = 2000
+"""That one participant can be asked for."""
+
+Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+Seconds = Annotated[float, Field(gt=0, le=3600, description="a number of seconds above 0, like 2.5")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """What every trial says of itself; those of a task add their condition.
+
+    Parameters
+    ----------
+    phase, trial
+        Which trial it is: each phase counts its own, from 1, in the order shown.
+    repetition
+        How many times this condition has been shown, this time included; 0 in practice.
+    catch
+        Whether it only checks that the participant attends.
+    break_before
+        Whether a break is offered before it.
+    """
+
+    phase: Phase = "main"
+    trial: int = 0
+    repetition: int = 0
+    catch: bool = False
+    break_before: bool = False
+
+    @property
+    def condition(self) -> tuple[Hashable, ...]:
+        """What is shown: equal for repetitions of one condition."""
+        raise NotImplementedError
+
+
+Kind = TypeVar("Kind", bound=Trial)
+
+
+def no_repeats(key: str, values: Sequence[object]) -> None:
+    """Refuse what stands twice in a list of a design."""
+    twice = [value for value, count in Counter(values).items() if count > 1]
+    if twice:
+        raise ValueError(f"{key} names {twice[0]!r} more than once: leave out the second.")
+
+
+class Plan(Table):
+    """Settings that all designs have."""
+
+    task: str
+    seed: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1987
+    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 1
+    longest_run: Annotated[int, Field(ge=2, description="a whole number of 2 or more")] = 3
+    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 0
+    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 0
+    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 0
+
+    shortened: ClassVar[dict[str, Any]] = {}
+    """What a pilot run changes."""
+
+    def check_counts(self, conditions: int) -> None:
+        """Refuse numbers of trials that cannot be run."""
+        trials = conditions * self.repetitions
+        if trials > MOST_TRIALS:
+            raise ValueError(
+                f"{conditions} conditions, {self.repetitions} times each, make {trials} trials, but one participant "
+                f"can be asked for {MOST_TRIALS} at most: lower repetitions or leave out conditions."
+            )
+        if self.catch_trials >= trials:
+            raise ValueError(
+                f"catch_trials is {self.catch_trials}, but must be less than the other trials, here {trials}."
+            )
+
+    def pilot(self) -> Self:
+        """Give the same design cut short, to see that everything works."""
+        return self.model_validate(self.model_dump() | {key: self._cut(key, to) for key, to in self.shortened.items()})
+
+    def _cut(self, key: str, to: Any) -> Any:
+        value = getattr(self, key)
+        return value[:to] if isinstance(value, tuple) else min(value, to)
+
+    def place(self, participant: str) -> Place:
+        """Find a participant's place in the counterbalancing."""
+        return Place.of(participant)
+
+    def draws(self, participant: str, session: str | None, purpose: str) -> Draws:
+        """Open the stream of draws that a participant's list takes for one purpose."""
+        if session is not None:
+            check_label("the session", session)
+        return Draws(self.task, self.seed, session or "", self.place(participant).stream, purpose)
+
+    def listed(
+        self,
+        participant: str,
+        session: str | None,
+        *,
+        blocks: Sequence[Sequence[Kind]],
+        factors: Callable[[Kind], Sequence[Hashable]],
+        catches: Callable[[Draws], Sequence[Kind]],
+        practice: Callable[[Draws], Sequence[Kind]],
+    ) -> list[Kind]:
+        """Put practice, then the conditions of the blocks with catch trials among them, in a participant's order.
+
+        `factors` gives the levels of a trial that must not come too often in a row.
+        """
+        order = in_order(blocks, factors, longest=self.longest_run, draws=self.draws(participant, session, "order"))
+        if self.place(participant).mirrored:
+            order.reverse()
+        # What follows must differ within a pair, whose orders are alike.
+        own = self.draws(participant, session, "own, mirrored" if self.place(participant).mirrored else "own")
+        trained = [
+            replace(trial, phase="practice", trial=number) for number, trial in enumerate(practice(own), start=1)
+        ]
+        shown: Counter[Hashable] = Counter()
+        main = []
+        for number, trial in enumerate(scatter(catches(own), order, own), start=1):
+            shown[trial.catch, trial.condition] += 1
+            repetition = shown[trial.catch, trial.condition]
+            pause = bool(self.break_every and number > 1 and (number - 1) % self.break_every == 0)
+            main.append(replace(trial, trial=number, repetition=repetition, break_before=pause))
+        return [*trained, *main]

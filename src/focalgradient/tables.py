@@ -1,0 +1,123 @@
+"""Tables of settings files: read, checked, and what is wrong with them said in one sentence."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from focalgradient.errors import InputError
+
+__all__ = ["Table", "check_table", "load_table", "read_toml", "shown"]
+
+
+class Table(BaseModel):
+    """A table of a settings file: unknown keys are refused.
+
+    The description of each field completes "..., but must be " and "... is missing: give ". A validator of a table's
+    own raises ValueError with the whole rest of the sentence.
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    tables: ClassVar[dict[str, type[Table]]] = {}
+    """The tables within, by key, for messages."""
+
+
+Kind = TypeVar("Kind", bound=Table)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a settings file as it stands.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not TOML.
+    """
+    try:
+        # "utf-8-sig": some editors put a byte order mark, which TOML does not know.
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of a settings file.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not a TOML file: expected text in UTF-8.") from error
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        hint = "; write \\ as / in paths" if "\\" in text else ""
+        raise InputError(f"{path} is not valid TOML: {error}{hint}.") from error
+
+
+def load_table(path: Path, data: dict[str, Any], kind: type[Kind]) -> Kind:
+    """Check the `data` that stood in `path`; paths in it are relative to the folder of that file.
+
+    Raises
+    ------
+    InputError
+        If there are unknown, missing or wrong keys: the first is named.
+    """
+    return check_table(str(path), data, kind, path.parent)
+
+
+def check_table(name: str, data: dict[str, Any], kind: type[Kind], context: Any = None) -> Kind:
+    """Check `data` that came from what messages call `name`.
+
+    Raises
+    ------
+    InputError
+        If there are unknown, missing or wrong keys: the first is named.
+    """
+    try:
+        return kind.model_validate(data, context=context)
+    except ValidationError as error:
+        raise InputError(f"{name}: {_sentence(error, kind)}") from error
+
+
+def _sentence(error: ValidationError, kind: type[Table]) -> str:
+    """Put the first problem that pydantic found into a sentence that says what to do."""
+    # A misspelt key is also a missing one: the misspelling is the better thing to say.
+    problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
+    place = problem["loc"]
+    if problem["type"] == "value_error":
+        return ": ".join([*map(str, place), str(problem["ctx"]["error"])])
+    table = kind
+    if len(place) > 1 and str(place[0]) in kind.tables:
+        table = kind.tables[str(place[0])]
+        if isinstance(place[1], int):
+            place = (f"{place[0]} {place[1] + 1}", *place[2:])
+    elif isinstance(place[-1], int):  # an entry of a list of plain values
+        place = place[:-1]
+    key = place[-1]
+    where = ": ".join(str(part) for part in place)
+    fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
+    if problem["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(str(key), fields, 1)
+        return f"{where} is not a known key: " + (f"did you mean {near[0]}?" if near else f"use {', '.join(fields)}.")
+    expected = fields.get(str(key), "a table")
+    if problem["type"] == "missing":
+        return f"{where} is missing: give {expected}."
+    if problem["type"] == "too_short":
+        return f"no {key} is given, but there must be {expected}: add what is missing."
+    return f"{where} is {shown(problem['input'])}, but must be {expected}."
+
+
+def shown(value: Any) -> str:
+    """`value` as a message shows it.
+
+    >>> shown(True), shown("f/22"), shown([1, 2])
+    ('true', "'f/22'", 'a list')
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return repr(value)

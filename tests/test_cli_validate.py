@@ -1,0 +1,81 @@
+"""`focalgradient validate`: what it prints, and its exit codes."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli.program import Program
+from focalgradient.cli.validate import validate
+from focalgradient.dataset import Apparatus, Rated, Session
+from focalgradient.dataset import checks as checks
+from focalgradient.design import Pinhole
+
+DESIGN = Pinhole(scenes=["a"], repetitions=1)
+
+
+def run(*args: object) -> Result:
+    return CliRunner().invoke(Program("focalgradient", commands=[validate]), ["validate", *map(str, args)])
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    with Session.begin(tmp_path / "data", DESIGN, "01", apparatus=Apparatus("seconds")) as session:
+        for number, trial in enumerate(session.remaining()):
+            session.record(trial, Rated(onset=float(number), rating=1.0, response_time=1.0))
+    return tmp_path / "data"
+
+
+def test_a_valid_data_set_is_called_so(data):
+    result = run(data)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[:2] == ["Sessions: 1", "Trials: 6"]
+    assert result.stdout.splitlines()[-1] == "Valid."
+
+
+def test_problems_are_listed_with_exit_code_1(data):
+    table = data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv"
+    table.write_text(table.read_text().replace("\t1.0\t1.0\t", "\t1.5\t1.0\t", 1))
+    result = run(data)
+    assert result.exit_code == 1
+    assert "Problem: " in result.stdout
+    assert "does not say what its journal says" in result.stdout
+    assert result.stdout.splitlines()[-1] == "Problems: 1"
+
+
+def test_tables_of_sessions_that_were_cut_off_are_made_on_demand(data):
+    (data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv").unlink()
+    result = run(data)
+    assert result.exit_code == 1
+    assert "has no table: resume the session, or make the table with --export" in result.stdout
+    result = run(data, "--export")
+    assert result.exit_code == 0, result.output
+    assert "Trials: 6" in result.stdout
+
+
+def test_without_the_validator_of_the_standard_that_is_said(data, monkeypatch):
+    monkeypatch.setattr(checks.shutil, "which", lambda *args, **more: None)
+    result = run(data)
+    assert result.exit_code == 0
+    assert "Note: BIDS was not checked: bids-validator-deno is not installed" in result.stdout
+
+
+def test_what_the_standard_forbids_is_a_problem(data):
+    description = data / "dataset_description.json"
+    told = json.loads(description.read_text())
+    del told["Name"]
+    description.write_text(json.dumps(told))
+    result = run(data)
+    if "is not installed" in result.stdout:
+        pytest.skip("bids-validator-deno is not installed")
+    assert result.exit_code == 1
+    assert "Problem: BIDS: /dataset_description.json, JSON_KEY_REQUIRED, Name" in result.stdout
+
+
+def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
+    result = run(tmp_path)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")
+    assert "give the folder of a data set" in result.stderr
+    assert result.stderr.count("\n") == 1

@@ -1,0 +1,430 @@
+"""Data sets: valid by the standard and by their design, read back as they were answered; and what is wrong is found."""
+
+import hashlib
+import json
+import shutil
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient.dataset import (
+    Apparatus,
+    Press,
+    Rated,
+    Session,
+    Watched,
+    bids_problems,
+    check_stimuli,
+    percepts,
+    read_dataset,
+    validate,
+)
+from focalgradient.design import DepthRating, Necker, Pinhole
+from focalgradient.errors import InputError
+
+KEYS = {"rigid": "f", "nonrigid": "j"}
+APPARATUS = Apparatus(
+    "seconds of the display's clock, from the start of the sitting",
+    screen_px=(1920, 1080),
+    screen_m=(0.52, 0.29),
+    viewing_distance_m=0.6,
+    refresh_hz=59.95,
+    versions={"psychopy": "2026.2.5"},
+)
+RATING = DepthRating(scenes=["a", "b"], catch_trials=2, practice_trials=2)
+CUBE = Necker(repetitions=1, strengths_mm=[4.0])
+DEMONSTRATION = Pinhole(repetitions=1)
+
+
+def answered(design, trials, seed: int):
+    """Answers of someone who presses keys and moves sliders at random."""
+    rng = np.random.default_rng(seed)
+    for number, trial in enumerate(trials):
+        onset = 60.0 * number + rng.uniform(0, 1)
+        dropped = int(rng.integers(0, 3))
+        if design.task == "necker":
+            times = np.sort(rng.uniform(-0.5, trial.trial_s, 12))
+            presses = [Press(time, "fjx"[rng.integers(3)], bool(rng.integers(2))) for time in times]
+            yield Watched(onset=onset, presses=presses, trial_duration=trial.trial_s + 0.016, dropped_frames=dropped)
+        else:
+            stimulus = f"{trial.scene}_{trial.aperture.replace('/', '')}.png" if design.task == "depthrating" else None
+            rating = np.exp(rng.normal(0, 0.3))  # a NumPy number, as programs have them
+            yield Rated(
+                onset=onset, rating=rating, response_time=rng.uniform(0.3, 3), dropped_frames=dropped, stimulus=stimulus
+            )
+
+
+def hold(root: Path, design, participant: str, session: str | None = None, *, seed: int = 0, **more) -> Session:
+    with Session.begin(root, design, participant, session, apparatus=APPARATUS, **more) as running:
+        trials = running.remaining()
+        for trial, answer in zip(trials, answered(design, trials, seed), strict=True):
+            running.record(trial, answer)
+    return running
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory) -> Path:
+    """A folder of stimuli with its manifest."""
+    folder = tmp_path_factory.mktemp("stimuli")
+    names = [f"{s}_{a}.png" for s in ("a", "b", "spheres-00") for a in ("pinhole", "f22", "f11", "f5.6")]
+    for name in names:
+        (folder / name).write_bytes(name.encode())
+    files = {name: hashlib.sha256(name.encode()).hexdigest() for name in names}
+    (folder / "manifest.json").write_text(json.dumps({"seed": 1, "files": files}))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, pictures) -> Path:
+    root = tmp_path_factory.mktemp("made") / "data"
+    hold(root, RATING, "01", stimuli=pictures, about={"age": 31, "sex": "F", "handedness": "right"})
+    hold(root, RATING, "02", stimuli=pictures, seed=1)
+    for session in ("1", "2"):
+        hold(root, CUBE, "01", session)
+    hold(root, DEMONSTRATION, "02")
+    return root
+
+
+@pytest.fixture
+def data(made, tmp_path) -> Path:
+    """A copy to be spoilt."""
+    return Path(shutil.copytree(made, tmp_path / "data"))
+
+
+def rating_file(root: Path) -> Path:
+    return root / "sub-01" / "beh" / "sub-01_task-depthrating_beh.tsv"
+
+
+def cube_file(root: Path) -> Path:
+    return root / "sub-01" / "ses-1" / "beh" / "sub-01_ses-1_task-necker_beh.tsv"
+
+
+def edit(path: Path, row: int, column: str, text: str) -> None:
+    lines = [line.split("\t") for line in path.read_text().splitlines()]
+    lines[row - 1][lines[0].index(column)] = text
+    path.write_text("".join("\t".join(line) + "\n" for line in lines))
+
+
+def forget_journals(root: Path) -> None:
+    """So that what is found is not found by comparing with them."""
+    shutil.rmtree(root / "sourcedata")
+
+
+def test_it_is_valid_by_the_standard_and_by_its_design(made):
+    found = validate(made)
+    assert found.problems == ()
+    assert found.sessions == 5
+    assert found.trials == 2 * (32 + 2) + 2 * (6 + 1) + 9
+    assert any("dropped frames" in note for note in found.notes)
+    by_standard = bids_problems(made)
+    if by_standard is None:
+        pytest.skip("bids-validator-deno is not installed")
+    assert by_standard == []
+
+
+def test_the_validator_of_the_standard_looks_at_every_row(data):
+    edit(rating_file(data), 34, "rating", "-1")
+    edit(cube_file(data), 3, "percept", "wobbly")
+    found = bids_problems(data)
+    if found is None:
+        pytest.skip("bids-validator-deno is not installed")
+    assert len(found) == 2
+    assert "rating" in found[0] + found[1]
+    assert "wobbly" in found[0] + found[1]
+
+
+def test_tables_say_what_was_answered(made):
+    data = read_dataset(made)
+    assert not data.simulated
+    table = data.depth_rating
+    assert list(table["participant_id"].unique()) == ["sub-01", "sub-02"]
+    for participant, seed in (("01", 0), ("02", 1)):
+        trials = RATING.trials(participant)
+        pairs = [pair for pair in zip(trials, answered(RATING, trials, seed), strict=True) if pair[0].phase == "main"]
+        rows = table[table["participant_id"] == f"sub-{participant}"]
+        for name in ("trial", "scene", "aperture", "fixation", "repetition", "catch"):
+            assert rows[name].tolist() == [getattr(trial, name) for trial, _ in pairs]
+        assert rows["aperture_mm"].tolist() == pytest.approx([trial.aperture_mm for trial, _ in pairs], abs=1e-9)
+        for name in ("rating", "response_time", "onset", "dropped_frames"):
+            assert rows[name].tolist() == pytest.approx([getattr(answer, name) for _, answer in pairs], abs=1e-9)
+    assert table["catch"].dtype == bool
+    assert {table[name].dtype.kind for name in ("trial", "dropped_frames")} == {"i"}
+    assert table.index[0] == (str(rating_file(made)), 2)
+    assert list(data.participants.loc[0, ["participant_id", "kind", "age", "sex"]]) == ["sub-01", "human", 31, "F"]
+
+
+def test_percepts_fill_their_trials(made):
+    table = read_dataset(made).necker
+    assert list(table["session"].unique()) == ["1", "2"]
+    for _, rows in table.groupby(["session", "trial"]):
+        ends = rows["onset"] + rows["duration"]
+        assert rows["onset"].iloc[0] == 0
+        assert rows["onset"].to_numpy()[1:] == pytest.approx(ends.to_numpy()[:-1], abs=1e-8)
+        assert ends.iloc[-1] == pytest.approx(rows["trial_duration"].iloc[0], abs=1e-8)
+        assert rows["censored"].tolist() == [False] * (len(rows) - 1) + [True]
+    assert not table["catch"].all()
+    assert (table["shape"] == "nonrigid").equals(table["catch"])
+
+
+def test_how_it_came_about_is_beside_it(made, pictures):
+    told = json.loads(rating_file(made).with_suffix(".json").read_text())
+    assert told["Design"]["scenes"] == ["a", "b"]
+    assert told["Seed"] == 1987
+    assert told["StimuliSHA256"] == hashlib.sha256((pictures / "manifest.json").read_bytes()).hexdigest()
+    sitting = told["Sittings"][0]
+    assert sitting["Versions"]["psychopy"] == "2026.2.5"
+    assert sitting["Apparatus"]["screen_px"] == [1920, 1080]
+    assert sitting["Apparatus"]["refresh_hz"] == 59.95
+    assert "display's clock" in sitting["Apparatus"]["clock"]
+    assert set(told["fixation"]["Levels"]) == {"nearest", "farthest"}
+    assert told["response_time"]["Units"] == "s"
+    names = rating_file(made).read_text().splitlines()[0].split("\t")
+    assert all("Description" in told[name] for name in names)
+    cube = json.loads(cube_file(made).with_suffix(".json").read_text())
+    assert cube["Keys"] == {"rigid": "f", "nonrigid": "j"}
+
+
+def test_simulated_observers_are_told_everywhere(tmp_path):
+    root = tmp_path / "data"
+    hold(root, DEMONSTRATION, "01", kind="simulated")
+    description = json.loads((root / "dataset_description.json").read_text())
+    assert "simulated observers" in description["Name"]
+    assert description["Simulated"] is True
+    assert "SIMULATED OBSERVERS, not people" in (root / "README").read_text()
+    assert "sub-01\tsimulated\t" in (root / "participants.tsv").read_text()
+    data = read_dataset(root)
+    assert data.simulated
+    assert data.pinhole["simulated"].all()
+    assert data.depth_rating.empty
+    assert data.depth_rating["rating"].dtype == float
+    assert validate(root).problems == ()
+    assert not bids_problems(root)
+
+
+def test_columns_that_a_lab_adds_to_the_participants_stay(data, pictures):
+    path = data / "participants.tsv"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0] + "\teye", *(line + "\tleft" for line in lines[1:])]))
+    hold(data, RATING, "03", stimuli=pictures, about={"age": 40})
+    assert path.read_text().splitlines()[1:] == [
+        *(line + "\tleft" for line in lines[1:]),
+        "sub-03\thuman\t40\tn/a\tn/a\tn/a",
+    ]
+    assert validate(data).problems == ()
+
+
+def test_ten_thousand_trials_are_read_and_validated_in_two_seconds(tmp_path):
+    root = tmp_path / "data"
+    many = DepthRating(scenes=[f"s{number}" for number in range(40)], repetitions=6, catch_trials=80)
+    for number in range(1, 6):
+        with Session.begin(root, many, f"{number:02}", apparatus=APPARATUS, kind="simulated") as session:
+            for count, trial in enumerate(session.remaining()):
+                session.record(trial, Rated(onset=float(count), rating=1.0, response_time=1.0))
+    times = []
+    for _ in range(2):
+        start = time.process_time()
+        found = validate(root)
+        times.append(time.process_time() - start)
+    assert (found.trials, found.problems) == (10_000, ())
+    assert min(times) < 2
+
+
+# What is pressed, with times on a grid, so that presses coincide with each other and with the trial's ends.
+presses = st.lists(
+    st.builds(Press, st.integers(-8, 48).map(lambda n: n / 4), st.sampled_from("fjx"), st.booleans()), max_size=30
+).map(sorted)
+
+
+@settings(deadline=None)
+@given(presses, st.sampled_from([0.1, 10.0, 1e-9]))
+def test_percepts_tile_the_trial_exactly(pressed, duration):
+    seen = percepts(pressed, KEYS, duration)
+    assert seen[0].onset == 0
+    assert seen[-1].end == duration
+    assert all(one.end == other.onset for one, other in pairwise(seen))
+    assert all(one.onset < one.end for one in seen)
+    assert all(one.percept != other.percept for one, other in pairwise(seen))
+    assert [one.censored for one in seen] == [False] * (len(seen) - 1) + [True]
+
+
+@settings(deadline=None)
+@given(presses, st.floats(0, 10, exclude_max=True))
+def test_at_every_moment_the_percept_is_what_is_held(pressed, moment):
+    held = set()
+    for key in "fj":
+        own = [press for press in pressed if press.key == key]
+        before = [press for press in own if press.time <= moment]
+        # Before its first event a key is held only if that event is its release.
+        if before[-1].down if before else bool(own) and not own[0].down:
+            held.add(key)
+    expected = {"": "none", "f": "rigid", "j": "nonrigid", "fj": "both"}["".join(sorted(held))]
+    assert [one.percept for one in percepts(pressed, KEYS, 10.0) if one.onset <= moment < one.end] == [expected]
+
+
+def test_repeats_of_a_held_key_and_other_keys_change_nothing():
+    pressed = [Press(1.0, "f", True), Press(3.0, "f", False)]
+    more = [*pressed[:1], Press(1.5, "f", True), Press(2.0, "space", True), Press(2.5, "f", True), *pressed[1:]]
+    assert percepts(more, KEYS, 5.0) == percepts(pressed, KEYS, 5.0)
+    assert [one.percept for one in percepts([], KEYS, 5.0)] == ["none"]
+
+
+# What is spoilt, in a data set without journals: how, and what is said.
+SPOILT = {
+    "rating of nothing": (lambda root: edit(rating_file(root), 5, "rating", "0"), r"row 5: rating is '0', .*above 0"),
+    "no number": (
+        lambda root: edit(rating_file(root), 6, "onset", "soon"),
+        "row 6: onset is 'soon', but must be a num",
+    ),
+    "infinite": (
+        lambda root: edit(rating_file(root), 6, "rating", "inf"),
+        "row 6: rating is 'inf', but must be a number",
+    ),
+    "missing answer": (lambda root: edit(rating_file(root), 7, "rating", "n/a"), "row 7: rating is 'n/a'"),
+    "half a frame": (lambda root: edit(rating_file(root), 2, "dropped_frames", "0.5"), "row 2: .* a whole number of 0"),
+    "unknown level": (
+        lambda root: edit(rating_file(root), 3, "fixation", "near"),
+        "'near', .* one of nearest, farthest",
+    ),
+    "unknown aperture": (lambda root: edit(rating_file(root), 3, "aperture", "f22"), "row 3: aperture is 'f22', but"),
+    "no truth": (lambda root: edit(rating_file(root), 3, "catch", "yes"), "row 3: catch is 'yes', but must be true or"),
+    "trial twice": (lambda root: edit(rating_file(root), 3, "trial", "1"), "row 3: its trial stands in a row above"),
+    "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "there is no column rating"),
+    "cell gone": (
+        lambda root: rating_file(root).write_text(rating_file(root).read_text()[:-3]),
+        "row 35: there are 13 cells, but must be 14",
+    ),
+    "unknown kind": (lambda root: edit(root / "participants.tsv", 2, "kind", "robot"), "row 2: kind is 'robot'"),
+    "unknown participant": (
+        lambda root: edit(root / "participants.tsv", 2, "participant_id", "sub-9"),
+        "sub-01 is mis",
+    ),
+    "no sidecar": (lambda root: rating_file(root).with_suffix(".json").unlink(), "beh.json cannot be read"),
+    "no description": (lambda root: (root / "dataset_description.json").unlink(), "give the folder of a data set"),
+}
+
+
+@pytest.mark.parametrize("name", SPOILT)
+def test_what_cannot_be_read_is_said_with_file_and_row(data, name):
+    spoil, sentence = SPOILT[name]
+    spoil(data)
+    with pytest.raises(InputError, match=sentence) as refused:
+        read_dataset(data)
+    assert "\n" not in str(refused.value)
+
+
+def drop_row(path: Path, row: int) -> None:
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[: row - 1] + lines[row:]))
+
+
+def swap_rows(path: Path, row: int) -> None:
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[: row - 1], lines[row], lines[row - 1], *lines[row + 1 :]]))
+
+
+def retell(path: Path, **changes) -> None:
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def other_picture(root: Path) -> None:
+    edit(rating_file(root), 4, "stimulus", "dog.png")
+
+
+def spoil_manifest(root: Path) -> None:
+    (manifest,) = (root / "stimuli").iterdir()
+    manifest.write_text(manifest.read_text() + " ")
+
+
+WRONG = {
+    "trial missing": (
+        lambda root: drop_row(rating_file(root), 20),
+        r"1 of 34 trials of the design are missing \(.* 19\)",
+    ),
+    "cut short": (
+        lambda root: rating_file(root).write_text("".join(rating_file(root).read_text().splitlines(True)[:11])),
+        r"24 of 34 trials of the design are missing \(the first is 11\): resume",
+    ),
+    "trial unknown": (
+        lambda root: edit(rating_file(root), 35, "trial", "99"),
+        "trial 99 is not in the design, which has 34",
+    ),
+    "condition changed": (
+        lambda root: edit(rating_file(root), 2, "scene", "zoo"),
+        r"trial 1: scene is zoo, but (a|b|spheres-00) in the design",
+    ),
+    "order changed": (lambda root: swap_rows(rating_file(root), 8), "not in the order in which they were shown"),
+    "time goes back": (
+        lambda root: edit(rating_file(root), 9, "onset", "1.0"),
+        "trial 8: onset is not later than in the trial before",
+    ),
+    "gap between percepts": (
+        lambda root: edit(cube_file(root), 2, "duration", "0.001"),
+        "trial 1: its percepts do not fill the trial",
+    ),
+    "censored in the middle": (
+        lambda root: edit(cube_file(root), 2, "censored", "true"),
+        "trial 1: its last percept, and no other, must be censored",
+    ),
+    "another seed": (
+        lambda root: retell(
+            rating_file(root).with_suffix(".json"), Design=RATING.model_dump(mode="json") | {"seed": 1}
+        ),
+        r"trial \d+: .* in the design",
+    ),
+    "no design": (
+        lambda root: retell(rating_file(root).with_suffix(".json"), Design={"task": "depthrating", "scenes": []}),
+        "no scenes is given",
+    ),
+    "picture unknown": (other_picture, r"its picture dog\.png is not in .*manifest-"),
+    "manifest changed": (spoil_manifest, "has changed since the session: restore it"),
+    "simulated or not": (
+        lambda root: edit(root / "participants.tsv", 2, "kind", "simulated"),
+        r"sub-01 is simulated, but dataset_description\.json says otherwise",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_contradicts_the_design_is_found(data, name):
+    spoil, sentence = WRONG[name]
+    forget_journals(data)
+    assert validate(data).problems == ()
+    spoil(data)
+    problems = validate(data).problems
+    assert problems
+    with pytest.raises(InputError, match=sentence):
+        raise InputError(" | ".join(problems))
+
+
+def test_a_table_that_was_changed_by_hand_is_found_by_its_journal(data):
+    edit(rating_file(data), 4, "rating", "2.5")
+    assert any("does not say what its journal says" in problem for problem in validate(data).problems)
+
+
+def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
+    assert validate(data, pictures).problems == ()
+    others = Path(shutil.copytree(pictures, tmp_path / "others"))
+    (others / "manifest.json").write_text((others / "manifest.json").read_text().replace('"seed": 1', '"seed": 2'))
+    assert "is not the set of pictures that was shown" in validate(data, others).problems[0]
+    with Session.begin(data, RATING, "05", apparatus=APPARATUS, stimuli=pictures):
+        pass  # left at once
+    with pytest.raises(InputError, match="others is given for the pictures, which is not what the session began"):
+        Session.resume(data, "depthrating", "05", apparatus=APPARATUS, stimuli=others)
+    with pytest.raises(InputError, match=r"no folder is given .*\(the set whose manifest is .*\): give that"):
+        Session.resume(data, "depthrating", "05", apparatus=APPARATUS)
+    (others / "a_f22.png").write_bytes(b"changed")
+    with pytest.raises(InputError, match=r"a_f22\.png has changed since the manifest was written: make .* anew"):
+        Session.begin(data, RATING, "04", apparatus=APPARATUS, stimuli=others)
+    (others / "a_f22.png").unlink()
+    with pytest.raises(InputError, match=r"a_f22\.png is in the manifest but cannot be read"):
+        check_stimuli(others)
+    (others / "manifest.json").write_text("{}")
+    with pytest.raises(InputError, match="is no manifest of stimuli"):
+        check_stimuli(others)
+    with pytest.raises(InputError, match="'focalgradient stimuli' has made"):
+        check_stimuli(tmp_path)

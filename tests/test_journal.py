@@ -1,0 +1,270 @@
+"""Sessions that are cut off at any moment: what was finished is there, and the rest follows in the same order."""
+
+import json
+import os
+import random
+import subprocess
+import sys
+
+import pytest
+from killing import DESIGNS, kill_often
+
+from focalgradient.dataset import (
+    Apparatus,
+    Journal,
+    Press,
+    Rated,
+    Session,
+    Watched,
+    export,
+    read_dataset,
+    read_journal,
+    validate,
+)
+from focalgradient.dataset import journal as journals
+from focalgradient.design import Necker, Pinhole
+from focalgradient.errors import InputError
+
+APPARATUS = Apparatus("seconds from the start of the sitting", refresh_hz=60.0)
+SHORT = Pinhole(scenes=["a"], repetitions=1)
+
+posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
+
+
+def answer(number: int) -> Rated:
+    return Rated(onset=10.0 * number, rating=1 + number / 10, response_time=1.5)
+
+
+def partly(root, trials=None, design=SHORT, **more) -> Session:
+    """A session that ends after some trials, without leave."""
+    session = Session.begin(root, design, "01", apparatus=APPARATUS, **more)
+    for number, trial in enumerate(session.trials[:trials]):
+        session.record(trial, answer(number))
+    session._journal.close()
+    return session
+
+
+def resumed(root, session=None) -> Session:
+    return Session.resume(root, "pinhole", "01", session, apparatus=APPARATUS)
+
+
+@posix
+def test_kills_at_random_moments_lose_no_finished_trial_and_end_in_a_valid_data_set(tmp_path):
+    count = kill_often(tmp_path / "data", "short", "01", random.Random(7), 0.06)
+    assert count["SIGKILL"] + count["SIGTERM"] >= 1
+    found = validate(tmp_path / "data")
+    assert found.problems == ()
+    assert found.trials == len(DESIGNS["short"].trials("01"))
+
+
+def test_wherever_the_last_line_is_cut_the_session_goes_on(tmp_path):
+    session = partly(tmp_path / "data", 3)
+    path = session.files.journal
+    whole = path.read_bytes()
+    start = whole[:-1].rindex(b"\n") + 1
+    for cut in (*range(start, len(whole), 31), len(whole) - 2, len(whole) - 1, len(whole)):
+        path.write_bytes(whole[:cut])
+        log = read_journal(path)
+        # Without its end of line a line is complete all the same.
+        done = 2 if cut < len(whole) - 1 else 3
+        assert len(log.of("trial")) == done
+        assert log.broken == ((4,) if start < cut < len(whole) - 1 else ())
+        with resumed(tmp_path / "data") as again:
+            assert again.remaining() == session.trials[done:]
+            for number, trial in enumerate(again.remaining()):
+                again.record(trial, answer(number))
+        assert path.read_bytes().startswith(whole[:cut])
+        table = read_dataset(tmp_path / "data").pinhole
+        assert table["trial"].tolist() == list(range(1, 7))
+        assert table["sitting"].tolist() == [1] * done + [2] * (6 - done)
+        found = validate(tmp_path / "data")
+        assert found.problems == ()
+        assert any("cut off" in note for note in found.notes) == bool(log.broken)
+        session.files.table.unlink()
+
+
+def test_blocks_of_zeros_that_a_loss_of_power_leaves_are_passed_over(tmp_path):
+    session = partly(tmp_path / "data", 2)
+    with session.files.journal.open("ab") as file:
+        file.write(b"\0" * 300)
+    assert len(resumed(tmp_path / "data").remaining()) == 4
+    assert len(read_journal(session.files.journal).of("trial")) == 2
+
+
+def test_a_line_is_on_the_disk_before_record_returns(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(journals.os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
+    session = partly(tmp_path / "data", 0)
+    for number, trial in enumerate(session.remaining()):
+        session = resumed(tmp_path / "data")
+        session.record(trial, answer(number))
+        assert synced[-1] == session.files.journal.stat().st_size
+        session._journal.close()
+
+
+def test_damage_that_no_kill_explains_is_told(tmp_path):
+    session = partly(tmp_path / "data", 3)
+    path = session.files.journal
+    whole = path.read_bytes()
+    lines = whole.split(b"\n")
+    path.write_bytes(b"\n".join([lines[0], lines[1][:50], *lines[2:]]))
+    with pytest.raises(InputError, match="line 2 is damaged, which no kill of the program explains: restore"):
+        read_journal(path)
+    path.write_bytes(b"\n".join(lines[1:]))
+    with pytest.raises(InputError, match="does not begin as a journal does"):
+        resumed(tmp_path / "data")
+    path.write_bytes(b"\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
+    with pytest.raises(InputError, match="does not follow the order of its design"):
+        resumed(tmp_path / "data")
+
+
+def test_nothing_is_overwritten(tmp_path):
+    session = partly(tmp_path / "data", 3)
+    before = session.files.journal.read_bytes()
+    with pytest.raises(InputError, match=r"holds a session of sub-01 already.*resume it \(--resume\), or .*--session"):
+        partly(tmp_path / "data")
+    export(session.files.journal)
+    session.files.journal.rename(tmp_path / "kept")
+    with pytest.raises(InputError, match="never overwritten"):
+        partly(tmp_path / "data")
+    assert (tmp_path / "kept").read_bytes() == before
+    partly(tmp_path / "data", session="2")
+    with pytest.raises(FileExistsError):
+        Journal.begin(tmp_path / "kept", {"event": "begun"})
+
+
+def test_tables_grow_but_never_change(tmp_path):
+    session = partly(tmp_path / "data", 2)
+    table = export(session.files.journal).table
+    first = table.read_text()
+    with resumed(tmp_path / "data") as again:
+        again.record(again.remaining()[0], answer(2))
+    assert table.read_text().startswith(first)
+    table.write_text(first.replace("1.1", "1.9"))
+    with pytest.raises(InputError, match=r"does not say what its journal .* says: move it away"):
+        export(session.files.journal)
+    assert "1.9" in table.read_text()
+
+
+def test_what_cannot_be_resumed(tmp_path):
+    with pytest.raises(InputError, match="there is no such session to resume; begin it"):
+        resumed(tmp_path / "data")
+    session = partly(tmp_path / "data")
+    assert not session.files.table.exists()
+    with pytest.raises(InputError, match=r"is finished, all 6 trials: give a new session label \(--session\)"):
+        resumed(tmp_path / "data")
+    assert session.files.table.exists()  # the kill came before the table
+    with pytest.raises(InputError, match="session label is '1-b'"):
+        resumed(tmp_path / "data", "1-b")
+
+
+def test_resuming_takes_the_design_that_the_session_began_with(tmp_path):
+    session = partly(tmp_path / "data", 3)
+    assert resumed(tmp_path / "data").design == SHORT
+    head = json.loads(session.files.journal.read_text().splitlines()[0])
+    assert head["design"]["seed"] == SHORT.seed
+    assert {"focalgradient", "numpy", "python"} <= set(head["versions"])
+    assert head["apparatus"]["refresh_hz"] == 60
+
+
+def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):
+    session = partly(tmp_path / "data", 1)
+    with resumed(tmp_path / "data") as again:
+        for wrong in (session.trials[0], session.trials[2]):
+            with pytest.raises(InputError, match=r"is not the next: record the trials in their order"):
+                again.record(wrong, answer(0))
+        with pytest.raises(InputError, match="the answer is Watched, which pinhole does not ask for"):
+            again.record(session.trials[1], Watched(onset=0.0, presses=[], trial_duration=1.0))
+        again.note("break", seconds=3.0)
+    assert len(read_journal(session.files.journal).of("trial")) == 1
+    assert read_journal(session.files.journal).of("note")[0]["seconds"] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Rated(onset=0.0, rating=0.0, response_time=1.0), "rating is 0, but must be a ratio above 0"),
+        (lambda: Rated(onset=0.0, rating=-1.0, response_time=1.0), r"rating is -1\.0, but must be a finite number"),
+        (lambda: Rated(onset=float("nan"), rating=1.0, response_time=1.0), "onset is nan"),
+        (lambda: Watched(onset=0.0, presses=[], trial_duration=0.0), r"trial_duration is 0\.0, but must be a positive"),
+        (
+            lambda: Watched(onset=0.0, presses=[Press(2.0, "f", True), Press(1.0, "f", False)], trial_duration=5.0),
+            "presses are not in order of time",
+        ),
+    ],
+)
+def test_answers_that_cannot_be(make, sentence):
+    with pytest.raises(InputError, match=sentence):
+        make()
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+from focalgradient.dataset import Apparatus, Rated, Session
+from focalgradient.design import Pinhole
+from focalgradient.errors import InputError
+
+session = Session.begin(Path(sys.argv[1]), Pinhole(), "01", apparatus=Apparatus("seconds"))
+resource.setrlimit(resource.RLIMIT_FSIZE, (session.files.journal.stat().st_size + 1000,) * 2)
+for again in range(2):
+    try:
+        for number, trial in enumerate(session.remaining()):
+            session.record(trial, Rated(onset=number, rating=1.0, response_time=1.0))
+            print(trial.trial)
+    except InputError as error:
+        print(error)
+"""
+
+
+FULL_AT_ONCE = FULL.replace("session = ", "resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))\nsession = ")
+
+
+@posix
+def test_a_disk_that_is_full_at_the_start_is_said(tmp_path):
+    run = subprocess.run([sys.executable, "-c", FULL_AT_ONCE, str(tmp_path / "data")], capture_output=True, text=True)
+    assert run.stderr.splitlines()[-1].startswith("focalgradient.errors.InputError: ")
+    assert "data cannot be written (File too large): make room on the disk" in run.stderr.splitlines()[-1]
+    partly(tmp_path / "data", 1)  # with room again, it begins
+
+
+@posix
+def test_a_full_disk_is_said_and_costs_no_finished_trial(tmp_path):
+    said = subprocess.check_output([sys.executable, "-c", FULL, str(tmp_path / "data")], text=True).splitlines()
+    finished = [int(line) for line in said if line.isdigit()]
+    assert len(finished) >= 2
+    assert len(said) == len(finished) + 2  # a second try adds nothing after the line cut short
+    assert "jsonl cannot be written (File too large): make room on the disk" in said[-2]
+    assert "is safe, and can be resumed" in said[-2]
+    session = Session.resume(tmp_path / "data", "pinhole", "01", apparatus=APPARATUS)
+    assert session.remaining()[0].trial == finished[-1] + 1
+
+
+def test_folders_that_cannot_be_written_are_said(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file is a file, where the folder of a data set is to be"):
+        partly(tmp_path / "file")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.doc").write_text("")
+    with pytest.raises(InputError, match="holds files but is no data set: give a new or an empty folder"):
+        partly(tmp_path / "other")
+    partly(tmp_path / "data", 1, kind="simulated")
+    with pytest.raises(InputError, match="is a data set of simulated observers, which a person cannot join"):
+        Session.begin(tmp_path / "data", SHORT, "02", apparatus=APPARATUS)
+
+
+def test_a_cube_is_resumed_with_the_same_keys(tmp_path):
+    design = Necker().pilot()
+    with Session.begin(tmp_path / "data", design, "03", apparatus=APPARATUS) as session:
+        trial = session.remaining()[0]
+        session.record(trial, Watched(onset=1.0, presses=[Press(0.5, "f", True)], trial_duration=5.0))
+    with Session.resume(tmp_path / "data", "necker", "03", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            answered = Watched(onset=10.0 * number, presses=[Press(0.5, "f", True)], trial_duration=5.0)
+            session.record(trial, answered)
+    table = read_dataset(tmp_path / "data").necker
+    assert set(zip(table["onset"], table["duration"], table["percept"], strict=True)) == {
+        (0.0, 0.5, "none"),
+        (0.5, 4.5, "nonrigid"),  # participant 03 has the keys the other way round
+    }
+    assert validate(tmp_path / "data").problems == ()
