@@ -25,11 +25,17 @@ ROOMS = {
     "eye": {"errors", "optics", "psf"},
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
+    "tables": {"errors"},
+    "design": {"errors", "tables"},
+    "dataset": {"design", "errors"},
     "calibration": {"depth", "errors", "optics", "psf", "view"},
-    "photographs": {"calibration", "errors", "optics", "view"},
+    "photographs": {"calibration", "errors", "optics", "tables", "view"},
     "video": {"errors"},
     "plotting": {"depth", "errors", "optics", "view"},
-    "cli": {"__init__", "calibration", "depth", "errors", "optics", "photographs", "plotting", "psf", "video", "view"},
+    "cli": {
+        *("__init__", "calibration", "dataset", "depth", "errors", "optics", "photographs", "plotting", "psf", "video"),
+        "view",
+    },
     "__init__": {"depth", "errors", "optics", "view"},
 }
 
@@ -40,7 +46,7 @@ HOMES = {
     "colour": {"eye"},
     "cv2": {"photographs", "video", "benchmarks"},
     "PIL": {"photographs", "analysis"},  # analysis packs the picture of README
-    "pydantic": {"photographs"},
+    "pydantic": {"design", "photographs", "tables"},
     "rawpy": {"photographs"},
     "skimage": {"analysis"},
     "psychopy": {"experiments"},

@@ -20,7 +20,7 @@ __all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_po
 FloatArray = NDArray[np.float64]
 
 Power = Callable[[FloatArray], FloatArray]
-"""Power spectral density of a texture at frequencies in cycles per pixel: its integral over the plane is the variance."""
+"""Power spectral density of a texture at frequencies in cycles per pixel: its integral over the plane is variance."""
 
 NODES = 160
 """Gauss-Legendre nodes from frequency 0 to 1/2 cycle per pixel, in each direction."""
@@ -250,6 +250,8 @@ def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
     ----------
     image
         H x W, sharp: what a pinhole view records.
+    noise
+        Standard deviation of the image's white noise.
 
     Examples
     --------

@@ -1,6 +1,20 @@
 """From a scene and optics to a view, with the true distance at every pixel."""
 
-from focalgradient.render.raycast import Rendered, cast
+from focalgradient.render.engines import Engine, render, render_bands, render_series
+from focalgradient.render.raycast import cast
+from focalgradient.render.rendered import Rendered
 from focalgradient.render.sensor import noisy
+from focalgradient.render.wireframe import necker_frame, necker_loop, wireframe
 
-__all__ = ["Rendered", "cast", "noisy"]
+__all__ = [
+    "Engine",
+    "Rendered",
+    "cast",
+    "necker_frame",
+    "necker_loop",
+    "noisy",
+    "render",
+    "render_bands",
+    "render_series",
+    "wireframe",
+]

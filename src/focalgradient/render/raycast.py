@@ -15,7 +15,6 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -25,11 +24,12 @@ from scipy.stats import qmc
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
-from focalgradient.scenes import Plane, Scene, Sphere
+from focalgradient.render.rendered import Rendered
+from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere
 from focalgradient.scenes.texture import TILE
 from focalgradient.view import View
 
-__all__ = ["Rendered", "cast"]
+__all__ = ["Rendered", "cast", "castable", "check_frame"]
 
 PATTERNS = 256  # sets of rays, dealt out to the pixels at random
 ROWS = 8  # rows in one piece of work
@@ -39,23 +39,6 @@ _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract
 
 FIELDS = "sphere px py pz radius nx ny nz ux uy uz vx vy vz half_u half_v texel projected"
 OBJECT = np.dtype([(name, np.float64) for name in FIELDS.split()])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Rendered:
-    """A view with the truth about its scene.
-
-    Parameters
-    ----------
-    view
-        What the camera sees, as 32-bit radiance.
-    distance
-        True distance in metres along the axis, H x W, through the pixel centres and the centre of the lens;
-        ``inf`` where there is nothing.
-    """
-
-    view: View
-    distance: NDArray[np.float64]
 
 
 def cast(
@@ -105,20 +88,10 @@ def cast(
     >>> rendered.view.shape, rendered.distance[0, [0, -1]].round(2).tolist()
     ((48, 64), [1.0, 1.98])
     """
-    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
-        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
-    if not (isinstance(samples, int) and samples >= 1):
-        raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
-    if not (isinstance(seed, int) and seed >= 0):
-        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    check_frame(optics, shape, pixel_angle, samples, seed)
     aperture, focus = optics.aperture_diameter, optics.focus_vergence
-    if not (0 <= aperture < math.inf and math.isfinite(focus)):
-        raise InputError(
-            f"optics has an aperture of {aperture!r} m and a focus vergence of {focus!r} D, "
-            "but both must be finite and the aperture 0 or more."
-        )
+    if not castable(scene):
+        raise InputError("the ray caster knows planes and spheres only, without a sky: render the scene by 'shaded'.")
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
     rays = _patterns(samples, seed)
     image, distance = np.empty(shape, np.float32), np.empty(shape)
@@ -138,10 +111,34 @@ def cast(
     return Rendered(View(image, optics, pixel_angle), distance)
 
 
+def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samples: int, seed: int) -> None:
+    """Refuse what no renderer can render."""
+    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
+        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
+    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
+        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    if not (isinstance(samples, int) and samples >= 1):
+        raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
+    if not (isinstance(seed, int) and seed >= 0):
+        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    aperture, focus = optics.aperture_diameter, optics.focus_vergence
+    if not (0 <= aperture < math.inf and math.isfinite(focus)):
+        raise InputError(
+            f"optics has an aperture of {aperture!r} m and a focus vergence of {focus!r} D, "
+            "but both must be finite and the aperture 0 or more."
+        )
+
+
+def castable(scene: Scene) -> bool:
+    """Whether `cast` can render the scene: planes and spheres before a uniform background, in grey."""
+    return scene.sky is None and not any(isinstance(thing, Mesh) for thing in scene.objects)
+
+
 def _objects(scene: Scene) -> NDArray[np.void]:
     """The scene's objects as one table for the kernel."""
     table = np.zeros(len(scene.objects), OBJECT)
     for row, thing in zip(table, scene.objects, strict=True):
+        assert not isinstance(thing, Mesh)
         row["texel"], row["projected"] = thing.texture.texel, thing.texture.projected
         match thing:
             case Sphere():
@@ -149,19 +146,19 @@ def _objects(scene: Scene) -> NDArray[np.void]:
                 row["px"], row["py"], row["pz"] = thing.centre
             case Plane():
                 row["px"], row["py"], row["pz"] = thing.point
-                normal = _unit(thing.normal)
-                # The plane's horizontal is x laid into it; a plane across x is given z instead.
-                axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.999 else np.array([0.0, 0.0, 1.0])
-                across = _unit(axis - normal * (axis @ normal))
+                across, down, normal = thing.frame()
                 row["nx"], row["ny"], row["nz"] = normal
                 row["ux"], row["uy"], row["uz"] = across
-                row["vx"], row["vy"], row["vz"] = np.cross(across, normal)
+                row["vx"], row["vy"], row["vz"] = down
                 row["half_u"], row["half_v"] = np.array(thing.size) / 2
     return table
 
 
 def _textures(scene: Scene) -> NDArray[np.float32]:
-    return np.stack([thing.texture.coefficients() for thing in scene.objects] or [np.zeros((TILE, TILE), np.float32)])
+    return np.stack(
+        [thing.texture.coefficients() for thing in scene.objects if not isinstance(thing, Mesh)]
+        or [np.zeros((TILE, TILE), np.float32)]
+    )
 
 
 def _unit(vector: object) -> NDArray[np.float64]:

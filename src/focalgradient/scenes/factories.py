@@ -1,4 +1,4 @@
-"""Ready-made scenes: a wall, a slanted plane, spheres in front of a wall."""
+"""Scenes for measuring: a wall, a slanted plane, a step in depth, spheres in front of a wall."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from focalgradient.errors import InputError
-from focalgradient.scenes.objects import Plane, Scene, Sphere
+from focalgradient.scenes.objects import Mark, Plane, Scene, Sphere
 from focalgradient.scenes.texture import Texture
 
-__all__ = ["plane", "slant", "spheres"]
+__all__ = ["plane", "slant", "spheres", "step"]
 
 FINE = Texture(texel=0.3e-3, projected=True)
 """Texels of 0.3 mrad, about the pixel of a 25 mm lens with 8 um pixels, at every distance."""
@@ -71,6 +71,41 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
     middle, slope = (1 / near + 1 / far) / 2, (1 / far - 1 / near) / field
     # 1/z = middle + slope x/z  is the plane  slope x + middle z = 1.
     return Scene((Plane((0.0, 0.0, 1 / middle), (-slope, 0.0, -middle), replace(texture, seed=seed)),))
+
+
+def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
+    """A wall that hides the left half of another: depth jumps from `near` metres to `far` at the middle of the frame.
+
+    Parameters
+    ----------
+    near, far
+        Distances along the axis in metres, near < far.
+    seed
+        Seed of the textures' fields; the two walls have different ones.
+    texture
+        Everything else about the textures.
+
+    Returns
+    -------
+    Scene
+        With the marks ``"nearest"`` and ``"farthest"``, 2 degrees to either side of the edge.
+
+    Examples
+    --------
+    >>> [thing.point[2] for thing in step(1.0, 2.0).objects]
+    [1.0, 2.0]
+    """
+    _check_distance("near", near)
+    _check_distance("far", far)
+    if near >= far:
+        raise InputError(f"near is {near!r} m and far {far!r} m, but near must be the smaller.")
+    # A card so large that its other sides are out of sight.
+    size = 20.0 * near
+    front = Plane((-size / 2, 0.0, float(near)), (0.0, 0.0, -1.0), replace(texture, seed=seed), (size, size))
+    (back,) = plane(far, seed=seed + 1, texture=texture).objects
+    aside = math.tan(math.radians(2))
+    marks = (Mark("nearest", (-aside * near, 0.0, float(near))), Mark("farthest", (aside * far, 0.0, float(far))))
+    return Scene((front, back), marks=marks)
 
 
 def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:

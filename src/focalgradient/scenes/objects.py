@@ -1,14 +1,17 @@
-"""Planes, spheres, and the scene that holds them."""
+"""Planes, spheres, meshes, and the scene that holds them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from focalgradient.errors import InputError
 from focalgradient.scenes.texture import Texture
 
-__all__ = ["Plane", "Point", "Scene", "Sphere"]
+__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere"]
 
 Point = tuple[float, float, float]
 """x (right), y (down), z (away from the camera), in metres."""
@@ -50,6 +53,19 @@ class Plane:
         if not (len(self.size) == 2 and min(self.size) > 0):
             raise InputError(f"size is {self.size!r}, but must be a positive width and height in metres.")
 
+    def frame(self) -> NDArray[np.float64]:
+        """Unit vectors along the plane's horizontal and at right angles to it, and its normal: 3 x 3, one a row.
+
+        >>> Plane((0, 0, 2.0), (0, 0, -3.0)).frame()[2].tolist()
+        [0.0, 0.0, -1.0]
+        """
+        normal = np.asarray(self.normal, float) / np.linalg.norm(self.normal)
+        # The plane's horizontal is x laid into it; a plane across x is given z instead.
+        axis = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.999 else np.array([0.0, 0.0, 1.0])
+        across = axis - normal * (axis @ normal)
+        across /= np.linalg.norm(across)
+        return np.stack([across, np.cross(across, normal), normal])
+
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
@@ -84,6 +100,119 @@ class Sphere:
             )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A surface of triangles, painted or mirroring; either side is seen.
+
+    Parameters
+    ----------
+    vertices
+        Corners, n x 3, in metres.
+    faces
+        Indices of three vertices for each triangle, m x 3.
+    uv
+        Where each vertex lies on the paint, n x 2: (0, 0) is its upper left corner, (1, 1) its lower right. The paint
+        repeats beyond.
+    paint
+        Reflectance in red, green and blue light, h x w x 3, between 0 and 1; interpolated linearly. Of a mirror, the
+        share of light that it reflects.
+    smooth
+        Whether normals are interpolated between vertices, so that the surface looks, and mirrors, as a curved one.
+    mirror
+        Whether it mirrors, and does not scatter.
+
+    Examples
+    --------
+    >>> corners = np.array([[0, 0, 1.0], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
+    >>> square = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), corners[:, :2] / 0.1, np.full((2, 2, 3), 0.5))
+    >>> len(square.faces)
+    2
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    uv: NDArray[np.float64]
+    paint: NDArray[np.floating]
+    smooth: bool = False
+    mirror: bool = False
+
+    def __post_init__(self) -> None:
+        count = len(self.vertices)
+        if not (self.vertices.shape == (count, 3) and count >= 3 and np.isfinite(self.vertices).all()):
+            raise InputError(f"vertices is of shape {self.vertices.shape}, but must be n x 3 finite numbers, n >= 3.")
+        if not (
+            self.faces.ndim == 2
+            and self.faces.shape[1] == 3
+            and self.faces.size
+            and 0 <= self.faces.min() <= self.faces.max() < count
+        ):
+            raise InputError(f"faces of shape {self.faces.shape} must be m x 3 indices of the {count} vertices.")
+        if self.uv.shape != (count, 2):
+            raise InputError(f"uv is of shape {self.uv.shape}, but must be {count} x 2, a place for each vertex.")
+        paint = self.paint
+        if not (paint.ndim == 3 and paint.shape[2] == 3 and paint.size and 0 <= paint.min() <= paint.max() <= 1):
+            raise InputError(f"paint of shape {paint.shape} must be h x w x 3 reflectances between 0 and 1.")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sky:
+    """What is seen where there is nothing: radiance from every direction, infinitely far away.
+
+    Parameters
+    ----------
+    radiance
+        Red, green and blue, h x w x 3. Rows go from straight up to straight down by equal angles, columns once round to
+        the right, with the camera's axis in the middle.
+
+    Examples
+    --------
+    >>> Sky(np.ones((2, 4, 3))).radiance.shape
+    (2, 4, 3)
+    """
+
+    radiance: NDArray[np.floating]
+
+    def __post_init__(self) -> None:
+        radiance = self.radiance
+        if not (radiance.ndim == 3 and radiance.shape[2] == 3 and radiance.size and radiance.min() >= 0):
+            raise InputError(f"radiance of shape {radiance.shape} must be h x w x 3 and nowhere negative.")
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A named point on a surface, for fixation.
+
+    Examples
+    --------
+    >>> mark = Mark("near", (0.05, 0.0, 0.5))
+    >>> mark.distance, mark.direction
+    (0.5, (0.1, 0.0))
+    """
+
+    name: str
+    point: Point
+
+    @property
+    def distance(self) -> float:
+        """Metres along the camera's axis."""
+        return self.point[2]
+
+    @property
+    def direction(self) -> tuple[float, float]:
+        """Where it is seen: tangents to the right and down of the axis."""
+        x, y, z = self.point
+        return x / z, y / z
+
+    def pixel(self, shape: tuple[int, int], pixel_angle: float) -> tuple[float, float]:
+        """Row and column, counted from the centre of the first pixel, in a picture of that shape and pixel angle.
+
+        >>> Mark("near", (0.05, 0.0, 0.5)).pixel((64, 64), 0.01)
+        (31.5, 41.5)
+        """
+        across, down = self.direction
+        return (shape[0] - 1) / 2 + down / pixel_angle, (shape[1] - 1) / 2 + across / pixel_angle
+
+
 @dataclass(frozen=True, slots=True)
 class Scene:
     """Everything in the world: objects and what lights them.
@@ -91,13 +220,20 @@ class Scene:
     Parameters
     ----------
     objects
-        Planes and spheres, in any order.
+        Planes, spheres and meshes, in any order.
     background
-        Radiance where a ray meets nothing.
+        Radiance where a ray meets nothing, unless there is a sky.
     sun
         Direction towards a distant sun, of any length; it casts shadows. None: radiance is reflectance, unshaded.
     ambient
         Share of light, 0 to 1, that comes from everywhere, the sun giving the rest to a surface that faces it.
+    sky
+        What is seen where there is nothing; to a path tracer the ambient light comes from it.
+    tint
+        Colour of the sunlight, red, green and blue.
+    marks
+        Points to look at. Where a scene is made for it, ``"nearest"`` and ``"farthest"`` are on its nearest and
+        farthest objects.
 
     Examples
     --------
@@ -105,10 +241,13 @@ class Scene:
     0.0
     """
 
-    objects: tuple[Plane | Sphere, ...]
+    objects: tuple[Plane | Sphere | Mesh, ...]
     background: float = 0.0
     sun: Point | None = None
     ambient: float = 0.5
+    sky: Sky | None = None
+    tint: Point = (1.0, 1.0, 1.0)
+    marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
         if not (self.background >= 0 and math.isfinite(self.background)):
@@ -119,6 +258,19 @@ class Scene:
             _check_point("sun", self.sun)
             if not any(self.sun):
                 raise InputError("sun is the zero vector, but must point towards the sun: or give None for no sun.")
+        _check_point("tint", self.tint)
+
+    def mark(self, name: str) -> Mark:
+        """The mark of that name.
+
+        >>> Scene((), marks=(Mark("nearest", (0.0, 0.0, 0.5)),)).mark("nearest").distance
+        0.5
+        """
+        for mark in self.marks:
+            if mark.name == name:
+                return mark
+        names = ", ".join(mark.name for mark in self.marks) or "none"
+        raise InputError(f"the scene has no mark named {name!r}: it has {names}.")
 
 
 def _check_point(name: str, point: Point) -> None:

@@ -1,0 +1,259 @@
+"""One call from a scene to a view and its truth, whatever renders it.
+
+==========  ======================================================================================================
+engine      light of a ray
+==========  ======================================================================================================
+``path``    Path traced by Mitsuba: light goes from surface to surface, and all shade each other. For pictures that
+            people look at.
+``shaded``  By Mitsuba, the first surface that is no mirror: albedo x (ambient + sun, unless in shadow). No noise but
+            that of the lens. For images that are measured.
+``cast``    The same by our own ray caster, of planes and spheres: needs no Mitsuba, and is quick.
+``auto``    ``cast`` where the scene allows, else ``shaded``.
+==========  ======================================================================================================
+
+All see with the same finite thin lens: blur and occlusion follow from the geometry of rays.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.optics import Optics
+from focalgradient.render import pathtrace
+from focalgradient.render.raycast import cast, castable, check_frame
+from focalgradient.render.rendered import LUMINANCE, Rendered
+from focalgradient.render.seen import seen
+from focalgradient.render.variant import LLVM, REMEDY, variant
+from focalgradient.scenes.objects import Scene
+from focalgradient.view import View
+
+__all__ = ["Engine", "render", "render_bands", "render_series"]
+
+Engine = Literal["auto", "path", "shaded", "cast"]
+
+
+def render(
+    scene: Scene,
+    optics: Optics,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    engine: Engine = "auto",
+    samples: int = 64,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> Rendered:
+    """Render a scene through a finite thin lens, with the truth about it and the noise of its sampling.
+
+    The sensor is a plane: pixel (row i, column j) of H x W looks in the direction
+    ((j - (W-1)/2) pixel_angle, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
+
+    Parameters
+    ----------
+    scene
+        What to look at.
+    optics
+        A `Lens`, an eye, or whatever has an `aperture_diameter` (m) and a `focus_vergence` (D, any sign).
+    shape
+        Height and width in pixels.
+    pixel_angle
+        Angle in radians of one pixel on the axis: pixel pitch / sensor distance.
+    engine
+        What renders it, see above. Without Mitsuba planes and spheres are ray cast instead, and that is said once.
+    samples
+        Rays a pixel, in two independent halves (so at least 2, and powers of 2 are best): 64 for measuring, 256 for
+        looking.
+    seed
+        Seed of the rays. With the same seed two optics are sampled alike, so that a change of focus changes nothing
+        else.
+    progress
+        Called now and then with the share done, 0 to 1.
+
+    Returns
+    -------
+    Rendered
+        View, truth, and noise; in colour unless by ``cast``.
+
+    Raises
+    ------
+    InputError
+        If the engine is unknown or cannot be had, the frame, the pixel or the number of samples is not positive, or the
+        optics not finite.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> from focalgradient.scenes import plane
+    >>> lens = Lens(focal_length=0.025, f_number=4, focus_distance=1.0)
+    >>> rendered = render(plane(2.0), lens, (48, 64), pixel_angle=3e-4)
+    >>> rendered.view.shape, float(rendered.distance[0, 0]), rendered.noise < 0.01
+    ((48, 64), 2.0, True)
+    """
+    return render_series(
+        scene, [optics], shape, pixel_angle, engine=engine, samples=samples, seed=seed, progress=progress
+    )[0]
+
+
+def render_series(
+    scene: Scene,
+    optics: Sequence[Optics],
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    engine: Engine = "auto",
+    samples: int = 64,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> list[Rendered]:
+    """Render a scene through several optics, such as an eye that accommodates, all with the same rays.
+
+    Parameters are as for `render`; one result for each of the `optics`, in order. The truth is the same for all.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> from focalgradient.scenes import plane
+    >>> lenses = [Lens(focal_length=0.025, f_number=4, focus_distance=z) for z in (1.0, 1.1)]
+    >>> near, far = render_series(plane(1.0), lenses, (48, 64), pixel_angle=3e-4)
+    >>> float(near.view.image.std()) > float(far.view.image.std())  # the wall is in focus in the first
+    True
+    """
+    if not optics:
+        raise InputError("optics is empty, but at least one lens or eye must be given.")
+    for one in optics:
+        check_frame(one, shape, pixel_angle, samples, seed)
+    if samples < 2:
+        raise InputError("samples is 1, but noise is measured between two halves of the samples: give 2 or more.")
+    chosen, how = _choose(engine, scene)
+    results: list[Rendered] = []
+    for one in optics:
+
+        def share(done: float, before: int = len(results)) -> None:
+            if progress is not None:
+                progress((before + done) / len(optics))
+
+        if chosen == "cast":
+            results.append(_cast(scene, one, shape, pixel_angle, samples, seed, share))
+            continue
+        first, second = pathtrace.halves(
+            *(scene, one, shape, pixel_angle),
+            traced=chosen == "path",
+            samples=samples,
+            seed=seed,
+            variant=how,
+            progress=share,
+        )
+        if results:
+            distance, vergence = results[0].distance, results[0].vergence
+        elif castable(scene):  # in double precision
+            distance, vergence = cast(scene, one, shape, pixel_angle, samples=1).distance, None
+        else:
+            distance, vergence = seen(scene, shape, pixel_angle, how)
+        mean = ((first + second) / 2).astype(np.float32)
+        residual = ((first - second) / 2).astype(np.float32)
+        view = View(_luminance(mean), one, pixel_angle)
+        results.append(Rendered(view, distance, mean, _luminance(residual), vergence))
+    return results
+
+
+def render_bands(
+    scene: Scene,
+    optics: Sequence[Optics],
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    engine: Engine = "auto",
+    samples: int = 64,
+    seed: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> list[Rendered]:
+    """Render a scene in red, green and blue light, each with its own optics: longitudinal chromatic aberration.
+
+    Parameters are as for `render`, but for three `optics`: for red, green and blue. Each result's view is its own
+    band's radiance; `colour` is left out. All are sampled with the same rays. Put together, the three views are the
+    colour picture that such a lens or eye forms.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> from focalgradient.scenes import plane
+    >>> lenses = [Lens(focal_length=0.025, f_number=4, focus_distance=z) for z in (1.2, 1.0, 0.8)]
+    >>> bands = render_bands(plane(1.0), lenses, (48, 64), pixel_angle=3e-4)
+    >>> int(np.argmax([band.view.image.std() for band in bands]))  # green is in focus
+    1
+    """
+    if len(optics) != 3:
+        raise InputError(
+            f"optics holds {len(optics)} lenses or eyes, but must hold three: for red, green and blue light."
+        )
+    results = render_series(
+        scene, optics, shape, pixel_angle, engine=engine, samples=samples, seed=seed, progress=progress
+    )
+    return [
+        one if one.colour is None else replace(one, view=replace(one.view, image=one.colour[..., band]), colour=None)
+        for band, one in enumerate(results)
+    ]
+
+
+def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
+    """The engine to use, and the variant of Mitsuba."""
+    if engine not in get_args(Engine):
+        raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
+    chosen = engine
+    if engine == "auto":
+        chosen = "cast" if castable(scene) else "shaded"
+    if chosen == "cast":
+        return "cast", ""
+    how = variant()
+    if how is None:
+        if not castable(scene):
+            raise InputError(f"Mitsuba, which this scene needs, cannot be used here: {REMEDY}.")
+        _say(f"Mitsuba cannot be used here, so planes and spheres are ray cast instead: {REMEDY}.")
+        return "cast", ""
+    if how != LLVM:
+        _say(
+            "Mitsuba runs without LLVM here, which is some four times as slow for path tracing and a hundred times for "
+            "shading: install it with 'apt-get install libllvm19'."
+        )
+    return chosen, how
+
+
+@cache
+def _say(words: str) -> None:
+    """Warn, the first time."""
+    warnings.warn(words, FocalGradientWarning, stacklevel=5)
+
+
+def _cast(
+    scene: Scene,
+    optics: Optics,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    samples: int,
+    seed: int,
+    progress: Callable[[float], object],
+) -> Rendered:
+    """Two ray casts, with half the samples each."""
+    halves = []
+    for half in (0, 1):
+
+        def share(done: float, half: int = half) -> None:
+            progress((half + done) / 2)
+
+        part = cast(scene, optics, shape, pixel_angle, samples=samples // 2, seed=2 * seed + half, progress=share)
+        halves.append(part)
+    first, second = (part.view.image.astype(np.float32) for part in halves)
+    view = replace(halves[0].view, image=((first + second) / 2).astype(np.float32))
+    return Rendered(view, halves[0].distance, residual=((first - second) / 2).astype(np.float32))
+
+
+def _luminance(colour: NDArray[np.float32]) -> NDArray[np.float32]:
+    return colour @ np.array(LUMINANCE, np.float32)

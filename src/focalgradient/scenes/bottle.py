@@ -1,0 +1,124 @@
+"""A mirrored bottle on a checkered plane: a surface at one depth that shows things at another (the paper's Fig. 1)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.scenes.fractal import fractal
+from focalgradient.scenes.landscape import clouded_sky
+from focalgradient.scenes.materials import ramp
+from focalgradient.scenes.objects import Mark, Mesh, Scene
+from focalgradient.scenes.shapes import Paint, lathe
+
+__all__ = ["BODY_RADIUS", "bottle"]
+
+BODY_RADIUS = 0.045
+"""Radius in metres of the bottle's upright body."""
+
+REFLECTANCE = 0.9
+CHECK = 0.03  # metres, a side of a check
+EYE = 0.16  # metres, of the camera above the plane
+ROUND = 2.6  # metres, to the wall that stands all around
+
+
+def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
+    """A mirrored bottle, a quarter of a metre high, on a checkered plane within a painted round wall.
+
+    Its body is a cylinder: upright, light is reflected as by a plane mirror, and across as by a convex one, so that its
+    images are astigmatic.
+
+    Parameters
+    ----------
+    seed
+        Seed of the wall's and the plane's paint, and of how the checks are turned.
+    distance
+        Of the bottle's axis, in metres; its nearest point is `BODY_RADIUS` nearer.
+
+    Returns
+    -------
+    Scene
+        With the marks ``"nearest"`` and ``"farthest"``: on the bottle's body, and on the wall beside it.
+
+    Examples
+    --------
+    >>> round(bottle().mark("nearest").distance, 3)
+    0.955
+    """
+    if not (0.3 <= distance <= 2):
+        raise InputError(
+            f"distance is {distance!r}, but must be 0.3 to 2 metres, for the bottle to stand within its wall."
+        )
+    random = np.random.default_rng([seed, 1])
+    turn = random.uniform(0.1, 0.6)
+    mirror = lathe(
+        (0.0, EYE, distance),
+        _profile(),
+        lambda points, detail: np.full(points.shape, REFLECTANCE),
+        texels=8,
+        around=720,
+        mirror=True,
+    )
+    wall = lathe((0.0, EYE, 0.0), np.array([[ROUND, 1.8], [ROUND, 0.0]]), _mural(seed), texels=3072, around=256)
+    nearest = Mark("nearest", (0.0, 0.06, distance - BODY_RADIUS))
+    away = 0.1
+    farthest = Mark("farthest", (ROUND * math.sin(away), -0.1, ROUND * math.cos(away)))
+    return Scene(
+        (mirror, _checks(seed, turn), wall),
+        sun=(-0.6, -1.0, -0.7),
+        ambient=0.4,
+        sky=clouded_sky(seed, cover=0.5, brightness=0.5),
+        marks=(nearest, farthest),
+    )
+
+
+def _profile() -> NDArray[np.float64]:
+    """Radius and height of the bottle, from the middle of its top to that of its foot, in metres."""
+    share = np.linspace(0, 1, 60)[1:-1]
+    neck, shoulder, body = 0.0135, 0.205, 0.14
+    bend = np.stack(
+        [neck + (BODY_RADIUS - neck) * (1 - np.cos(np.pi * share)) / 2, shoulder + (body - shoulder) * share], axis=1
+    )
+    lip = [[0.0, 0.26], [0.0145, 0.26], [0.0165, 0.258], [0.0165, 0.245], [neck, 0.243], [neck, shoulder]]
+    foot = [[BODY_RADIUS, body], [BODY_RADIUS, 0.006], [0.0435, 0.0015], [0.040, 0.0], [0.0, 0.0]]
+    corners = np.concatenate([lip, bend, foot])
+    length = np.concatenate([[0], np.hypot(*np.diff(corners, axis=0).T).cumsum()])
+    along = np.linspace(0, length[-1], 500)
+    profile = np.stack([np.interp(along, length, part) for part in corners.T], axis=1)
+    # Rounded at its edges, over some 6 mm; the body stays upright and straight, and foot and top stay shut.
+    kernel = np.exp(-(np.linspace(-2, 2, 17) ** 2))
+    padded = np.pad(profile, ((8, 8), (0, 0)), mode="edge")
+    soft = np.stack([np.convolve(part, kernel / kernel.sum(), "valid") for part in padded.T], axis=1)
+    soft[[0, -1]] = profile[[0, -1]]
+    return soft
+
+
+def _checks(seed: int, turn: float) -> Mesh:
+    """The plane: dark and light checks with a grain, 8 x 8 in a tile that repeats."""
+    cells, texels = 8, 1024
+    row, column = np.indices((texels, texels)) * cells // texels
+    noise = np.random.default_rng([seed, 3]).standard_normal((texels, texels))
+    frequency = np.hypot(np.fft.fftfreq(texels)[:, None], np.fft.rfftfreq(texels))
+    frequency[0, 0] = np.inf
+    grain = np.fft.irfft2(np.fft.rfft2(noise) / frequency, noise.shape)  # 1/f, and it repeats without a seam
+    tone = np.where((row + column) % 2, 0.62, 0.09) * np.exp(0.13 * grain / grain.std())
+    corners = 4.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    c, s = math.cos(turn), math.sin(turn)
+    uv = corners @ np.array([[c, -s], [s, c]]).T / (cells * CHECK)
+    vertices = np.stack([corners[:, 0], np.full(4, EYE), corners[:, 1]], axis=1)
+    paint = np.clip(tone[..., None] * [1.0, 0.96, 0.88], 0, 1).astype(np.float32)
+    return Mesh(vertices, np.array([[0, 1, 2], [0, 2, 3]]), uv, paint)
+
+
+def _mural(seed: int) -> Paint:
+    """Paint of the wall: hills upon hills in earthen colours."""
+    colours = ((0.08, 0.07, 0.07), (0.22, 0.20, 0.17), (0.42, 0.36, 0.27), (0.66, 0.58, 0.45))
+
+    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+        tone = fractal(points * [1, 1.6, 1], seed + 5, coarsest=0.5, finest=2 * detail, roughness=0.95)
+        return ramp(1.3 * tone, colours)
+
+    return paint

@@ -1,0 +1,46 @@
+"""Scenes by name, each from a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from focalgradient.errors import InputError
+from focalgradient.scenes.bottle import bottle
+from focalgradient.scenes.factories import plane, slant, step
+from focalgradient.scenes.landscape import terrain
+from focalgradient.scenes.naturalistic import naturalistic
+from focalgradient.scenes.objects import Scene
+from focalgradient.scenes.room import room
+
+__all__ = ["SCENES", "scene"]
+
+SCENES: dict[str, tuple[Callable[[int], Scene], float]] = {
+    "spheres": (naturalistic, 0.35),
+    "bottle": (bottle, 0.35),
+    "room": (room, 0.45),
+    "terrain": (terrain, 0.35),
+    "plane": (lambda seed: plane(1.0, seed=seed), 0.1),
+    "slant": (lambda seed: slant(0.8, 2.0, 0.1, seed=seed), 0.1),
+    "step": (lambda seed: step(0.8, 1.6, seed=seed), 0.1),
+}
+"""By name: what makes the scene from a seed, and the width of the frame that it is made for, as a tangent."""
+
+
+def scene(name: str, seed: int = 0) -> Scene:
+    """Make the scene of that name from a seed.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or the seed is negative.
+
+    Examples
+    --------
+    >>> len(scene("step", seed=1).objects)
+    2
+    """
+    if name not in SCENES:
+        raise InputError(f"scene is {name!r}, but must be one of {', '.join(SCENES)}.")
+    if not (isinstance(seed, int) and seed >= 0):
+        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    return SCENES[name][0](seed)

@@ -1,0 +1,161 @@
+"""A room: a sand castle on a table, a refrigerator, and a door in the far wall (for the paper's Fig. 4)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.scenes.fractal import fractal
+from focalgradient.scenes.materials import ramp
+from focalgradient.scenes.objects import Mark, Mesh, Scene
+from focalgradient.scenes.shapes import Paint, box, lathe
+
+__all__ = ["room"]
+
+EYE = 1.0  # metres, of the camera above the floor
+TABLE = 0.14  # metres, of the table's top below the camera
+DOOR = 4.4  # metres, to the far wall
+
+SAND = ((0.25, 0.17, 0.10), (0.46, 0.34, 0.21), (0.56, 0.43, 0.28), (0.68, 0.56, 0.40))
+PLASTER = ((0.42, 0.40, 0.34), (0.55, 0.53, 0.46), (0.61, 0.58, 0.51), (0.68, 0.65, 0.58))
+ENAMEL = ((0.62, 0.63, 0.63), (0.74, 0.75, 0.75), (0.78, 0.79, 0.79), (0.84, 0.85, 0.85))
+GREEN = ((0.07, 0.11, 0.10), (0.15, 0.23, 0.20), (0.19, 0.28, 0.245), (0.26, 0.36, 0.31))
+STEEL = ((0.10, 0.10, 0.11), (0.22, 0.22, 0.23), (0.30, 0.30, 0.31), (0.45, 0.45, 0.46))
+
+
+def room(seed: int = 0) -> Scene:
+    """A room in sunlight: a sand castle on a table, a metre away, a refrigerator at 3 m, a door at 4.4 m.
+
+    Meant for a frame about 0.45 wide and high (a tangent: columns x pixel angle).
+
+    Parameters
+    ----------
+    seed
+        Seed of all materials, the castle's layout and the light.
+
+    Returns
+    -------
+    Scene
+        With the marks ``"nearest"`` (the castle's gate tower), ``"refrigerator"`` and ``"farthest"`` (the door).
+
+    Examples
+    --------
+    >>> [round(mark.distance, 1) for mark in room(seed=1).marks]
+    [0.8, 3.0, 4.4]
+    """
+    random = np.random.default_rng([seed, 3])
+    towers, gate = _castle(seed, random)
+    things = [*towers, *_fridge(seed), *_door(seed, _grained(GREEN, seed + 11, 0.8, 0.8))]
+    # The table, the floor, the far wall and the wall to the left; the sun comes in from behind the camera.
+    things.append(box((-0.5, TABLE, 0.62), (0.45, TABLE + 0.04, 1.5), _planks(seed + 1, 0.12, 0), texel=0.5e-3))
+    things.append(box((-2.4, EYE, 0.5), (2.4, EYE + 0.05, DOOR), _planks(seed + 2, 0.14, 1), texel=2.5e-3))
+    things.append(box((-2.4, -1.6, DOOR), (2.4, EYE, DOOR + 0.1), _grained(PLASTER, seed + 3, 1.5, 0.8), texel=2.5e-3))
+    things.append(box((-1.5, -1.6, 1.8), (-1.4, EYE, DOOR), _grained(PLASTER, seed + 4, 1.5, 0.8), texel=2.5e-3))
+    side = random.uniform(0.35, 0.8)
+    return Scene(
+        tuple(things),
+        background=0.3,
+        sun=(side, -random.uniform(0.55, 0.9), -1.0),
+        ambient=0.4,
+        tint=(1.05, 0.97, 0.84),
+        marks=(gate, Mark("refrigerator", (0.52, -0.2, 3.0)), Mark("farthest", (-0.25, -0.6, DOOR - 0.02))),
+    )
+
+
+def _grained(colours: tuple[tuple[float, float, float], ...], seed: int, size: float, contrast: float) -> Paint:
+    """Stains of some `size` (m) with a grain as fine as the eye sees."""
+
+    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+        tone = fractal(points, seed, coarsest=size, finest=2 * detail, roughness=0.85)
+        return ramp(contrast * 1.3 * tone, colours)
+
+    return paint
+
+
+def _planks(seed: int, width: float, axis: int) -> Paint:
+    """Boards that run across (axis 0) or away (1), each of its own tone, with grain along them and gaps between."""
+    colours = ((0.10, 0.05, 0.025), (0.26, 0.15, 0.08), (0.38, 0.24, 0.13), (0.50, 0.35, 0.21))
+
+    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+        across, along = (points[..., 2], points[..., 0]) if axis == 0 else (points[..., 0], points[..., 2])
+        board = np.floor(across / width)
+        stretched = np.stack([across * 6, points[..., 1], along * 0.5 + 7.3 * board], axis=-1)
+        grain = fractal(stretched, seed, coarsest=0.4, finest=4 * detail, roughness=0.8)
+        fine = fractal(points, seed + 1, coarsest=0.03, finest=2 * detail, roughness=0.9)
+        tone = 0.9 * grain + 0.35 * fine + 0.5 * np.sin(12.9898 * board + seed)
+        gap = np.abs(across / width - np.round(across / width)) * width < 0.003
+        return ramp(tone, colours) * np.where(gap, 0.3, 1.0)[..., None]
+
+    return paint
+
+
+def _castle(seed: int, random: np.random.Generator) -> tuple[list[Mesh], Mark]:
+    """Four round towers, walls with battlements, and a keep, of sand; and the mark on its foremost tower."""
+    sand = _grained(SAND, seed + 20, 0.05, 1.0)
+    half, z0 = 0.085, 0.86
+    made = [box((-0.16, TABLE - 0.012, z0 - 0.06), (0.14, TABLE, z0 + 0.24), sand, texel=0.4e-3)]
+    foot = TABLE - 0.012
+    corners = [(-half - 0.01, z0), (half - 0.01, z0), (-half - 0.01, z0 + 0.17), (half - 0.01, z0 + 0.17)]
+    for index, (x, z) in enumerate(corners):
+        radius, height = 0.026 * random.uniform(0.9, 1.1), 0.115 * random.uniform(0.85, 1.15)
+        made.append(_tower((x, foot, z), radius, height, sand, pointed=index in (0, 3)))
+    top = foot - 0.065
+    for z in (z0, z0 + 0.17):
+        made.append(box((corners[0][0], top, z - 0.010), (corners[1][0], foot, z + 0.010), sand, texel=0.4e-3))
+        for x in np.linspace(corners[0][0] + 0.03, corners[1][0] - 0.03, 5):
+            made.append(box((x - 0.008, top - 0.013, z - 0.010), (x + 0.008, top, z + 0.010), sand, texel=0.4e-3))
+    for x in (corners[0][0], corners[1][0]):
+        made.append(box((x - 0.010, top, z0), (x + 0.010, foot, z0 + 0.17), sand, texel=0.4e-3))
+    made.append(_tower((-0.01, foot, z0 + 0.085), 0.038, 0.165 * random.uniform(0.95, 1.1), sand, pointed=True))
+    x, z = corners[0]
+    nearest = made[1].vertices
+    front = float(nearest[np.abs(nearest[:, 1] - (foot - 0.05)) < 0.004][:, 2].min())
+    return made, Mark("nearest", (x * front / z, foot - 0.05, front))
+
+
+def _tower(foot: tuple[float, float, float], radius: float, height: float, paint: Paint, *, pointed: bool) -> Mesh:
+    up = np.linspace(0, 1, 160)
+    width = radius * (1.12 - 0.16 * up)
+    width = np.where(up > 0.86, radius * 1.18, width)  # a gallery juts out
+    profile = np.stack([width, height * up], axis=1)[::-1]
+    roof = [[0.0, height + 1.9 * radius], [1.1 * radius, height]] if pointed else [[0.0, height]]
+    return lathe(foot, np.concatenate([roof, profile]), paint, texels=512, around=128)
+
+
+def _fridge(seed: int) -> list[Mesh]:
+    enamel, steel = _grained(ENAMEL, seed + 40, 0.6, 0.7), _grained(STEEL, seed + 41, 0.05, 1.0)
+    left, right, top, front = 0.28, 0.96, -0.62, 3.06
+    made = [box((left, top, front), (right, EYE - 0.03, front + 0.65), enamel, texel=2e-3)]
+    made.append(box((left + 0.02, EYE - 0.03, front + 0.03), (right - 0.02, EYE, front + 0.6), steel, texel=4e-3))
+    for high, low in ((top + 0.005, top + 0.47), (top + 0.485, EYE - 0.04)):
+        made.append(box((left + 0.005, high, front - 0.06), (right - 0.005, low, front - 0.008), enamel, texel=2e-3))
+        bar = (high + 0.08, high + 0.36) if high > top + 0.1 else (low - 0.3, low - 0.06)
+        made.append(box((left + 0.05, bar[0], front - 0.105), (left + 0.075, bar[1], front - 0.085), steel, texel=1e-3))
+        for y in bar:
+            made.append(
+                box((left + 0.05, y - 0.012, front - 0.09), (left + 0.075, y + 0.012, front - 0.06), steel, texel=1e-3)
+            )
+    return made
+
+
+def _door(seed: int, leaf: Paint) -> list[Mesh]:
+    left, right, top, front = -0.86, -0.02, -1.05, DOOR
+    frame = _grained(ENAMEL, seed + 50, 0.4, 0.9)
+    made = [box((left, top, front - 0.02), (right, EYE, front), leaf, texel=2e-3)]
+    for low, high in (((left - 0.09, top - 0.09), (left, EYE)), ((right, top - 0.09), (right + 0.09, EYE))):
+        made.append(box((low[0], low[1], front - 0.05), (high[0], high[1], front), frame, texel=2e-3))
+    made.append(box((left, top - 0.09, front - 0.05), (right, top, front), frame, texel=2e-3))
+    # Stiles and rails stand out from the panels.
+    middle = (left + right) / 2
+    upright = [(left, left + 0.11), (middle - 0.045, middle + 0.045), (right - 0.11, right)]
+    across = [(top, top + 0.12), (-0.12, 0.02), (0.48, 0.62), (EYE - 0.2, EYE)]
+    bars = [((a, top), (b, EYE)) for a, b in upright] + [((left, a), (right, b)) for a, b in across]
+    for depth, (low, high) in zip([0.045] * 3 + [0.046] * 4, bars, strict=True):
+        made.append(box((*low, front - depth), (*high, front - 0.015), leaf, texel=2e-3))
+    knob = np.stack([0.03 * np.sin(np.linspace(0, math.pi, 40)), 0.03 * np.cos(np.linspace(0, math.pi, 40))], axis=1)
+    made.append(
+        lathe((right - 0.055, 0.06, front - 0.09), knob, _grained(STEEL, seed + 51, 0.05, 1.0), texels=64, around=64)
+    )
+    return made
