@@ -184,7 +184,7 @@ def frequencies() -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     share = (np.arange(NODES) + 0.5) / NODES
     nodes, widths = 0.5 * share**1.5, 1.5 * share**0.5 / NODES
-    return nodes[:, None], nodes[None, :], np.outer(widths, widths)
+    return nodes[:, None], nodes[None, :], widths[:, None] * widths
 
 
 def texture() -> FloatArray:
