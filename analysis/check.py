@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 from scipy.stats import chi2
 
-from focalgradient import FocalGradientWarning, Lens, View
-from focalgradient.depth.check import Check, check_views
+from focalgradient import FocalGradientWarning, Lens, View, recover_depth
+from focalgradient.depth.check import check_views
 from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Plane, Scene, Texture, plane
@@ -85,37 +85,54 @@ KINDS: dict[str, tuple[Callable[[tuple[int, int], int], Views], str, str]] = {
 }
 
 
-def examine(
-    make_views: Callable[[tuple[int, int], int], Views], shape: tuple[int, int], seeds: range
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """The check's statistic in every block of 8 pixels away from the rim, and whether the answer is wrong there."""
+@dataclass(frozen=True)
+class Examined:
+    """What was found in every block of 8 pixels away from the rim."""
+
+    statistic: NDArray[np.float64]  # of the check
+    wrong: NDArray[np.bool_]  # whether the check's joint answer is
+    default_wrong: NDArray[np.bool_]  # whether the default method's own answer is
+    default_refused: NDArray[np.bool_]
+
+    @property
+    def default_found(self) -> float:
+        """Share of the default method's wrong answers that it refuses itself."""
+        return float(self.default_refused[self.default_wrong].mean()) if self.default_wrong.any() else np.nan
+
+
+def examine(make_views: Callable[[tuple[int, int], int], Views], shape: tuple[int, int], seeds: range) -> Examined:
+    """Examine both the check and the default method on the same views."""
+    inner = np.s_[36:-36:8, 36:-36:8]
     found = []
     for seed in seeds:
         views, truth = make_views(shape, 10 * seed)
         views = [noisy(view, NOISE, 100 * seed + n) for n, view in enumerate(views)]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FocalGradientWarning)  # that what moves, or shows nothing, is displaced
-            check: Check = check_views(views, near=FOCUS, far=4.0, noise=NOISE)
-        off = np.abs(check.joint - truth) > WRONG * check.joint_sd
-        inner = np.s_[36:-36:8, 36:-36:8]
-        found.append((check.statistic[inner].ravel(), off[inner].ravel()))
-    statistic, wrong = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    return statistic.astype(float), wrong
+            check = check_views(views, near=FOCUS, far=4.0, noise=NOISE)
+            depth = recover_depth(views, near=FOCUS, far=4.0, noise=NOISE)
+        off, default_off = (
+            np.abs(vergence - truth) > WRONG * sd
+            for vergence, sd in ((check.joint, check.joint_sd), (depth.vergence, depth.vergence_sd))
+        )
+        parts = (check.statistic.astype(float), off, default_off, ~depth.valid)
+        found.append([part[inner].ravel() for part in parts])
+    return Examined(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
-    shape, seeds = ((216, 264), range(6)) if full else ((168, 216), range(2))
-    agreeing, wrong = examine(control, shape, seeds)
+    shape, seeds = ((216, 264), range(6)) if full else ((152, 200), range(1))
+    sound = examine(control, shape, seeds)
+    agreeing = sound.statistic
     alarms = np.geomspace(1e-3, 1, 200)
     limits, operating = chi2.isf(alarms, 1), chi2.isf(FALSE_ALARM, 1)
     refused = np.array([(agreeing > limit).mean() for limit in limits])
-    curves, points, areas, shares = {}, {}, {}, {}
+    curves, points, areas, cases = {}, {}, {}, {}
     for number, (name, (kind, _, _)) in enumerate(KINDS.items(), 1):
-        statistic, off = examine(kind, shape, seeds)
+        cases[name] = examine(kind, shape, seeds)
         report(number / (len(KINDS) + 1))
-        seen = statistic[off]
-        shares[name] = float(off.mean())
+        seen = cases[name].statistic[cases[name].wrong]
         curves[name] = np.array([(seen > limit).mean() if seen.size else np.nan for limit in limits])
         points[name] = float((seen > operating).mean()) if seen.size else np.nan
         areas[name] = float((seen[:, None] > agreeing).mean()) if seen.size else np.nan
@@ -134,14 +151,25 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "hardly disagree: there it is the stated uncertainty that refuses. Highlights that the sensor compresses "
             "alike in all views pull all pairs alike, and mostly go unfound; those it cuts off sharply are left out "
             "before any of this.",
+            "Right: what the default method refuses of its own wrong answers from the same views, by all its reasons "
+            "together (contradiction, too little texture, a second depth as good).",
         ),
-        figure=_draw(alarms, refused, curves, points, shares),
+        figure=_draw(alarms, refused, curves, points, sound, cases),
         summary={
             **{f"false_alarms_asked_{rate}": value for rate, value in found.items()},
-            "sound_wall_wrong_percent": 100 * float(wrong.mean()),
-            **{f"{name.replace(' ', '_')}_wrong_percent": 100 * shares[name] for name in KINDS},
+            "sound_wall_wrong_percent": 100 * float(sound.wrong.mean()),
+            **{f"{name.replace(' ', '_')}_wrong_percent": 100 * float(cases[name].wrong.mean()) for name in KINDS},
             **{f"{name.replace(' ', '_')}_found_at_default_percent": 100 * points[name] for name in KINDS},
             **{f"{name.replace(' ', '_')}_area_under_curve": areas[name] for name in KINDS},
+            "sound_wall_refused_by_default_method_percent": 100 * float(sound.default_refused.mean()),
+            **{
+                f"{name.replace(' ', '_')}_wrong_by_default_method_percent": 100 * float(case.default_wrong.mean())
+                for name, case in cases.items()
+            },
+            **{
+                f"{name.replace(' ', '_')}_found_by_default_method_percent": 100 * case.default_found
+                for name, case in cases.items()
+            },
         },
         plotted={"false_alarm": alarms, "sound_refused": refused, "found": curves},
     )
@@ -152,21 +180,33 @@ def _draw(
     refused: NDArray[np.float64],
     curves: dict[str, NDArray[np.float64]],
     points: dict[str, float],
-    shares: dict[str, float],
+    sound: Examined,
+    cases: dict[str, Examined],
 ) -> Figure:
     with style():
-        figure = new_figure(140, 85, layout="constrained")
-        ax = figure.subplots()
+        figure = new_figure(180, 95, layout="constrained")
+        ax, bars = figure.subplots(1, 2, width_ratios=(1.5, 1))
         ax.plot(alarms, refused, color="#bdbdbd", linewidth=0.8, label="sound wall")
         for name, (_, colour, dash) in KINDS.items():
-            label = f"{name} ({100 * shares[name]:.0f} % wrong)"
+            label = f"{name} ({100 * cases[name].wrong.mean():.0f} % wrong)"
             ax.plot(alarms, curves[name], dash, color=colour, label=label)
             ax.plot(FALSE_ALARM, points[name], "o", color=colour, markersize=4.5, clip_on=False, zorder=5)
         ax.set(xscale="log", xlim=(1e-3, 1), ylim=(0, 1.02))
         ax.set_xticks([1e-3, 1e-2, 1e-1, 1], labels=["0.001", "0.01", "0.1", "1"])
-        ax.set(xlabel="sound answers to be refused (false alarm)", ylabel="share of answers refused")
-        ax.set_title("Wrong answers found by the disagreement of three views (simulated)")
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        ax.set(xlabel="sound answers to be refused (false alarm)", ylabel="share of wrong answers refused")
+        ax.set_title("Disagreement of three views (simulated)")
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        shares = [float(sound.default_refused.mean()), *(case.default_found for case in cases.values())]
+        colours = ["#bdbdbd", *(colour for _, colour, _ in KINDS.values())]
+        hatches = ["", *("" if dash == "-" else "////" for _, _, dash in KINDS.values())]
+        labels = ["sound wall,\nall answers"]
+        labels += [f"{name}\n({100 * case.default_wrong.mean():.0f} % wrong)" for name, case in cases.items()]
+        drawn = bars.barh(labels, shares, height=0.6, color=colours, hatch=hatches, edgecolor="white")
+        bars.bar_label(drawn, [f"{100 * share:.0f} %" if np.isfinite(share) else "–" for share in shares], padding=2)
+        bars.set(xlim=(0, 1.15), xlabel="share of its wrong answers")
+        bars.set_xticks([0, 0.5, 1])
+        bars.invert_yaxis()
+        bars.set_title("Refused by the default method")
         figure.draw_without_rendering()
     return figure
 

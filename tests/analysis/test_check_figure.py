@@ -8,9 +8,10 @@ SHAPE = (136, 136)
 
 
 def test_reflections_are_found_and_a_sound_wall_is_left_alone():
-    agreeing, wrong = examine(control, SHAPE, range(1))
-    mirrored, off = examine(reflection, SHAPE, range(1))
-    assert wrong.mean() < 0.1
-    assert off.mean() > 0.5
-    assert np.mean(agreeing > chi2.isf(0.01, 1)) < 0.1
-    assert (mirrored[off][:, None] > agreeing).mean() > 0.9
+    sound, mirrored = (examine(kind, SHAPE, range(1)) for kind in (control, reflection))
+    assert sound.wrong.mean() < 0.1
+    assert mirrored.wrong.mean() > 0.5
+    assert np.mean(sound.statistic > chi2.isf(0.01, 1)) < 0.1
+    assert (mirrored.statistic[mirrored.wrong][:, None] > sound.statistic).mean() > 0.9
+    assert sound.default_refused.mean() < 0.1
+    assert mirrored.default_found > 0.5

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, InputError, recover_depth
-from focalgradient.depth.patches import RADII, Patches
+from focalgradient.depth.kernels import block_sum
+from focalgradient.depth.patches import RADII, Bands, Supposed, compare, scene_power
 from focalgradient.depth.spectra import spectral_difference
 from focalgradient.psf import gaussian_transfer
 from focalgradient.render import cast, noisy
@@ -29,25 +30,40 @@ def blurred(one: float, other: float, *, noise: float = 0.01, slope: float = 1.0
     ]
 
 
-# --- the patches ------------------------------------------------------------------------------------------------------
+# --- the bands --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("skip", [1, 2])
-def test_expected_and_spread_of_noise(skip: int) -> None:
-    """Ring sums of filtered noise have the mean and the spread that are stated for them."""
-    patches = Patches(8.0, 8, 64, skip)
-    gain = np.exp(-((RADII / 0.1) ** 2))
-    noise = np.fft.rfft2(np.random.default_rng(0).standard_normal((512, 512)))
-    frequency = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.rfftfreq(512))
-    image = np.fft.irfft2(noise * np.interp(frequency, RADII, gain)).astype(np.float32)
-    sums = patches.spectra(image)[4:-4, 4:-4].reshape(-1, len(patches.frequency))
-    expected = patches.expected(gain**2)
-    few = patches.frequency < 0.2
-    assert sums.mean(axis=0)[few] == pytest.approx(expected[few], rel=0.15)
-    # Rings are not independent of their neighbours: the spread stated is that of what is summed over several.
-    weight = np.exp(-((patches.frequency / 0.08) ** 2))
-    stated = (weight**2 * 2 * expected**2 / patches.freedom).sum()
-    assert (sums @ weight).var() == pytest.approx(stated, rel=0.2)
+@pytest.mark.parametrize("window", [4.0, 8.0])
+def test_mean_and_covariance_of_noise(window: float) -> None:
+    """What the bands gather of filtered noise has the mean and the covariance that are stated for it."""
+    bands = Bands.of(window)
+    density = np.exp(-((RADII / 0.2) ** 2))
+    frequency = np.hypot(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(1024))
+    noise = np.fft.rfft2(np.random.default_rng(0).standard_normal((1024, 1024)))
+    noise *= np.interp(frequency, RADII, np.sqrt(density)) * (frequency < 0.5)
+    fields = [np.fft.irfft2(noise * np.interp(frequency, RADII, shape)) for shape in bands.shapes]
+    blocks = np.stack([block_sum(field.astype(np.float32) ** 2, bands.step) for field in fields])
+    found = bands.gather(blocks)[:, 5:-5, 5:-5].reshape(len(fields), -1)
+    finer = RADII[bands.shapes.argmax(axis=1)] < 0.3
+    assert found.mean(axis=1)[finer] == pytest.approx(bands.means(density)[finer], rel=0.03)
+    stated = 2 * bands.covariance(density, density)
+    assert np.cov(found)[0] == pytest.approx(stated[0], rel=0.15, abs=0.05 * stated[0, 0])
+    assert np.diag(np.cov(found))[finer] == pytest.approx(np.diag(stated)[finer], rel=0.15)
+
+
+def test_equal_images_differ_by_noise_alone() -> None:
+    """Two noisy images of one blur: slope and misfit are what their stated variances say."""
+    same = np.tile(gaussian_transfer(RADII, 1.5, k=1), (2, 1))
+    scaled, misfit = [], []
+    for seed in range(4):
+        images = [image.astype(np.float32) for image in blurred(1.5, 1.5, seed=seed)]
+        supposed = Supposed.of((0, 1), same, np.ones(len(RADII)), (0.01, 0.01), scene_power(images), 4)
+        (compared,) = compare(Bands.of(8.0), images, np.ones(images[0].shape, np.bool_), [supposed], 32)
+        scaled.append((compared.slope / np.sqrt(compared.variance))[INSIDE])
+        misfit.append(compared.misfit[INSIDE])
+    assert abs(np.mean(scaled)) < 0.25
+    assert np.std(scaled) == pytest.approx(1, abs=0.1)
+    assert abs(np.mean(misfit)) < 0.5
 
 
 # --- the difference of blur -------------------------------------------------------------------------------------------

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, stats
+from scipy import stats
 
 from focalgradient.depth import kernels
 from focalgradient.depth.asked import Asked
 from focalgradient.depth.compare import _noise
-from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
-from focalgradient.depth.patches import RADII, Compared, Patches, compare, scene_power
+from focalgradient.depth.filters import RADIAL, FloatArray
+from focalgradient.depth.patches import RADII, Bands, Compared, Supposed, compare, scene_power
 from focalgradient.depth.placed import Placed
 from focalgradient.depth.recover import _check_views as check_usable
 from focalgradient.depth.search import Search
@@ -39,7 +39,10 @@ __all__ = ["Check", "Differences", "Pair", "Reading", "check_views"]
 SUPPORT = 0.9
 """Share of a patch's window that must be free of what the frame's rim, or saturated pixels, spoil."""
 
-FINE = 8
+LEAST_STEP, STEP = 0.25, 0.1
+"""Pixels of blur, and share of it, from one supposed depth to the next: the greater of the two."""
+
+FINE = 4
 """Parts of the interval between two suppositions in which the depth that fits best is looked for."""
 
 RIVAL = 9.0
@@ -122,11 +125,9 @@ class Differences:
         """Compare every pair of the placed views at every supposition."""
         vergences = _suppositions(search)
         radius = search.pixels[:, None] * np.abs(search.focus[:, None] - vergences)
-        reach = int(np.clip(2 * radius.max(), 16, 64))
-        spectra = [Spectra.of([image], reach) for image in placed.images]
-        patches, scene = Patches.of(window), scene_power(spectra)
-        pairs = tuple(combinations(range(len(spectra)), 2))
-        compared: list[list[Compared]] = [[] for _ in pairs]
+        pairs = tuple(combinations(range(len(placed.images)), 2))
+        scene, bands = scene_power(placed.images), Bands.of(window)
+        supposed = []
         for blur in radius.T:
             heard = np.ones(RADIAL)
             if psf == "disc":
@@ -134,49 +135,43 @@ class Differences:
             transfers = transfer(RADII, blur[:, None], psf, k)
             # What blur carried in from beyond the frame, or from pixels that tell nothing, is left out.
             spoilt = min(2 + int(SPOILT * blur.max()), min(placed.shape) // 6)
-            usable = ndimage.minimum_filter(placed.usable, 2 * spoilt + 1, mode="constant", cval=0)
-            for done, (i, j) in zip(compared, pairs, strict=True):
+            for i, j in pairs:
                 sd = (noise_sd[i], noise_sd[j])
-                done.append(compare(patches, (spectra[i], spectra[j]), transfers[[i, j]], heard, sd, scene, usable))
+                supposed.append(Supposed.of((i, j), transfers[[i, j]], heard, sd, scene, spoilt))
+        reach = int(np.clip(2 * radius.max(), 16, 64))
+        compared = compare(bands, placed.images, placed.usable, supposed, reach)
         sigma = (DISC_K if psf == "disc" else k) * search.pixels
-        return cls(search, vergences, sigma**2, pairs, compared, patches.step)
-
-    def supposed(self, pair: int, vergence: FloatArray) -> FloatArray:
-        """Difference of the pair's sigma^2, in pixels^2, that the optics make at `vergence`."""
-        i, j = self.pairs[pair]
-        one, other = (self.variance_per_square[n] * (self.search.focus[n] - vergence) ** 2 for n in (i, j))
-        return np.asarray(other - one)
+        return cls(
+            search, vergences, sigma**2, pairs, [compared[p :: len(pairs)] for p in range(len(pairs))], bands.step
+        )
 
     def read(self) -> Reading:
         """Estimate vergence from each pair and from all of them, and test whether they agree."""
-        count, levels = len(self.pairs), len(self.vergences)
-        told = np.stack([[self._difference(p, n) for n in range(levels)] for p in range(count)])
-        variance = np.stack([[c.variance for c in row] for row in self.compared]) / (4 * np.pi**2) ** 2
+        levels = len(self.vergences)
+        offs = np.stack([[one.slope for one in row] for row in self.compared]) / (4 * np.pi**2)
+        variance = np.stack([[one.variance for one in row] for row in self.compared]) / (4 * np.pi**2) ** 2
+        misfit = np.sum([[one.misfit for one in row] for row in self.compared], axis=0)
         fine = np.linspace(0, levels - 1, FINE * (levels - 1) + 1)
-        shape = told.shape[2:]
+        every = _at(np.broadcast_to(np.eye(levels)[:, None], (levels, len(fine), levels)), np.tile(fine, (levels, 1)).T)
+        fine_offs = np.tensordot(every, offs, (1, 1)).swapaxes(0, 1)
+        between = np.maximum(1 - np.abs(fine[:, None] - np.arange(levels)), 0)
+        doubt = np.tensordot(between, variance, (1, 1)).swapaxes(0, 1)
+        # What speaks against a depth: the differences it leaves, and what no difference of blur explains.
+        cost = (fine_offs**2 / doubt).sum(axis=0) + np.tensordot(between, misfit, 1)
+        place = fine[cost.argmin(axis=0)]
 
         def off(place: FloatArray) -> FloatArray:
-            """By how much each pair's difference (P x h x w) is off at fractional suppositions `place` (h x w)."""
-            vergence = np.interp(place, np.arange(levels), self.vergences)
-            expected = np.stack([self.supposed(p, vergence) for p in range(count)])
-            return np.stack([_at(rows, place) for rows in told]) - expected
+            return np.stack([_at(rows, place) for rows in offs])
 
-        offs = np.stack([off(np.full(shape, place)) for place in fine], axis=1)
-        doubt = np.stack([np.stack([_at(rows, np.full(shape, place)) for place in fine]) for rows in variance])
-        cost = (offs**2 / doubt).sum(axis=0)
-        misfit = np.sum([[c.misfit for c in row] for row in self.compared], axis=0)
-        near = np.abs(fine[:, None, None] - misfit.argmin(axis=0)) <= 1.5
-        best = np.where(near, cost, np.inf).argmin(axis=0)
-        place = fine[best]
+        inverse = self._information(np.rint(place).astype(np.intp))
         for _ in range(4):
             here = off(place)
             before, after = (np.clip(place + step / FINE / 2, 0, levels - 1) for step in (-1, 1))
             slope = (off(after) - off(before)) / (after - before)
-            inverse = self._information(np.rint(place).astype(np.intp))
-            move = -_quadratic(slope, inverse, here) / _quadratic(slope, inverse, slope)
+            move = -_quadratic(slope, inverse, here) / np.maximum(_quadratic(slope, inverse, slope), 1e-30)
             place = np.clip(place + np.clip(move, -0.5, 0.5), 0, levels - 1)
         here = off(place)
-        vergence = np.interp(place, np.arange(levels), self.vergences)
+        vergence = _at(np.broadcast_to(self.vergences[:, None, None], (levels, *place.shape)), place)
         per_level = np.interp(place, np.arange(levels), np.gradient(self.vergences))
         steep = slope / per_level
         bend = np.array([self.variance_per_square[j] - self.variance_per_square[i] for i, j in self.pairs])
@@ -186,35 +181,44 @@ class Differences:
         explained = _quadratic(steep, inverse, here) ** 2 / np.maximum(first, 1e-30)
         whole = _quadratic(here, inverse, here)
         pairs = tuple(
-            Pair((i + 1, j + 1), *self._root(offs[p], doubt[p], fine, vergence, abs(bend[p])))
+            Pair((i + 1, j + 1), *self._root(fine_offs[p], doubt[p], fine, vergence, abs(bend[p])))
             for p, (i, j) in enumerate(self.pairs)
         )
         valley = np.pad(cost, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
-        valley = (cost < valley[:-2]) & (cost <= valley[2:]) & (cost < cost.min(axis=0) + RIVAL)
+        valley = (cost < valley[:-2]) & (cost <= valley[2:])
         valley &= np.abs(np.interp(fine, np.arange(levels), self.vergences)[:, None, None] - vergence) > 3 * sd
-        # Some ring or other speaks against most of them, at every supposition nearby.
-        nearby = np.minimum(misfit[np.floor(fine).astype(int)], misfit[np.ceil(fine).astype(int)])
-        alone = ~(valley & (nearby < 3 * np.maximum(misfit.min(axis=0), 0) + 4 * RIVAL)).any(axis=0)
-        support = np.stack([one.support for one in self.compared[0]])
-        return Reading(pairs, vergence, sd, whole - explained, whole, alone, _at(support, place), self.step)
-
-    def _difference(self, pair: int, level: int) -> FloatArray:
-        return self.supposed(pair, self.vergences[level]) + self.compared[pair][level].slope / (4 * np.pi**2)
+        valley &= np.abs(fine[:, None, None] - place) > 1 / FINE
+        # Where no depth fits, as the model itself errs, a rival may fit as much worse again.
+        alone = ~(valley & (cost < RIVAL + 2 * np.maximum(cost.min(axis=0), 0))).any(axis=0)
+        support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
+        return Reading(
+            pairs,
+            vergence,
+            sd,
+            whole - explained,
+            whole,
+            alone,
+            np.take_along_axis(support, np.rint(FINE * place).astype(np.intp)[None], axis=0)[0],
+            self.step,
+        )
 
     def _information(self, level: NDArray[np.intp]) -> FloatArray:
         """Inverse covariance (h x w x P x P) of the pairs' differences, noise that pairs share taken into account."""
         count = len(self.pairs)
-        covariance = np.empty((*level.shape, count, count))
-        for p, first in enumerate(self.pairs):
-            for q, second in enumerate(self.pairs[: p + 1]):
-                stack = np.zeros((len(self.vergences), *level.shape))
-                for n, (one, other) in enumerate(zip(self.compared[p], self.compared[q], strict=True)):
+        covariance = np.zeros((*level.shape, count, count))
+        for here in np.unique(level):
+            where = level == here
+            for p, first in enumerate(self.pairs):
+                for q, second in enumerate(self.pairs[: p + 1]):
+                    one, other = self.compared[p][here], self.compared[q][here]
+                    if p == q:
+                        covariance[where, p, p] = one.variance[where]
+                        continue
                     for view in set(first) & set(second):
-                        stack[n] += one.covariance(other, first.index(view), second.index(view))
-                if p == q:
-                    stack = np.stack([one.variance for one in self.compared[p]])
-                values = np.take_along_axis(stack, level[None], axis=0)[0] / (4 * np.pi**2) ** 2
-                covariance[..., p, q] = covariance[..., q, p] = values
+                        shared = one.covariance(other, first.index(view), second.index(view), where)
+                        covariance[where, p, q] += shared
+                        covariance[where, q, p] += shared
+        covariance /= (4 * np.pi**2) ** 2
         # n views tell n - 1 differences: what the pairs tell beyond is the same again.
         scale = 1 / np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
         values, vectors = np.linalg.eigh(covariance * scale[..., None] * scale[..., None, :])
@@ -328,28 +332,31 @@ def check_views(
 
 
 def _suppositions(search: Search) -> FloatArray:
-    """Vergences a third of a pixel of blur apart, or an eighth of the blur where that is more."""
+    """Vergences a quarter of a pixel of blur apart, or a tenth of the blur where that is more."""
     vergences = [search.lowest]
     while vergences[-1] < search.highest:
         radius = float(search.radius(np.array(vergences[-1])))
-        vergences.append(
-            vergences[-1]
-            + max(
-                float(__import__("os").environ.get("S0", "0.5")),
-                float(__import__("os").environ.get("ST", "0.2")) * radius,
-            )
-            / search.slope
-        )
+        step = max(LEAST_STEP, STEP * radius) / search.slope
+        vergences.append(vergences[-1] + min(step, (search.highest - search.lowest) / 4))
     # Stretched a little for the last to be the highest.
     found = np.array(vergences)
     return search.lowest + (found - search.lowest) * (search.highest - search.lowest) / (found[-1] - search.lowest)
 
 
 def _at(rows: FloatArray, place: FloatArray) -> FloatArray:
-    """`rows` (L x h x w) between levels, at the fractional level `place` (h x w)."""
-    low = np.minimum(place.astype(np.intp), len(rows) - 2)
-    one, other = (np.take_along_axis(rows, (low + n)[None], axis=0)[0] for n in (0, 1))
-    return one + (place - low) * (other - one)
+    """`rows` (L x h x w) between levels, at the fractional level `place` (h x w): the cubic through the next four."""
+    low = np.clip(place.astype(np.intp), 1, len(rows) - 3)
+    t = place - low
+    shares = (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+    total = np.zeros(place.shape)
+    for number, share in enumerate(shares, -1):
+        total += share * np.take_along_axis(rows, (low + number)[None], axis=0)[0]
+    return total
 
 
 def _quadratic(left: FloatArray, matrix: FloatArray, right: FloatArray) -> FloatArray:

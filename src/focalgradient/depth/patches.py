@@ -1,40 +1,54 @@
-"""Windowed patches on a grid, their orientation-summed spectra, and what two images' spectra differ by.
+"""Local spectra: windowed patches as the paper has them, and bands of whole images, equalised first.
 
 A windowed patch of a blurred image is not the blurred windowed patch: power leaks across its edges and into the
 neighbouring frequencies, so that the ratio of two patches' spectra reads too small a difference of blur, by more the
-larger it is. Images of *one* blur leak alike, whatever they show. So the whole images are first equalised, each with
-the other's supposed blur; what is left between their patches tells how far the supposition is off, and says zero,
-without bias, where it is right.
+larger it is. So each whole image is first given the other's supposed blur, then filtered into bands of frequency, whose
+power is gathered around each node only then: nothing leaks, and where the supposition is right the two differ by noise
+alone. What is left between them tells how far it is off.
+
+Within a band the equalisers of all suppositions are combinations of very few filters. Only those are applied to the
+images; the power after any equaliser is a quadratic form of their products, gathered once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import fft, ndimage, special
 
+from focalgradient.depth import kernels
 from focalgradient.depth.filters import RADIAL, FloatArray, Image, Spectra
 
-__all__ = ["RADII", "Compared", "Patches", "compare", "scene_power"]
+__all__ = ["RADII", "Bands", "Compared", "Patches", "Supposed", "compare", "scene_power"]
 
 RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
 """Radial frequencies, in cycles per pixel, at which transfers are given."""
 
+MEASURE: FloatArray = 2 * np.pi * RADII * RADII[1]
+"""Share of all frequencies that falls to each of `RADII`."""
+
 FINEST = 0.47
 """Cycles per pixel up to which spectra are compared: finer detail is aliased by the pixels."""
 
-HEARD = 0.05
-"""Power of the scene over the noise's below which a frequency tells nothing, and need not be kept."""
+WIDTH = 0.35
+"""Spacing of the bands as a share of their frequency, where the window does not ask for more."""
+
+NARROWEST = 0.24
+"""Spacing of the bands at frequency 0, in cycles per window: narrower ones' filters would reach beyond the window."""
+
+HEARD = 0.01
+"""Power of the scene over the noise's below which a band tells nothing, and is left out."""
 
 NOTHING = 1e12
 """Variance of a slope, in pixels^4, of which nothing is known."""
 
-ALONE = 0.45
-"""Variance of a single ring over what `Patches.freedom` gives it: the rest it has in common with its neighbours."""
+TOLERANCE = 1e-3
+"""Amplitude, as a share of an equaliser's, by which the few filters may err."""
 
 CHUNK = 1_000_000
 """Pixels of patches that are transformed at a time."""
@@ -45,8 +59,7 @@ class Patches:
     """Gaussian-windowed patches of `side` pixels, one in the middle of each block of `step` pixels.
 
     The power that a patch gathers is weighted by a Gaussian of sd `window`: the window itself is sqrt(2) wider.
-    Spectra are summed over orientation, in rings one frequency of the patch wide. Only every `skip`-th pixel is
-    looked at, which is enough for images without detail finer than 0.5 / skip cycles per pixel.
+    Spectra are summed over orientation, in rings one frequency of the patch wide.
 
     Examples
     --------
@@ -58,26 +71,22 @@ class Patches:
     window: float
     step: int
     side: int
-    skip: int = 1
 
     @classmethod
     def of(cls, window: float) -> Patches:
         """Patches about as far apart as the window is wide."""
-        return cls(window, 2 ** max(0, round(np.log2(window))), 8 * int(np.ceil(window)))
+        return cls(window, _spacing(window), 8 * int(np.ceil(window)))
 
     @cached_property
     def _taper(self) -> FloatArray:
         """The window along one axis; its squares sum to 1."""
-        place = (np.arange(self.side // self.skip) + 0.5) * self.skip - self.side / 2
-        edge = np.exp(-(place**2) / (4 * self.window**2))
+        edge = np.exp(-((np.arange(self.side) + 0.5 - self.side / 2) ** 2) / (4 * self.window**2))
         return edge / np.linalg.norm(edge)
 
     @cached_property
     def _squared(self) -> FloatArray:
         """Squared frequency of each element of a patch's half spectrum."""
-        count = self.side // self.skip
-        along = fft.rfftfreq(count, self.skip)
-        return fft.fftfreq(count, self.skip)[:, None] ** 2 + along**2
+        return fft.fftfreq(self.side)[:, None] ** 2 + fft.rfftfreq(self.side) ** 2
 
     @cached_property
     def _rings(self) -> Image:
@@ -85,173 +94,330 @@ class Patches:
         ring = np.rint(self.side * np.sqrt(self._squared)).reshape(-1, 1)
         twice = np.full(self._squared.shape, 2.0)
         twice[:, [0, -1]] = 1.0  # a real image's spectrum is stored by half
-        rings = np.arange(1, int(FINEST * self.side / self.skip) + 1)
+        rings = np.arange(1, int(FINEST * self.side) + 1)
         return np.asarray((ring == rings) * twice.reshape(-1, 1), np.float32)
 
     @cached_property
     def frequency(self) -> FloatArray:
         """Root mean square frequency of each ring (R), in cycles per pixel."""
-        return np.sqrt(self._squared.ravel() @ self._rings / self._rings.sum(axis=0))
+        return np.sqrt(self._squared.ravel() @ self._rings / self.frequencies)
 
     @cached_property
     def frequencies(self) -> FloatArray:
         """Number of a patch's frequencies in each ring (R)."""
         return self._rings.sum(axis=0, dtype=float)
 
-    @cached_property
-    def freedom(self) -> FloatArray:
-        """Independent real numbers in each ring (R): as many as its frequencies, less what the window makes alike."""
-        alike = (self.side // self.skip * np.sum(self._taper**4)) ** 2
-        return self.frequencies / alike
-
-    def spectra(self, image: Image, power: int = 2) -> FloatArray:
-        """Ring sums of |F|^`power` (1 or 2) for every patch of `image` (H x W): h x w x R. Beyond the frame is dark."""
+    def amplitudes(self, image: Image) -> FloatArray:
+        """Ring sums of |F| for every patch of `image` (H x W): h x w x R. Beyond the frame is dark."""
         rows, columns = (-(-n // self.step) for n in image.shape)
         # Of patches at the blocks' middles, as many pixels lie before the first block as behind it.
         margin = (self.side - self.step) // 2
         around = [(margin, margin + m * self.step - n) for m, n in zip((rows, columns), image.shape, strict=True)]
-        side, step = self.side // self.skip, self.step // self.skip
-        wide = np.pad(image, around)[:: self.skip, :: self.skip]
-        every = np.lib.stride_tricks.sliding_window_view(wide, (side, side))[::step, ::step]
+        every = np.lib.stride_tricks.sliding_window_view(np.pad(image, around), (self.side, self.side))
+        every = every[:: self.step, :: self.step]
         taper = np.outer(self._taper, self._taper).astype(np.float32)
         sums = np.empty((rows, columns, self._rings.shape[1]))
-        band = max(1, CHUNK // (columns * side**2))
+        band = max(1, CHUNK // (columns * self.side**2))
         for row in range(0, rows, band):
             spectrum = fft.rfft2(every[row : row + band] * taper, workers=-1)
-            values = np.square(spectrum.view(np.float32)).reshape(*spectrum.shape[:2], -1, 2).sum(axis=-1)
-            sums[row : row + band] = (np.sqrt(values) if power == 1 else values) @ self._rings
+            sums[row : row + band] = np.abs(spectrum).reshape(*spectrum.shape[:2], -1) @ self._rings
         return sums
-
-    def support(self, usable: NDArray[np.bool_]) -> FloatArray:
-        """Share of each patch's window that falls on `usable` pixels (H x W): h x w."""
-        smooth = ndimage.gaussian_filter(usable.astype(np.float32), self.window, mode="constant", truncate=3)
-        places = [(np.arange(-(-n // self.step)) + 0.5) * self.step - 0.5 for n in usable.shape]
-        return np.asarray(
-            ndimage.map_coordinates(smooth, np.meshgrid(*places, indexing="ij"), order=1, mode="nearest"), float
-        )
-
-    def expected(self, power: FloatArray) -> FloatArray:
-        """Ring sums (R) to expect of a field of spectral density `power` at `RADII`, leaks and all."""
-        wide = 2 * self.side // self.skip
-        frequency = np.hypot(fft.fftfreq(wide, self.skip)[:, None], fft.rfftfreq(wide, self.skip))
-        correlation = fft.irfft2(np.interp(frequency, RADII, power), (wide, wide)) / self.skip**2
-        edge = fft.irfft(np.abs(fft.rfft(self._taper, wide)) ** 2, wide)
-        return fft.rfft2(correlation * np.outer(edge, edge)).real[::2, ::2].ravel() @ self._rings
 
 
 @dataclass(frozen=True)
-class Compared:
-    """Two images' patches, each equalised with the other's supposed blur: a line through what is left.
+class Bands:
+    """Overlapping bands of frequency, and the Gaussian of sd `window` pixels in which their power is gathered.
 
-    ln P1 - ln P2 = `slope` x frequency^2 (Eq. 9), fitted to the ring sums with the weight of their information, as
-    the patches' usual spectrum and the noise tell it.
+    They are smooth, and none is narrower than the window can tell frequencies apart, so that no band's filter reaches
+    much farther than the window. Nodes lie in the middles of blocks of `step` pixels.
+
+    Examples
+    --------
+    >>> bands = Bands.of(8.0)
+    >>> [round(float(RADII[shape.argmax()]), 2) for shape in bands.shapes]
+    [0.04, 0.09, 0.16, 0.26, 0.41]
     """
 
-    slope: FloatArray  # h x w, in pixels^2
-    weight: Image  # h x w x R: of the difference of power in each ring, in the slope
-    power: Image  # h x w x R: the scene's
-    noise: FloatArray  # 2 x R: either image's noise power, in a whole window
-    misfit: FloatArray  # h x w: squared differences of power over their variance, summed, beyond what noise leaves
-    support: FloatArray  # h x w: share of the window that could be used
-    freedom: FloatArray  # R
+    window: float
+    step: int
+
+    @classmethod
+    def of(cls, window: float) -> Bands:
+        """Bands for a window, with nodes about as far apart as it is wide."""
+        return cls(window, _spacing(window))
+
+    @cached_property
+    def shapes(self) -> FloatArray:
+        """Each band's gain (K x RADIAL)."""
+        place = np.log1p(WIDTH * RADII / (NARROWEST / self.window)) / WIDTH
+        middles = np.arange(1, max(2, int(np.interp(FINEST, RADII, place))) + 1)[:, None]
+        # The finest reaches as far as anything is compared.
+        return np.cos(np.pi / 2 * np.minimum(np.abs(np.minimum(place, middles[-1]) - middles), 1)) ** 2
+
+    @cached_property
+    def _squares(self) -> FloatArray:
+        """Products of the gains of each band with itself, and with the next: 2K - 1 x RADIAL."""
+        return np.concatenate([self.shapes**2, self.shapes[:-1] * self.shapes[1:]])
+
+    @cached_property
+    def _some(self) -> slice:
+        """As many of RADII as the window can tell apart, nearly."""
+        blur = 1 / (2 * np.sqrt(2) * np.pi * self.window)
+        return slice(None, None, max(1, int(0.4 * blur / RADII[1])))
+
+    @cached_property
+    def _blend(self) -> FloatArray:
+        """How much of what two frequencies do alike the window cannot tell apart."""
+        some, wide = RADII[self._some], 4 * np.pi**2 * self.window**2
+        blend = np.exp(-wide * (some[:, None] - some) ** 2) * special.i0e(2 * wide * np.outer(some, some))
+        return np.asarray(blend * self._some.step**2)
+
+    def means(self, power: FloatArray) -> FloatArray:
+        """Mean square, in each band (... x K), of a field of spectral density `power` (... x RADIAL)."""
+        return (power * MEASURE) @ (self.shapes**2).T
+
+    def covariance(self, one: FloatArray, other: FloatArray) -> FloatArray:
+        """Covariance, from band to band (K x K), of what is gathered of the product of two independent fields.
+
+        `one` and `other` are their spectral densities (RADIAL), or the cross densities of two versions of either.
+        """
+        first, second = ((self._squares * (power * MEASURE))[:, self._some] for power in (one, other))
+        terms = np.einsum("mf,mf->m", first @ self._blend, second)
+        count = len(self.shapes)
+        return np.diag(terms[:count]) + np.diag(terms[count:], 1) + np.diag(terms[count:], -1)
+
+    def gather(self, blocks: NDArray[np.floating]) -> Image:
+        """Sums over blocks (r x h x w) gathered at each node, with weights that sum to 1 in sum over pixels."""
+        # A block is itself as wide as (step^2 - 1) / 12.
+        wide = np.sqrt(self.window**2 - (self.step**2 - 1) / 12) / self.step
+        total = np.exp(-(np.arange(-int(np.ceil(4 * wide)), int(np.ceil(4 * wide)) + 1) ** 2) / (2 * wide**2)).sum()
+        return kernels.gather(blocks.astype(np.float32), float(wide)) / np.float32((total * self.step) ** 2)
+
+
+@dataclass(frozen=True)
+class Supposed:
+    """Blurs supposed of two images, and what becomes of scene and noise where each is given the other's."""
+
+    pair: tuple[int, int]
+    gains: FloatArray  # 2 x RADIAL: what either image is filtered by
+    seen: FloatArray  # RADIAL: the scene's power, in either
+    noise: FloatArray  # 2 x RADIAL: amplitude of either's noise
+    spoilt: int  # pixels within which what is not seen spoils what is
 
     @classmethod
     def of(
         cls,
-        patches: Patches,
-        sums: Sequence[FloatArray],
-        squared: FloatArray,
-        trust: FloatArray,
-        noise: FloatArray,
-        support: FloatArray,
+        pair: tuple[int, int],
+        transfers: FloatArray,
+        heard: FloatArray,
+        noise_sd: Sequence[float],
+        scene: float,
+        spoilt: int,
+    ) -> Supposed:
+        """Equalise blurs of given `transfers` (2 x RADIAL) of the images numbered `pair`.
+
+        `heard` is the share (amplitude, RADIAL) at which either is heard; `scene` about the scene's power at frequency
+        1, as `scene_power` tells it; `noise_sd` the standard deviation of either image's noise.
+        """
+        sharp = scene / np.maximum(RADII, RADII[1]) ** 2 * np.prod(transfers, axis=0) ** 2
+        noise = np.asarray(noise_sd)[:, None] * transfers[::-1]
+        # White as far as it is heard.
+        total = sharp + (noise**2).sum(axis=0)
+        white = heard * np.exp(-((RADII / FINEST) ** 16) / 2) / np.sqrt(total + 1e-9 * total.max())
+        return cls(pair, transfers[::-1] * white, sharp * white**2, noise * white, spoilt)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two images' local power, each equalised with the other's supposed blur: a line through what is left.
+
+    ln P1 - ln P2 = `slope` x frequency^2 (Eq. 9), fitted to the bands with the weight of their information, as
+    the image's usual spectrum and the noise tell it.
+    """
+
+    bands: Bands
+    supposed: Supposed
+    slope: Image  # h x w, in pixels^2
+    weight: Image  # K x h x w: of the difference of power in each band, in the slope
+    power: Image  # K x h x w: the scene's
+    misfit: Image  # h x w: what the line leaves, squared, over its variance, summed, beyond what noise leaves
+    support: Image  # h x w: share of the window that nothing spoils under this supposition
+    shares: Image  # K x h x w: share of the window that was used
+    covariances: tuple[FloatArray, FloatArray]  # K x K: of the difference, per unit of the scene's power, and without
+
+    @classmethod
+    def of(
+        cls,
+        bands: Bands,
+        supposed: Supposed,
+        gathered: Image,
+        heard: NDArray[np.bool_],
+        support: Image,
+        shares: Image,
     ) -> Compared:
-        """Fit the ring `sums` (h x w x R) of two images, in rings of mean `squared` frequency and given `trust`."""
-        one, other = (total - part * support[..., None] for total, part in zip(sums, noise, strict=True))
-        usual = np.maximum(np.average((one + other) / 2, axis=(0, 1), weights=support + 1e-9), 0)
-        power = (one + other) / 2
-        known = usual / (2 * usual * noise.sum(axis=0) + (noise**2).sum(axis=0))
-        scale = np.maximum((power @ known) / (usual @ known + 1e-30), 0)[..., None]
-        told = patches.freedom * scale * usual / (2 * scale * usual * noise.sum(axis=0) + (noise**2).sum(axis=0))
-        weight = squared * told * trust
-        weight /= (weight * squared * power).sum(axis=-1, keepdims=True) + 1e-30
-        slope = (weight * (one - other)).sum(axis=-1)
-        spread = 2 * power * noise.sum(axis=0) + support[..., None] * (noise**2).sum(axis=0)
-        misfit = (((one - other) ** 2 * patches.freedom / (2 * np.maximum(spread, 1e-30))) - ALONE).sum(axis=-1)
-        seen = np.maximum(power, 0).astype(np.float32)
-        return cls(slope, weight.astype(np.float32), seen, noise, misfit, support, patches.freedom)
+        """Fit the power (2 x K x h x w) gathered of two images in the bands that are `heard`."""
+
+        def row(values: NDArray[Any]) -> Image:
+            return values.astype(np.float32)[:, None, None]
+
+        noise = supposed.noise**2
+        one, other = (total - row(bands.means(part)) for total, part in zip(gathered, noise, strict=True))
+        difference, power = one - other, np.maximum((one + other) / 2, 0)
+        seen = bands.means(supposed.seen) + 1e-30
+        squared = bands.means(supposed.seen * RADII**2) / seen
+        # Variance of the difference in a whole window: for each unit of the scene's power, and without any.
+        covariances = (
+            4 * bands.covariance(supposed.seen, noise.sum(axis=0)) / np.sqrt(np.outer(seen, seen)),
+            2 * bands.covariance(noise[0], noise[0]) + 2 * bands.covariance(noise[1], noise[1]),
+        )
+        lit, dark = (np.diag(matrix) + 1e-30 for matrix in covariances)
+        # Each place has the usual spectrum, more or less.
+        usual = heard * np.maximum(np.average((one + other) / 2, axis=(1, 2), weights=support + 1e-9), 0)
+        known = usual / (lit * usual + dark)
+        scale = np.maximum(np.tensordot(known, (one + other) / 2, 1) / (usual @ known + 1e-30), 0)
+        scaled = row(usual) * scale.astype(np.float32)
+        weight = row(squared) * scaled / (row(lit) * scaled + row(dark)) * shares
+        weight /= (weight * row(squared) * power).sum(axis=0) + 1e-30
+        slope = (weight * difference).sum(axis=0)
+        left = difference - 2 * power * np.tanh(slope * row(squared) / 2)
+        spread = (row(lit) * power + row(dark)) / np.maximum(shares, 1e-6)
+        misfit = (row(heard) * left**2 / spread).sum(axis=0) - (heard.sum() - 1)
+        return cls(bands, supposed, slope, weight, power, misfit, support, shares, covariances)
 
     @cached_property
     def variance(self) -> FloatArray:
         """Variance of the slope (h x w); huge where the patch tells nothing."""
-        variance = self.covariance(self, 0, 0) + self.covariance(self, 1, 1)
+        dark, lit = self._parts(np.s_[:])
+        variance = _quadratic(lit, self.covariances[0], lit) + _quadratic(dark, self.covariances[1], dark)
         return np.where((self.support > 0.01) & (variance > 0), variance, NOTHING)
 
-    def covariance(self, other: Compared, mine: int, its: int) -> FloatArray:
-        """Covariance (h x w) of the slope with another's through the noise of a view that both compare.
+    def covariance(self, other: Compared, mine: int, its: int, where: NDArray[np.bool_]) -> FloatArray:
+        """Covariance, at nodes `where`, of the slope with another's, through a view that both compare.
 
         `mine` and `its` say whether it is the first view of either comparison (0) or the second (1).
         """
-        rings = min(len(self.freedom), len(other.freedom))  # the others have no weight
-        weight = self.weight[..., :rings] * other.weight[..., :rings]
-        power = np.sqrt(self.power[..., :rings] * other.power[..., :rings])
-        noise = self.noise[mine, :rings] * other.noise[its, :rings]
-        total = np.einsum("yxr,yxr,r->yx", weight, power, 4 * np.sqrt(noise) / self.freedom[:rings], optimize=True)
-        total += self.support * (weight @ (2 * noise / self.freedom[:rings]))
+        noise = self.supposed.noise[mine] * other.supposed.noise[its]
+        seen = np.sqrt(self.supposed.seen * other.supposed.seen)
+        usual = (self.bands.means(one.supposed.seen) + 1e-30 for one in (self, other))
+        lit = 4 * self.bands.covariance(seen, noise) / np.sqrt(np.outer(*usual))
+        dark = 2 * self.bands.covariance(noise, noise)
+        (own_dark, own_lit), (its_dark, its_lit) = (one._parts(np.s_[:, where]) for one in (self, other))
+        total = _quadratic(own_lit, lit, its_lit) + _quadratic(own_dark, dark, its_dark)
         return total if mine == its else -total
+
+    def _parts(self, place: Any) -> tuple[Image, Image]:
+        """The weights at `place`, as the noise meets them alone and together with the scene."""
+        weight = self.weight[place] / np.sqrt(np.maximum(self.shares[place], 1e-6))
+        return weight, weight * np.sqrt(self.power[place])
+
+
+def _quadratic(left: Image, matrix: FloatArray, right: Image) -> FloatArray:
+    return np.asarray((np.tensordot(matrix, left, 1) * right).sum(axis=0))
 
 
 def compare(
-    patches: Patches,
-    spectra: Sequence[Spectra],
-    transfers: FloatArray,
-    heard: FloatArray,
-    noise_sd: Sequence[float],
-    scene: float,
-    usable: NDArray[np.bool_],
-) -> Compared:
-    """Compare two whole images' patches once each is given the other's supposed blur.
+    bands: Bands, images: Sequence[Image], usable: NDArray[np.bool_], supposed: Sequence[Supposed], reach: int
+) -> list[Compared]:
+    """Compare pairs of whole `images` (each H x W) under every supposition.
 
-    Parameters
-    ----------
-    patches
-        Where to look, and how widely.
-    spectra
-        Either image's, as a whole.
-    transfers
-        2 x RADIAL: what either image's blur is supposed to transfer, at `RADII`.
-    heard
-        Share (amplitude, RADIAL) at which either is heard.
-    noise_sd
-        Standard deviation of either image's noise.
-    scene
-        About the scene's power at frequency 1, as `scene_power` tells it.
-    usable
-        Pixels (H x W) that blur has not mixed with what is not seen, or saturated.
+    `usable` says which pixels (H x W) can be used; `reach` is how far the frame is mirrored beyond its border.
     """
-    sharp = scene / np.maximum(RADII, RADII[1]) ** 2 * np.prod(transfers, axis=0) ** 2
-    noise = (np.asarray(noise_sd)[:, None] * transfers[::-1]) ** 2
-    finest = RADII[sharp * heard**2 > HEARD * noise.sum(axis=0)].max(initial=0.1)
-    skip = next(skip for skip in (4, 2, 1) if patches.step % skip == 0 and (finest * skip < 0.4 or skip == 1))
-    patches = replace(patches, skip=skip)
-    # White as far as it is heard: what leaks comes from elsewhere and tells nothing.
-    total = sharp + noise.sum(axis=0)
-    heard = heard * np.exp(-((RADII * skip / FINEST) ** 16) / 2)
-    gains = transfers[::-1] * heard / np.sqrt(total + 1e-9 * total.max())
-    seen = sharp * heard**2 / (total + 1e-9 * total.max())
-    # What has leaked into a ring keeps the blur of the frequency it came from.
-    leaked = patches.expected(seen)
-    squared = patches.expected(seen * RADII**2) / leaked
-    images = [s.filtered(gain[None]) * usable for s, gain in zip(spectra, gains, strict=True)]
-    expected = np.stack([patches.expected((sd * gain) ** 2) for sd, gain in zip(noise_sd, gains, strict=True)])
-    # ... and says again what was said there: a ring counts by how much of its power is its own.
-    own = np.interp(patches.frequency, RADII, seen) * patches.frequencies
-    trust = np.minimum(own / leaked, 1) * np.interp(patches.frequency, RADII, heard**2)
-    sums = [patches.spectra(image) for image in images]
-    return Compared.of(patches, sums, squared, trust, expected, patches.support(usable))
+    distance = ndimage.distance_transform_cdt(np.pad(usable, 1), "chessboard")[1:-1, 1:-1]
+    seen, noise = (
+        np.stack([bands.means(p) for p in powers])
+        for powers in zip(*((one.seen, (one.noise**2).sum(axis=0)) for one in supposed), strict=True)
+    )
+    heard = seen > HEARD * noise  # suppositions x K
+    heard[~heard.any(axis=1), 0] = True
+    whole = _Whole.of(images, reach)
+    nodes = [-(-n // bands.step) for n in usable.shape]
+    power = np.zeros((len(supposed), 2, len(bands.shapes), *nodes), np.float32)
+    shares = np.zeros((len(bands.shapes), *nodes), np.float32)
+    for band in np.flatnonzero(heard.any(axis=0)):
+        those = np.flatnonzero(heard[:, band])
+        gains = np.stack([supposed[m].gains for m in those]) * bands.shapes[band]
+        filters, coefficients = _few(gains)
+        finest = RADII[np.flatnonzero(bands.shapes[band] > 1e-3)[-1]]
+        skip = next(s for s in (4, 2, 1) if s == 1 or (bands.step % s == 0 and finest * s <= 0.3))
+        mask = _sampled(distance > max(supposed[m].spoilt for m in those), skip)
+        shares[band] = bands.gather(kernels.block_sum(mask, bands.step // skip)[None])[0] * skip**2
+        first, second = np.tril_indices(len(filters))
+        squares = coefficients[..., first] * coefficients[..., second] * np.where(first == second, 1.0, 2.0)
+        for view in range(len(images)):
+            products = kernels.block_products(whole.filtered(view, filters, skip), mask, bands.step // skip)
+            gathered = bands.gather(products) * skip**2 / np.maximum(shares[band], 1e-4)
+            for side in (0, 1):
+                mine = np.array([supposed[m].pair[side] == view for m in those])
+                found = np.tensordot(squares[mine, side].astype(np.float32), gathered, 1)
+                power[those[mine], side, band] = found
+    supports = {
+        margin: bands.gather(kernels.block_sum(_sampled(distance > margin, 1), bands.step)[None])[0]
+        for margin in {one.spoilt for one in supposed}
+    }
+    return [Compared.of(bands, one, power[m], heard[m], supports[one.spoilt], shares) for m, one in enumerate(supposed)]
 
 
-def scene_power(spectra: Sequence[Spectra]) -> float:
+def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A few filters (r x RADIAL), and how they combine (... x r) to each of `gains` (... x RADIAL)."""
+    # An image's amplitude falls about as 1 / frequency: there its filters must be more exact.
+    fall = np.maximum(RADII, RADII[1])
+    rows = (gains / fall).reshape(-1, RADIAL)
+    size = np.linalg.norm(rows[:, ::4], axis=1, keepdims=True) + 1e-30  # every fourth frequency is enough to tell
+    inside = np.any(rows != 0, axis=0)
+    some = (rows / size)[:, ::4][:, inside[::4]]
+    values, right = np.linalg.eigh(some.T @ some)  # of few rows and columns: faster than decomposing `some`
+    kept = values >= min(TOLERANCE**2 * len(rows), values[-1])
+    left = some @ right[:, kept] / np.sqrt(values[kept])
+    return (left.T @ (rows / size)) * fall, (size * left).reshape(*gains.shape[:-1], -1)
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """Whole images as spectra, mirrored all around so that no filter wraps."""
+
+    values: list[NDArray[np.complex64]]
+    shape: tuple[int, int]
+    size: tuple[int, int]
+    reach: int
+
+    @classmethod
+    def of(cls, images: Sequence[Image], reach: int) -> _Whole:
+        height, width = images[0].shape
+        reach = min(reach, height, width) // 4 * 4
+        # Multiples of 4, so that bands can be sampled at every second or fourth pixel.
+        rows, columns = (4 * fft.next_fast_len(-(-(n + 2 * reach) // 4), real=True) for n in (height, width))
+        around = ((reach, rows - height - reach), (reach, columns - width - reach))
+        values = [fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1) for image in images]
+        return cls(values, (height, width), (rows, columns), reach)
+
+    def filtered(self, view: int, filters: FloatArray, skip: int) -> Image:
+        """A view through each of `filters` (r x RADIAL), in the middle of every block of `skip` pixels: r x h x w."""
+        rows, columns = (n // skip for n in self.size)
+        down, right = fft.fftfreq(rows, skip)[:, None], fft.rfftfreq(columns, skip)
+        part = self.values[view][np.rint(down[:, 0] * self.size[0]).astype(int), : len(right)]
+        part = part * np.exp(1j * np.pi * (skip - 1) * (down + right)).astype(np.complex64) / np.float32(skip**2)
+        frequency = np.hypot(down, right)
+        first, *last = (slice(self.reach // skip, self.reach // skip - (-n // skip)) for n in self.shape)
+        images = np.empty((len(filters), first.stop - first.start, last[0].stop - last[0].start), np.float32)
+        for image, row in zip(images, filters, strict=True):
+            gain = np.interp(frequency, RADII, row).astype(np.float32)
+            image[:] = fft.irfft2(part * gain, (rows, columns), workers=-1, overwrite_x=True)[first, last[0]]
+        return images
+
+
+def scene_power(images: Sequence[Image]) -> float:
     """Power of the sharp scene at frequency 1, if natural: falling as 1 / f^2 from what no moderate blur removes."""
     low = (RADII > 0.01) & (RADII < 0.08)
-    powers = (one.measure_and_power()[1][0] for one in spectra)
-    return max(float(np.median(power[low] * RADII[low] ** 2)) for power in powers)
+    power = Spectra.of(images, 32).measure_and_power()[1]
+    return float(np.median(power[:, low] * RADII[low] ** 2, axis=1).max())
+
+
+def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:
+    """Which blocks of `skip` pixels are usable."""
+    around = [(0, -n % skip) for n in usable.shape]
+    return np.pad(usable, around)[skip // 2 :: skip, skip // 2 :: skip].astype(np.float32)
+
+
+def _spacing(window: float) -> int:
+    """Pixels from node to node."""
+    return 2 ** max(0, round(np.log2(window)))

@@ -20,8 +20,8 @@ from focalgradient.depth.asked import Asked
 from focalgradient.depth.check import Differences
 from focalgradient.depth.compare import _noise
 from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
-from focalgradient.depth.patches import RADII, Patches, compare, scene_power
+from focalgradient.depth.filters import RADIAL, FloatArray
+from focalgradient.depth.patches import RADII, Bands, Patches, Supposed, compare, scene_power
 from focalgradient.depth.placed import Placed
 from focalgradient.depth.search import Search
 from focalgradient.errors import FocalGradientWarning, InputError
@@ -140,7 +140,7 @@ def spectral_difference(
     if fit == "paper":
         return _paper(patches, first, second, noise)
     if fit == "equalised":
-        return _equalised(patches, first, second, noise)
+        return _equalised(first, second, window, noise)
     raise InputError(f"fit is {fit!r}, but must be 'equalised' or 'paper'.")
 
 
@@ -149,8 +149,8 @@ def _paper(
 ) -> tuple[FloatArray, FloatArray]:
     """The regression A f^2 + B = ln F1 - ln F2 over the rings that stand out of the noise."""
     mean = first.mean()
-    one, other = (patches.spectra(image - mean, power=1) for image in (first, second))
-    floor = np.sqrt(np.pi / 4 * patches.expected(np.full(RADIAL, noise**2)) * patches.frequencies)
+    one, other = (patches.amplitudes(image - mean) for image in (first, second))
+    floor = np.sqrt(np.pi / 4) * noise * patches.frequencies  # of white noise, whose |F| is Rayleigh distributed
     clear = np.minimum(one, other) > 2 * floor
     tiny = np.finfo(np.float32).tiny
     ratio = np.log((one + tiny) / (other + tiny))
@@ -166,42 +166,37 @@ def _paper(
 
 
 def _equalised(
-    patches: Patches, first: NDArray[np.float32], second: NDArray[np.float32], noise: float
+    first: NDArray[np.float32], second: NDArray[np.float32], window: float, noise: float
 ) -> tuple[FloatArray, FloatArray]:
     """Where, among supposed differences, nothing is left between the spectra."""
     noise = max(noise, 1e-5 * float(np.std(first)))  # storage and rounding leave at least this
-    spectra = [Spectra.of([image], 32) for image in (first, second)]
-    scene, usable = scene_power(spectra), np.ones(first.shape, np.bool_)
-
-    def suppose(blur: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Estimate, variance and misfit from a supposed blur of the second, or, if negative, of the first."""
-        blurs = np.array([[max(-blur, 0)], [max(blur, 0)]])
-        margin = 2 + int(1.5 * abs(blur))
-        usable[:] = False
-        usable[margin:-margin, margin:-margin] = True
-        found = compare(
-            patches, spectra, gaussian_transfer(RADII, blurs, k=1), np.ones(RADIAL), (noise, noise), scene, usable
+    images, blurs = [first, second], [0.0]
+    while blurs[-1] < LARGEST:
+        blurs.append(blurs[-1] + STEP * max(1.0, blurs[-1]))
+    blurs = [*(-blur for blur in blurs[:0:-1]), *blurs]
+    scene, every = scene_power(images), np.ones(RADIAL)
+    supposed = [
+        Supposed.of(
+            (0, 1),
+            gaussian_transfer(RADII, np.array([[max(-blur, 0)], [max(blur, 0)]]), k=1),
+            every,
+            (noise, noise),
+            scene,
+            min(2 + int(1.5 * abs(blur)), min(first.shape) // 6),
         )
-        unit = 4 * np.pi**2
-        return blur * abs(blur) + found.slope / unit, found.variance / unit**2, found.misfit
-
-    found = {0.0: suppose(0.0)}
-    for sign in (1, -1):
-        blur = 0.0
-        # As long as some patch shows more than is supposed.
-        while abs(blur) < LARGEST and np.mean(sign * (found[blur][0] - blur * abs(blur)) > 0) > 0.01:
-            blur += sign * STEP * max(1.0, abs(blur))
-            found[blur] = suppose(blur)
-    blurs = sorted(found)
-    told, variance, misfit = (np.stack(rows) for rows in zip(*(found[blur] for blur in blurs), strict=True))
-    supposed = (np.array(blurs) * np.abs(blurs))[:, None, None]
-    # Between two suppositions, next to the one that fits best, the estimate is what was supposed.
-    off = told - supposed
+        for blur in blurs
+    ]
+    compared = compare(Bands.of(window), images, np.ones(first.shape, np.bool_), supposed, 32)
+    off, variance, misfit = (
+        np.stack([getattr(one, name) for one in compared]) for name in ("slope", "variance", "misfit")
+    )
+    # Between two suppositions, next to the one that fits best, nothing is left: the estimate is what is supposed there.
     crosses = (off[:-1] >= 0) & (off[1:] < 0)
     far = np.abs(np.arange(len(crosses))[:, None, None] + 0.5 - misfit.argmin(axis=0))
     low = np.where(crosses, far, far + len(far)).argmin(axis=0)[None]
-    ends_off = [np.take_along_axis(off, low + n, axis=0)[0] for n in (0, 1)]
-    share = np.clip(ends_off[0] / np.where(ends_off[0] == ends_off[1], 1, ends_off[0] - ends_off[1]), 0, 1)
-    values = [np.take_along_axis(told, low + n, axis=0)[0] for n in (0, 1)]
-    sd = np.sqrt(np.take_along_axis(variance, low + np.rint(share).astype(int), axis=0)[0])
-    return values[0] + share * (values[1] - values[0]), sd
+    before, after = (np.take_along_axis(off, low + n, axis=0)[0] for n in (0, 1))
+    share = np.clip(before / np.where(before == after, 1, before - after), 0, 1)
+    place = low[0] + share
+    values = np.interp(place, np.arange(len(blurs)), np.array(blurs) * np.abs(blurs))
+    sd = np.sqrt(np.take_along_axis(variance, np.rint(place).astype(int)[None], axis=0)[0]) / (4 * np.pi**2)
+    return values, sd
