@@ -55,6 +55,7 @@ def test_views(views: list[View], said: str) -> None:
         ({"k": 0.0}, r"k is 0\.0, but must be a positive number"),
         ({"window": 1}, "window is 1, but must be between 2 and 64"),
         ({"window": 65.0}, r"window is 65\.0"),
+        ({"window": 17.0}, "window is 17 pixels, but may be a quarter of the views' smaller side"),
         ({"window": math.nan}, "window is nan"),
         ({"noise": 0.0}, r"noise is 0\.0, but must be one positive number, or one for each of the 2 views"),
         ({"noise": -1.0}, r"noise is -1\.0"),

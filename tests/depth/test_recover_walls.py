@@ -275,3 +275,13 @@ def test_exposures_are_measured() -> None:
     cameras = [Camera(), Camera(gain=0.4), Camera(gain=2.5)]
     depth = recover_depth(wall([lens(16), lens(8), lens(5.6)], 1.8, cameras=cameras), near=0.85)
     assert depth.details["gain"] == pytest.approx([1.0, 0.4, 2.5], rel=5e-3)
+
+
+@pytest.mark.filterwarnings("ignore:view 2 is displaced")  # 32 pixels do not tell 1 % of scale
+@pytest.mark.parametrize("shape", [(32, 32), (33, 40), (48, 48), (40, 200)])
+def test_small_frames_are_read(shape: tuple[int, int]) -> None:
+    """Few frequencies fall on a small frame's spectrum, and none at many radii."""
+    views = [replace(view, image=view.image[: shape[0], : shape[1]]) for view in wall([lens(16), lens(5.6)], 1.2)]
+    depth = recover_depth(views, near=0.85)
+    assert depth.valid.mean() > 0.3
+    assert abs(np.median(depth.vergence[depth.valid]) - 1 / 1.2) < 3 * np.median(depth.vergence_sd[depth.valid])

@@ -306,8 +306,8 @@ def _scene_power(spectra: Spectra, radial: FloatArray, noise_sd: Sequence[float]
 
     Its level is taken from frequencies that no moderate blur removes, from the view that shows most.
     """
-    _, power = spectra.measure_and_power()
-    low = (radial > 0.01) & (radial < 0.08)
+    share, power = spectra.measure_and_power()
+    low = (radial > 0.01) & (radial < 0.08) & (share > 0)  # a small image has no frequency at many of them
     level = max(float(np.median(p[low] * radial[low] ** 2)) * sd**2 for p, sd in zip(power, noise_sd, strict=True))
     return level / np.maximum(radial, radial[1]) ** 2
 

@@ -127,6 +127,11 @@ def recover_depth(
     asked = Asked(method, near, far, psf, k, window, noise, align, false_alarm, say)
     asked.check(len(views))
     _check_views(views, method)
+    if window > min(views[0].shape) / 4:
+        raise InputError(
+            f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
+            f"{min(views[0].shape)} pixels: give a smaller window."
+        )
     # Imported here, for `import focalgradient` to stay light.
     recover = import_module(f"focalgradient.depth.{METHODS[method].module}").recover
     return recover(views, asked)
