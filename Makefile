@@ -6,6 +6,8 @@
 
 SHELL := /bin/sh
 export PYTHON
+# Threads are ours (one a core); linear algebra that spins threads of its own only takes their time.
+export OPENBLAS_NUM_THREADS = 1
 run := .venv/bin/python
 
 .PHONY: reproduce test clean
