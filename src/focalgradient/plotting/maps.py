@@ -1,20 +1,17 @@
 """Figures of views and depth maps.
 
-Nothing here needs a display or `pyplot`: figures carry their own canvas. Helpers draw into the axes `ax` they are
-given, and return it. Depth is coloured linearly in *vergence*, in which a map's precision is about even: near is
-bright, far is dark, and the colour bar reads in metres. Refused pixels let the hatched ground show through.
+Helpers draw into the axes `ax` they are given, and return it. Depth is coloured linearly in *vergence*, in which a
+map's precision is about even: near is bright, far is dark, and the colour bar reads in metres. Refused pixels let the
+hatched ground show through.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
@@ -22,6 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.depth.depthmap import DepthMap
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens, Optics
+from focalgradient.plotting.figures import MM, new_figure, style
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -29,10 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.colorbar import Colorbar
 
 __all__ = [
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "ORANGE",
     "REFUSED",
     "depth_figure",
     "describe_optics",
@@ -41,51 +35,12 @@ __all__ = [
     "draw_error",
     "draw_uncertainty",
     "draw_view",
-    "new_figure",
-    "style",
 ]
-
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # apart for colour-blind readers (Okabe & Ito)
 
 REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatch": "//////"}
 """How the ground under refused pixels is drawn: no colour map used here comes near this hatched grey."""
 
-_MM = 1 / 25.4
 _MOST_VIEWS = 4
-
-
-@contextmanager
-def style() -> Iterator[None]:
-    """Draw what is created inside in the house style: 8 pt sans serif, thin lines, text that stays text in PDF."""
-    settings: dict[str, Any] = {
-        "font.family": "DejaVu Sans",
-        "font.size": 8,
-        "axes.labelsize": 8,
-        "axes.linewidth": 0.6,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titlepad": 4,
-        "axes.titlesize": 8.5,
-        "hatch.linewidth": 0.5,
-        "legend.fontsize": 8,
-        "legend.frameon": False,
-        "lines.linewidth": 1.4,
-        "pdf.fonttype": 42,
-        "xtick.labelsize": 8,
-        "xtick.major.width": 0.6,
-        "ytick.labelsize": 8,
-        "ytick.major.width": 0.6,
-    }
-    with matplotlib.rc_context(settings):  # type: ignore[arg-type]
-        yield
-
-
-def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any) -> Figure:
-    """Return an empty figure of this size, 200 dots an inch, on a canvas of its own; `options` go to `Figure`."""
-    figure = Figure(figsize=(width_mm * _MM, height_mm * _MM), dpi=200, **options)
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def depth_figure(
@@ -157,7 +112,7 @@ def depth_figure(
         figure.legend(handles=legend, loc="lower left", bbox_to_anchor=(0.0, 0.0), handlelength=2.4, handleheight=1.2)
         if len(views) > len(shown):
             figure.text(
-                0.99, 4.2 * _MM / figure.get_figheight(), f"{len(shown)} of {len(views)} views shown", ha="right"
+                0.99, 4.2 * MM / figure.get_figheight(), f"{len(shown)} of {len(views)} views shown", ha="right"
             )
         figure.draw_without_rendering()  # ticks are born when first drawn: let that be in this style
     return figure

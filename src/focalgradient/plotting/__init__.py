@@ -1,0 +1,33 @@
+"""Figures: of views and depth maps (`maps`), in one style (`figures`).
+
+Nothing here needs a display or `pyplot`: figures carry their own canvas.
+"""
+
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.maps import (
+    REFUSED,
+    depth_figure,
+    describe_optics,
+    draw_depth,
+    draw_distance,
+    draw_error,
+    draw_uncertainty,
+    draw_view,
+)
+
+__all__ = [
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "REFUSED",
+    "depth_figure",
+    "describe_optics",
+    "draw_depth",
+    "draw_distance",
+    "draw_error",
+    "draw_uncertainty",
+    "draw_view",
+    "new_figure",
+    "style",
+]
