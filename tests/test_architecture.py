@@ -22,9 +22,9 @@ ROOMS = {
     "psf": {"errors"},
     "view": {"errors", "optics"},
     "depth": {"errors", "optics", "psf", "view"},
-    "eye": {"errors", "optics", "psf"},
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
+    "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
     "tables": {"errors"},
     "design": {"errors", "tables"},
     "dataset": {"design", "errors"},
@@ -33,8 +33,8 @@ ROOMS = {
     "video": {"errors"},
     "plotting": {"depth", "errors", "optics", "view"},
     "cli": {
-        *("__init__", "calibration", "dataset", "depth", "errors", "optics", "photographs", "plotting", "psf", "video"),
-        "view",
+        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "optics", "photographs", "plotting", "psf"),
+        *("render", "scenes", "video", "view"),
     },
     "__init__": {"depth", "errors", "optics", "view"},
 }

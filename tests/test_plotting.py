@@ -184,7 +184,7 @@ def test_any_optics_can_be_described():
         aperture_diameter = 0.004
         focus_vergence = -0.5
 
-    assert describe_optics(Eye()) == "aperture 4 mm, focus -0.5 D"
+    assert describe_optics(Eye()) == "4 mm, focus -0.5 D"
     assert describe_optics(Lens(0.05, np.inf, np.inf)) == "pinhole, focus ∞ m"
 
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 
-__all__ = ["Lens", "Optics", "Side", "paper_distance"]
+__all__ = ["InLight", "Lens", "Optics", "Side", "Transferring", "paper_distance"]
 
 Side = Literal["beyond", "nearer"]
 """On which side of the plane of focus a point lies."""
@@ -33,6 +33,26 @@ class Optics(Protocol):
     @property
     def focus_vergence(self) -> float:
         """Vergence of the plane in exact focus, in dioptres."""
+
+
+@runtime_checkable
+class Transferring(Optics, Protocol):
+    """Optics that know their blur better than by the disc of geometric optics, such as an eye with diffraction."""
+
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+        """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
+
+        Real, as of round blur, and 1 at frequency 0. Where it is 0 nothing was seen.
+        """
+
+
+@runtime_checkable
+class InLight(Optics, Protocol):
+    """Optics that see one part of the light, such as an eye's cones of one kind."""
+
+    @property
+    def light(self) -> str:
+        """Name of the light: surfaces look alike, but for their blur, in views of one name only."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ import click
 
 from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
+from focalgradient.cli.eye import eye
 from focalgradient.cli.program import Program
 from focalgradient.cli.stream import stream
 from focalgradient.cli.validate import validate
@@ -25,5 +26,6 @@ def main() -> None:
 
 main.add_command(calibrate)
 main.add_command(depth)
+main.add_command(eye)
 main.add_command(stream)
 main.add_command(validate)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from focalgradient.errors import InputError
-from focalgradient.psf import MODELS, PsfName
+from focalgradient.psf import PsfName
 
 __all__ = ["Asked"]
 
@@ -59,8 +59,12 @@ class Asked:
             raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
         if near is not None and math.isinf(near):
             raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
-        if self.psf not in MODELS:
-            raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(MODELS)}.")
+        if self.psf not in get_args(PsfName):
+            raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(get_args(PsfName))}.")
+        if self.psf == "optics" and self.method != "equalise":
+            raise InputError(
+                f"psf is 'optics', which method {self.method!r} does not know: use method 'equalise', or psf 'disc'."
+            )
         positive("k", self.k, ", sigma / disc radius")
         if math.isinf(self.k):
             raise InputError(

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.asked import Asked
 from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.equalise import GROWTH, Equalised, Nodes
+from focalgradient.depth.equalise import GROWTH, Equalised, Nodes, equalise
 from focalgradient.depth.filters import fine_noise
 from focalgradient.depth.placed import Placed
 from focalgradient.depth.search import Search
+from focalgradient.depth.unlike import settle, shift_by_gain
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.view import View
 
@@ -49,15 +50,30 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     search = Search.over(views, asked.near, asked.far)
 
     asked.say("placing the views")
-    placed = Placed.of(views, asked.align)
+    unlike = len(set(search.lights)) > 1
+    with warnings.catch_warnings():
+        if unlike:  # a texture that is not quite the same seems displaced: nothing to warn of
+            warnings.simplefilter("ignore", FocalGradientWarning)
+        placed = Placed.of(views, asked.align)
     asked.say("measuring noise")
-    noise_sd, raisable = _noise(asked, placed, search)
+    blurs, settled = search.blurs(asked.psf, asked.k), None
+    raisable: float | None
+    if unlike:
+        given = None if asked.noise is None else _noise(asked, placed, search)[0]
+        settled = settle(search.lights, placed.busiest(256), blurs, asked.window, given)
+        noise_sd, raisable = settled.noise_sd, LENIENCE**2
+    else:
+        noise_sd, raisable = _noise(asked, placed, search)
     asked.say("equalising blur")
-    equalised = search.equalise(placed.images, noise_sd, asked.psf, asked.k, asked.window)
+    shares = None if settled is None else settled.shares
+    equalised = equalise(placed.images, blurs, noise_sd, window=asked.window, shares=shares)
     asked.say("reading depth")
     blur = search.radius(search.vergences)
     tolerance = MODEL_ERROR * blur / (search.slope * search.spacing)
     nodes, agrees, scale = _read_robustly(equalised, placed, asked.false_alarm, blur, tolerance, raisable)
+    if settled is not None:
+        moved = np.interp(nodes.level, np.arange(search.levels), shift_by_gain(settled, blurs))
+        nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
     level = equalised.to_pixels(nodes.level, nodes.sd, placed.shape)
     sd_level = equalised.to_pixels(nodes.sd, nodes.sd, placed.shape)
@@ -77,6 +93,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
         "noise": [float(sd * gain * math.sqrt(scale)) for sd, gain in zip(noise_sd, placed.gains, strict=True)],
         "noise_estimated": asked.noise is None,
         "gain": placed.gains,
+        **({} if settled is None else settled.stated(search.lights)),
         "shift_px": [[p.down, p.right] for p in placed.found],
         "scale": [p.scale for p in placed.found],
         "misfit": float(np.median(nodes.misfit)),
@@ -95,7 +112,7 @@ def _noise(asked: Asked, placed: Placed, search: Search) -> tuple[list[float], f
     if asked.noise is not None:
         given = np.broadcast_to(np.asarray(asked.noise, float), len(placed.images))
         return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], None
-    part = placed.busiest(192)
+    part, blurs = placed.busiest(192), search.blurs(asked.psf, asked.k)
     spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
     gains = np.array(placed.gains)
@@ -109,7 +126,7 @@ def _noise(asked: Asked, placed: Placed, search: Search) -> tuple[list[float], f
         """Noise of the given proportions, and how much speaks against them."""
         noise_sd = np.maximum(floor, level * shape)
         for _ in range(3):
-            equalised = search.equalise(part.images, noise_sd.tolist(), asked.psf, asked.k, asked.window)
+            equalised = equalise(part.images, blurs, noise_sd.tolist(), window=asked.window)
             nodes = equalised.read(part.usable.astype(np.float32))
             change = math.sqrt(equalised.noise_found(nodes))
             # Of the wrong proportions the fit is uneven over the frame, and each view's residual says otherwise.

@@ -20,13 +20,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, optimize, special, stats
+from scipy import integrate, ndimage, optimize, special, stats
 
 from focalgradient.depth import kernels
 from focalgradient.depth.filters import RADIAL, FloatArray, Image, Residuals, Spectra, residual_filters
-from focalgradient.psf import PsfName, transfer
 
-__all__ = ["GROWTH", "Equalised", "Nodes", "Seen", "equalise"]
+__all__ = ["GROWTH", "RADII", "Blurs", "Equalised", "Nodes", "Seen", "Shares", "comparing_filters", "equalise"]
+
+RADII = np.linspace(0, np.sqrt(0.5), RADIAL)
+"""Cycles per pixel of the radial samples."""
 
 FINEST = 0.47
 """Cycles per pixel up to which images are heard: finer detail is aliased by the pixels, and lost in resampling."""
@@ -42,6 +44,50 @@ GROWTH = (0.5, 0.75, 1.125, 1.7)
 
 JUMP = 0.5
 """Share of the local variance of depth about its plane that counts as doubt."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blurs:
+    """Each view's blur at each candidate level."""
+
+    radius: FloatArray  # n x L: of the geometric disc, in pixels
+    transfer: FloatArray  # n x L x F, at RADII
+    edged: bool  # whether blur ends sharply, as a disc does
+
+    def heard(self) -> FloatArray:
+        """Share (amplitude) at which a view is heard at each frequency: a disc up to its second zero only.
+
+        Farther out the phases of the disc's transfer hang on more than any real lens's blur keeps to, and tell little.
+        Where a view's transfer is nothing it is not heard at all.
+        """
+        if not self.edged:
+            return np.ones_like(self.transfer)
+        heard: FloatArray = np.exp(-((2 * np.pi * self.radius[:, :, None] * RADII / 8) ** 8) / 2)
+        return heard * (self.transfer != 0)
+
+    def every(self, count: int) -> Blurs:
+        """The blurs at every so many levels only."""
+        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shares:
+    """What views in unlike light share: view i shows ``gain[i]`` x the texture of the first view's light, and its own.
+
+    Views in one light have one texture of their own, as natural as the shared one, of ``own[light]`` times its power.
+    It tells nothing of depth, and stands beside the noise.
+    """
+
+    light: NDArray[np.intp]  # of each view; the first view's is 0
+    gain: FloatArray  # of each view
+    own: FloatArray  # of each light; the first's is 0
+
+    def noises(self, seen: FloatArray, power: FloatArray) -> FloatArray:
+        """How each light's own part is `seen` (n x L x F) in each view: lights but the first x n x L x F."""
+        mine = self.light == np.arange(1, len(self.own))[:, None]
+        scale = np.sqrt(self.own[1:, None] * power)
+        noises: FloatArray = mine[:, :, None, None] * scale[:, None, None, :] * seen
+        return noises
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +120,7 @@ class Equalised:
     residuals: list[Residuals]
     step: int
     window: float
+    change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
 
     @property
     def levels(self) -> int:
@@ -104,14 +151,20 @@ class Equalised:
 
     def minima(self, mean: Image, support: FloatArray, noise: float = 1.0) -> Nodes:
         """Read what `averages` returns."""
+        expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
+        # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
+        more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
         values, flags = kernels.read_minima(
-            mean.reshape(self.levels, -1).T,
-            noise * np.sum([r.noise for r in self.residuals], axis=0),
+            (mean + more[:, None, None].astype(np.float32)).reshape(self.levels, -1).T,
+            expected,
             np.sum([r.noise_slope for r in self.residuals], axis=0),
             noise,
             np.maximum(self.window_size() * support.ravel(), 1e-3),
         )
         level, sd, misfit, texture = values.reshape(4, *support.shape)
+        # What that adds to the least cost is no misfit, of which a little is always left.
+        added = np.interp(level, np.arange(self.levels), more / expected)
+        misfit = np.maximum(misfit - added, np.minimum(misfit, 0.01))
         alone, inside = flags.reshape(2, *support.shape)
         return Nodes(level, sd, misfit, texture, alone, inside, support)
 
@@ -153,7 +206,7 @@ class Equalised:
         its sandwich variance the sd, uneven texture included.
         """
         # What noise alone puts into r r' on average is known, and taken out.
-        drift = sum(np.gradient(r.noise) for r in self.residuals) * (noise / 2)
+        drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
         said = np.interp(seen.level, np.arange(self.levels), drift).astype(np.float32) - seen.cross
         # Noise in r'^2 makes the fit look better founded than it is; misfit adds to noise.
         doubt = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
@@ -170,15 +223,17 @@ class Equalised:
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
 
-    def noise_by_view(self, seen: Seen) -> FloatArray:
-        """Noise variance of each view, in units of the one assumed, from what equalising leaves of the images.
+    def noise_by_view(self, seen: Seen, taper: Image | None = None, together: int = 1) -> FloatArray:
+        """Noise variance of each view, and of each light's own part, in units of the ones assumed.
 
-        Where a view is much blurred the residual's fine detail is that view's own noise, its coarse detail both
-        views': the spectrum of what is left tells whose the noise is.
+        It is told by what equalising leaves of the images, weighted by a `taper` over the frame. Where a view is much
+        blurred the residual's fine detail is that view's own noise, its coarse detail both views': the spectrum of
+        what is left tells whose the noise is. The noises of the first views, `together`, are given one factor.
         """
         level = seen.level
         share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=self.levels) / level.size
-        taper = np.outer(*(np.hanning(n) for n in level.shape)).astype(np.float32)
+        if taper is None:
+            taper = np.outer(*(np.hanning(n) for n in level.shape)).astype(np.float32)
         found, shaped = [], []
         for residual in self.residuals:
             left = Spectra.of([residual.at(level)[0] * taper], 0)
@@ -187,6 +242,7 @@ class Equalised:
             found.append(power[0, some] / np.mean(taper**2))
             shaped.append(np.einsum("nlf,l->fn", residual.gains[:, :, some], share))
         powers, model = np.concatenate(found), np.concatenate(shaped)
+        model = np.concatenate([model[:, :together].sum(axis=1, keepdims=True), model[:, together:]], axis=1)
         variance = np.full(model.shape[1], np.median(powers / np.maximum(model.sum(axis=1), 1e-9)))
         count = len(variance)
         for _ in range(4):
@@ -249,14 +305,7 @@ class Equalised:
 
 
 def equalise(
-    images: Sequence[Image],
-    radius: FloatArray,
-    noise_sd: Sequence[float],
-    psf: PsfName,
-    k: float,
-    *,
-    reach: int,
-    window: float,
+    images: Sequence[Image], blurs: Blurs, noise_sd: Sequence[float], *, window: float, shares: Shares | None = None
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -264,41 +313,68 @@ def equalise(
     ----------
     images
         The views on one grid and at one exposure, each H x W.
-    radius
-        n x L: each view's blur radius in pixels at each candidate level.
+    blurs
+        Each view's blur at each candidate level.
     noise_sd
         Standard deviation of each view's noise, in the images' units.
-    psf, k
-        Blur model (see `focalgradient.psf.transfer`).
-    reach
-        Pixels of mirrored surround.
     window
         Standard deviation of the averaging window in pixels.
+    shares
+        What the views share where they are not in one light.
     """
+    reach = int(np.clip(2 * blurs.radius.max(), 16, 64))  # pixels of mirrored surround
     spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
-    radial = np.linspace(0, np.sqrt(0.5), RADIAL)
-    heard = _heard(radial, radius[:, :, None], psf)
-    audible = heard * transfer(radial, radius[:, :, None], psf, k) / np.asarray(noise_sd)[:, None, None]
-    signal = _scene_power(spectra, radial, noise_sd) * (audible**2).sum(axis=0)
+    filters, own = comparing_filters(blurs, noise_sd, _scene_power(spectra, RADII, noise_sd), shares)
+    residuals = [Residuals.of(spectra, rows) for rows in filters]
+    change = np.zeros(blurs.radius.shape[1])
+    if len(own):
+        both = [_in_noise(residual, rows, own) for residual, rows in zip(residuals, filters, strict=True)]
+        residuals, change = [residual for residual, _ in both], np.sum([part for _, part in both], axis=0)
+    return Equalised(residuals, max(1, round(window / NODES)), window, change)
+
+
+def comparing_filters(
+    blurs: Blurs, noise_sd: Sequence[float], power: FloatArray, shares: Shares | None
+) -> tuple[list[FloatArray], FloatArray]:
+    """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
+
+    Also returns how the parts that unlike lights have of their own are heard over the noise, lights x n x L x F.
+    """
+    heard = blurs.heard()
+    audible = heard * blurs.transfer / np.asarray(noise_sd)[:, None, None]
+    own = np.zeros((0, *audible.shape))
+    if shares is not None:
+        own, audible = shares.noises(audible, power), audible * shares.gain[:, None, None]
+    audible = _whitened(audible, own)
+    signal = power * (audible**2).sum(axis=0)
     # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest tell
     # next to nothing of blur and much of uneven light, and their filters reach far over the image.
-    lowest = 1 / np.maximum(16, 6 * radius.max(axis=0))
-    band = (1 - np.exp(-((radial / lowest[:, None]) ** 2))) * np.exp(-((radial / FINEST) ** 16) / 2)
+    lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
+    band = (1 - np.exp(-((RADII / lowest[:, None]) ** 2))) * np.exp(-((RADII / FINEST) ** 16) / 2)
     weight = np.sqrt(signal / (1 + signal)) * band
-    filters = [rows * heard * weight for rows in residual_filters(audible)]
-    step = max(1, round(window / NODES))
-    return Equalised([Residuals.of(spectra, rows) for rows in filters], step, window)
+    return [_whitened(rows, own) * heard * weight for rows in residual_filters(audible)], own
 
 
-def _heard(radial: FloatArray, radius: FloatArray, psf: PsfName) -> FloatArray:
-    """Share (amplitude) at which a view is heard at each frequency: a disc up to its second zero only.
+def _whitened(rows: FloatArray, own: FloatArray) -> FloatArray:
+    """Rows (n x L x F) times the root of the inverse of the noise's covariance, 1 + the sum of u u' over `own`."""
+    for u in own:
+        size = (u**2).sum(axis=0) + 1e-30
+        rows = rows + u * ((u * rows).sum(axis=0) * (1 / np.sqrt(1 + size) - 1) / size)
+    return rows
 
-    Farther out the phases of the disc's transfer hang on more than any real lens's blur keeps to, and tell little.
-    """
-    if psf == "gaussian":
-        return np.ones(np.broadcast_shapes(radial.shape, radius.shape))
-    heard: FloatArray = np.exp(-((2 * np.pi * radius * radial / 8) ** 8) / 2)
-    return heard
+
+def _in_noise(residual: Residuals, filters: FloatArray, own: FloatArray) -> tuple[Residuals, FloatArray]:
+    """The residual with what noise leaves of it where lights have parts of their `own`, and their change by level."""
+
+    def let_through(rows: FloatArray, parts: FloatArray) -> FloatArray:
+        """What each source of noise comes to: the views', then the lights' own parts."""
+        return np.concatenate([rows, *((u * rows).sum(axis=0, keepdims=True) for u in parts)])
+
+    passed, slopes = let_through(filters, own), let_through(np.gradient(filters, axis=1), own)
+    altered = let_through(filters, np.gradient(own, axis=2))[len(filters) :]
+    gain, slope, measure = (passed**2).sum(axis=0), (slopes**2).sum(axis=0), residual.measure
+    known = replace(residual, noise=gain @ measure, noise_slope=(gain * slope) @ measure, gains=passed**2)
+    return known, 2 * (passed[len(filters) :] * altered).sum(axis=0) @ measure
 
 
 def _scene_power(spectra: Spectra, radial: FloatArray, noise_sd: Sequence[float]) -> FloatArray:

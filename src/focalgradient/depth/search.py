@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.psf import PsfName
+from focalgradient.optics import InLight, Optics, Transferring
+from focalgradient.psf import PsfName, transfer
 from focalgradient.view import View
 
 if TYPE_CHECKING:
-    from focalgradient.depth.equalise import Equalised
+    from focalgradient.depth.equalise import Blurs
 
 __all__ = ["Search"]
 
@@ -22,6 +23,9 @@ LARGEST_BLUR = 16.0
 
 LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view."""
+
+OWN_STEP = 0.32
+"""The same for optics that tell their own blur: with waves and many colours it is nowhere as sharp as a small disc."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +37,8 @@ class Search:
     levels: int
     focus: NDArray[np.float64]  # each view's focus vergence, D
     pixels: NDArray[np.float64]  # each view's blur radius in pixels per dioptre of defocus
+    optics: tuple[Optics, ...]
+    pixel_angle: float  # of the first view, in whose pixels all is counted
     side_known: bool
     side_text: str
 
@@ -59,8 +65,10 @@ class Search:
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
                     "taken to lie beyond it; limit the search (near, far; --near, --far) or focus one view elsewhere"
                 )
-        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / LEVEL_STEP), 8, 400)) + 1
-        return cls(lowest, highest, levels, focus, pixels, side_known, side_text)
+        optics = tuple(view.optics for view in views)
+        step = OWN_STEP if all(isinstance(one, Transferring) for one in optics) else LEVEL_STEP
+        levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
+        return cls(lowest, highest, levels, focus, pixels, optics, views[0].pixel_angle, side_known, side_text)
 
     @property
     def vergences(self) -> NDArray[np.float64]:
@@ -81,17 +89,22 @@ class Search:
         """Blur radius in pixels in the most blurred view, at `vergence`."""
         return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)
 
-    def equalise(
-        self,
-        images: Sequence[NDArray[np.float32]],
-        noise_sd: Sequence[float],
-        psf: PsfName,
-        k: float,
-        window: float,
-    ) -> Equalised:
-        """Compare `images` at every level."""
-        from focalgradient.depth.equalise import equalise
+    @property
+    def lights(self) -> list[str]:
+        """Name of the light that each view was seen in; one for all that do not say."""
+        return [one.light if isinstance(one, InLight) else "" for one in self.optics]
+
+    def blurs(self, psf: PsfName, k: float) -> Blurs:
+        """Each view's blur at every level, by the model named `psf` (see `focalgradient.recover_depth`)."""
+        from focalgradient.depth.equalise import RADII, Blurs
 
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        reach = int(np.clip(2 * radius.max(), 16, 64))
-        return equalise(images, radius, noise_sd, psf, k, reach=reach, window=window)
+        if psf != "optics":
+            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
+        of_each = [
+            one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
+            if isinstance(one, Transferring)
+            else transfer(RADII, own[:, None], "disc")
+            for one, own in zip(self.optics, radius, strict=True)
+        ]
+        return Blurs(radius, np.stack(of_each), True)

@@ -6,6 +6,7 @@ Accommodation and defocus are in dioptres, frequencies in cycles per degree of v
 
 from focalgradient.eye.blur import BlurName, blur_transfer
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
+from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
@@ -19,7 +20,11 @@ from focalgradient.eye.light import (
     luminosity,
 )
 from focalgradient.eye.optics import Course, Eye
+from focalgradient.eye.photons import Photons
 from focalgradient.eye.population import Person, draw_people
+from focalgradient.eye.retina import Cones
+from focalgradient.eye.score import score
+from focalgradient.eye.views import accommodation_views, band_views, eye_views
 from focalgradient.eye.wavefront import Aberrations, point_spread, pupil_transfer, zernike, zernike_defocus
 
 __all__ = [
@@ -27,6 +32,7 @@ __all__ = [
     "Aberrations",
     "Band",
     "BlurName",
+    "Cones",
     "Course",
     "Eye",
     "GaussianFit",
@@ -34,15 +40,21 @@ __all__ = [
     "Microfluctuations",
     "Oscillation",
     "Person",
+    "Photons",
+    "accommodation_views",
     "band_difference",
+    "band_image",
     "band_light",
+    "band_views",
     "best_gaussian",
     "blur_transfer",
     "chromatic_difference",
     "chromatic_wavelength",
     "cone_fundamentals",
+    "cone_images",
     "cutoff_cpd",
     "draw_people",
+    "eye_views",
     "illuminant",
     "lommel_point_spread",
     "luminosity",
@@ -50,6 +62,7 @@ __all__ = [
     "optical_transfer",
     "point_spread",
     "pupil_transfer",
+    "score",
     "zernike",
     "zernike_defocus",
 ]

@@ -92,7 +92,7 @@ def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     >>> cone_fundamentals(550).round(3).tolist()
     [0.94, 0.977, 0.002]
     """
-    return _read(_colour().MSDS_CMFS["Stockman & Sharpe 2 Degree Cone Fundamentals"], wavelength_nm)
+    return _read(spectra().MSDS_CMFS["Stockman & Sharpe 2 Degree Cone Fundamentals"], wavelength_nm)
 
 
 def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
@@ -101,7 +101,7 @@ def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     >>> round(float(luminosity(550)), 3)
     0.989
     """
-    return _read(_colour().SDS_LEFS["CIE 2008 2 Degree Physiologically Relevant LEF"], wavelength_nm)
+    return _read(spectra().SDS_LEFS["CIE 2008 2 Degree Physiologically Relevant LEF"], wavelength_nm)
 
 
 def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float64]:
@@ -117,7 +117,7 @@ def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float6
     >>> round(float(illuminant(450, "D65")), 2)
     117.01
     """
-    known = _colour().SDS_ILLUMINANTS
+    known = spectra().SDS_ILLUMINANTS
     if name not in known:
         raise InputError(
             f"illuminant is {name!r}, but must be a standard one: E, A, D50, D65, or another of the CIE's."
@@ -171,7 +171,8 @@ def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
     return chromatic_scale * (band_light("L+M", light).difference() - band_light("S", light).difference())
 
 
-def _colour() -> Any:
+def spectra() -> Any:
+    """The library colour-science, which has the spectra."""
     try:
         import colour
     except ImportError as error:

@@ -174,7 +174,7 @@ def describe_optics(optics: Optics) -> str:
     'f/5.6, focus 0.85 m'
     """
     if not isinstance(optics, Lens):
-        return f"aperture {1e3 * optics.aperture_diameter:.3g} mm, focus {optics.focus_vergence:.3g} D"
+        return f"{1e3 * optics.aperture_diameter:.3g} mm, focus {optics.focus_vergence:.3g} D"
     aperture = "pinhole" if math.isinf(optics.f_number) else f"f/{optics.f_number:.3g}"
     return f"{aperture}, focus {_metres(optics.focus_vergence)} m"
 

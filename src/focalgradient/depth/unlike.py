@@ -1,0 +1,199 @@
+"""Views in unlike light: how much of a texture they share, told by the views themselves.
+
+Red and blue light do not show quite the same texture. View i is taken to show gain x the first light's texture, and in
+each other light a texture of its own on top, as natural as that (see `focalgradient.depth.equalise.Shares`). The gain
+is fitted with the depth of every place left free; the strength of what is not shared, like noise, by what equalising
+leaves. An error of the gain moves depth everywhere alike: that joins the depth's uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from focalgradient.depth import kernels
+from focalgradient.depth.equalise import RADII, Blurs, Equalised, Nodes, Shares, comparing_filters, equalise
+from focalgradient.depth.filters import FloatArray, Image, fine_noise
+from focalgradient.depth.placed import Placed
+
+__all__ = ["Settled", "settle", "shift_by_gain"]
+
+ROUNDS, STEPS = 2, 3
+"""Times that noise is found, and each time the gain in steps, at most."""
+
+STEP = 0.05
+"""Share of the gain by which it is changed to see what that does."""
+
+CONTRADICTS = 2.0
+"""Times the misfit of the frame's better part, or of the noise, beyond which a place is left out."""
+
+LITTLE = 1e-3
+"""Power of a light's own texture, over the shared, that is supposed at first."""
+
+COARSE = 4
+"""Levels of which one is looked at until the last step."""
+
+FLOOR = 3e-2
+"""Noise supposed at least, over the image's standard deviation: less would tell levels apart finer than they lie."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """What the views share, the noise of each, and how well the gains are known."""
+
+    shares: Shares
+    noise_sd: list[float]
+    gain_sd: FloatArray  # of each light's gain, over the gain; the first's is 0
+
+    def stated(self, lights: Sequence[str]) -> dict[str, Any]:
+        """What a map's details state: of each light but the first, its contrast and correlation with the first's."""
+        names = list(dict.fromkeys(lights))
+        gain = {name: float(self.shares.gain[lights.index(name)]) for name in names[1:]}
+        parts = zip(names[1:], self.shares.own[1:], self.gain_sd[1:], strict=True)
+        return {
+            "shared_texture": {
+                name: {
+                    "contrast": float(np.hypot(gain[name], np.sqrt(own))),
+                    "correlation": float(gain[name] / np.hypot(gain[name], np.sqrt(own))),
+                    "gain": gain[name],
+                    "gain_sd": float(sd * gain[name]),
+                }
+                for name, own, sd in parts
+            }
+        }
+
+
+def settle(
+    lights: Sequence[str], part: Placed, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
+) -> Settled:
+    """Find what views in different `lights` share, from a `part` of them; their noise too where it is not given."""
+    names = list(dict.fromkeys(lights))
+    light = np.array([names.index(name) for name in lights])
+    coarse = blurs.every(COARSE)
+    # Blur carries in light from beyond the part: its rim tells nothing.
+    rim = min(part.shape) // 4
+    weight = np.zeros(part.shape, np.float32)
+    weight[rim:-rim, rim:-rim] = part.usable[rim:-rim, rim:-rim]
+    floors = np.array([FLOOR * float(image.std()) for image in part.images])
+    # The finest detail is at least as strong as the noise. Cones of one kind catch alike: one noise for each light.
+    finest = np.array([fine_noise(image) for image in part.images])
+    most = np.maximum(floors, [finest[light == one].min() for one in light])
+    sd = most if noise_sd is None else np.asarray(noise_sd, float)
+    gain, little = np.ones(len(lights)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
+    gain_sd = np.zeros(len(names))
+    clear = weight
+
+    def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
+        equalised = equalise(part.images, blurs, sd.tolist(), window=window, shares=Shares(light, gain, own))
+        return equalised, equalised.read(clear)
+
+    def improve(blurs: Blurs, own: FloatArray) -> float:
+        """Improve the gains, by filters that know them; return the greatest change, in standard deviations."""
+        nonlocal gain
+        equalised, nodes = compare(blurs, own)
+        moved = 0.0
+        for number in range(1, len(names)):
+            shares = Shares(light, gain, own)
+            change, gain_sd[number] = _gain_change(equalised, nodes, part.images, blurs, sd, clear, shares, number)
+            gain = gain * np.where(light == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
+            moved = max(moved, abs(change) / gain_sd[number])
+        return moved
+
+    for _ in range(ROUNDS):
+        # What is not shared is told by filters that suppose little of it: were more supposed, depth would give way to
+        # it, and more be found.
+        equalised, nodes = compare(coarse, little)
+        # Outlines that hide what lies behind contradict every depth, in one light as in another: they are left out.
+        usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
+        plain = nodes.misfit <= CONTRADICTS * usual
+        clear = clear * equalised.to_blocks(plain, part.shape)
+        taper = ndimage.gaussian_filter(clear, window / 2)
+        found = equalised.noise_by_view(equalised.look(nodes), taper, together=len(sd))
+        own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
+        if noise_sd is None:
+            sd = np.clip(sd * np.sqrt(found[0]), floors, most)
+        for _ in range(STEPS):
+            if improve(coarse, own) < 0.5:
+                break
+    improve(blurs, own)  # levels far apart bias the gain by some per cent
+    return Settled(Shares(light, gain, own), sd.tolist(), gain_sd)
+
+
+def _gain_change(
+    equalised: Equalised,
+    nodes: Nodes,
+    images: Sequence[Image],
+    blurs: Blurs,
+    sd: FloatArray,
+    weight: Image,
+    shares: Shares,
+    number: int,
+) -> tuple[float, float]:
+    """Change of the logarithm of one light's gain that fits best, with depth free at every node; its sd."""
+    other = equalise(images, blurs, sd.tolist(), window=equalised.window, shares=_raised(shares, number))
+    level = equalised.look(nodes).level
+    sums = np.zeros((5, *level.shape), np.float32)  # of r'^2, r' g', g'^2, r r' and r g', with g' by the gain
+    by_level, by_gain = -equalised.change / 2, np.zeros(equalised.levels)  # what noise alone makes of the last two
+    left, noise = np.zeros_like(level), np.zeros(equalised.levels)
+    for here, there in zip(equalised.residuals, other.residuals, strict=True):
+        rest, slope = here.at(level)
+        aside = (there.at(level)[0] - rest) / np.float32(STEP)
+        sums += np.stack([slope**2, slope * aside, aside**2, rest * slope, rest * aside])
+        by_level += np.gradient(here.noise) / 2
+        by_gain += (there.noise - here.noise) / STEP / 2
+        left, noise = left + rest**2, noise + here.noise
+    places = np.arange(equalised.levels)
+    # Of noise there is at most what is left.
+    there_is = min(1.0, float((weight * left).sum() / (weight * np.interp(level, places, noise)).sum()))
+    sums[3] -= np.interp(level, places, there_is * by_level).astype(np.float32)
+    sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)
+    blocks = np.stack([kernels.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
+    wide = equalised.window / equalised.step
+    told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
+    slope, both, size, depth, pull = kernels.gather(blocks, wide).astype(float) * told
+    lever = both / np.maximum(slope, 1e-9)
+    known = np.where(told, np.maximum(size - lever * both, 0), 0).ravel()
+    if not known.any():
+        return 0.0, 0.1
+    # The median over the nodes, each by what it knows: outlines, where the model fails, pull a mean anywhere.
+    each = -(pull - lever * depth).ravel() / np.maximum(known, 1e-9)
+    change = _median(each, known)
+    spread = 1.48 * _median(np.abs(each - change), known)
+    shared = 2 * np.pi * wide**2  # nodes' windows overlap
+    independent = max(1.0, known.sum() ** 2 / (known**2).sum() / (2 * shared))
+    return change, 1.25 * max(float(np.sqrt(shared / known.sum())), spread / np.sqrt(independent))
+
+
+def _median(values: FloatArray, weight: FloatArray) -> float:
+    order = np.argsort(values)
+    return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
+
+
+def _raised(shares: Shares, number: int) -> Shares:
+    return replace(shares, gain=shares.gain * np.where(shares.light == number, 1 + STEP, 1))
+
+
+def shift_by_gain(settled: Settled, blurs: Blurs) -> FloatArray:
+    """Standard deviation by which what is not known of the gains moves depth, in levels, at each level.
+
+    For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
+    """
+    power = np.maximum(RADII, RADII[1]) ** -2.0
+    scene = blurs.transfer * settled.shares.gain[:, None, None] / np.array(settled.noise_sd)[:, None, None]
+    filters, _ = comparing_filters(blurs, settled.noise_sd, power, settled.shares)
+    variance = np.zeros(blurs.radius.shape[1])
+    for number in range(1, len(settled.gain_sd)):
+        others, _ = comparing_filters(blurs, settled.noise_sd, power, _raised(settled.shares, number))
+        both, slope = np.zeros_like(variance), np.zeros_like(variance)
+        for here, there in zip(filters, others, strict=True):
+            by_level = (np.gradient(here, axis=1) * scene).sum(axis=0)
+            by_gain = ((there - here) / STEP * scene).sum(axis=0)
+            # Radial samples stand for rings: f df.
+            both += (by_level * by_gain * power * RADII).sum(axis=1)
+            slope += (by_level**2 * power * RADII).sum(axis=1)
+        variance += (both / np.maximum(slope, 1e-12 * slope.max()) * settled.gain_sd[number]) ** 2
+    return np.sqrt(variance)

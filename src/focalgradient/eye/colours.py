@@ -1,0 +1,100 @@
+"""From colours to cones: what the L, M and S cones catch of a picture on a display, or of a spectral scene."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.eye.light import cone_fundamentals, illuminant, spectra
+from focalgradient.eye.ranges import wavelengths
+
+__all__ = ["PRIMARIES", "band_image", "cone_images"]
+
+PRIMARIES = "Typical CRT Brainard 1997"
+"""The display whose red, green and blue are meant where nothing else is said."""
+
+
+def cone_images(
+    image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """What the L, M and S cones catch at every pixel, each kind 1 for a pixel whose channels are all 1.
+
+    Parameters
+    ----------
+    image
+        Linear radiance, H x W x channels: red, green and blue of a display, or as many wavelengths as are given.
+    primaries
+        The display's name in colour-science, which knows the spectra of its red, green and blue light.
+    wavelength_nm
+        For a spectral scene, the wavelength of each channel in nm, increasing; a channel then holds the spectral
+        radiance there.
+
+    Returns
+    -------
+    ndarray
+        H x W x 3.
+
+    Raises
+    ------
+    InputError
+        If channels and light do not pair, a wavelength is out of range or not above the one before, the display is
+        unknown, or colour-science is not installed.
+
+    Examples
+    --------
+    Red light reaches L cones above all, blue light S cones.
+
+    >>> red, blue = cone_images([[[1, 0, 0], [0, 0, 1]]])[0].round(2).tolist()
+    >>> red, blue
+    ([0.27, 0.11, 0.02], [0.09, 0.14, 0.89])
+    """
+    image = np.asarray(image, dtype=float)
+    caught = _of_display(primaries) if wavelength_nm is None else _of_wavelengths(np.asarray(wavelength_nm, float))
+    if image.ndim != 3 or image.shape[-1] != len(caught):
+        kinds = "red, green and blue" if wavelength_nm is None else "the wavelengths given"
+        raise InputError(
+            f"image has shape {image.shape}, but must be H x W x {len(caught)}: one channel for each of {kinds}."
+        )
+    seen: NDArray[np.float64] = image @ (caught / caught.sum(axis=0))
+    return seen
+
+
+def band_image(cones: NDArray[np.floating], band: str) -> NDArray[np.float64]:
+    """What a band sees of `cone_images`: "S" alone, or "L+M", each by how much daylight it catches.
+
+    >>> band_image(np.array([[[1.0, 0.5, 0.2]]]), "S").tolist()
+    [[0.2]]
+    """
+    if band == "S":
+        return np.asarray(cones[..., 2], dtype=float)
+    if band != "L+M":
+        raise InputError(f"band is {band!r}, but must be 'L+M' or 'S'.")
+    share = _white()[:2] / _white()[:2].sum()
+    return np.asarray(cones[..., :2] @ share, dtype=float)
+
+
+@lru_cache(maxsize=1)
+def _white() -> NDArray[np.float64]:
+    nm = np.arange(390.0, 781.0, 5.0)
+    return np.asarray(illuminant(nm, "D65") @ cone_fundamentals(nm))
+
+
+@lru_cache(maxsize=8)
+def _of_display(name: str) -> NDArray[np.float64]:
+    """What each kind of cones catches of each primary: 3 x 3."""
+    known = spectra().MSDS_DISPLAY_PRIMARIES
+    if name not in known:
+        raise InputError(f"primaries is {name!r}, but must be one of {', '.join(map(repr, known))}.")
+    light = known[name]
+    return np.asarray(light.values.T @ cone_fundamentals(light.wavelengths))
+
+
+def _of_wavelengths(nm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What each kind of cones catches at each wavelength, by how far its neighbours are: channels x 3."""
+    wavelengths(nm)
+    if nm.ndim != 1 or nm.size < 2 or np.any(np.diff(nm) <= 0):
+        raise InputError("wavelength_nm must be a list of two or more that increase: sort the channels by wavelength.")
+    return cone_fundamentals(nm) * np.gradient(nm)[:, None]

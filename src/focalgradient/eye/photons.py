@@ -1,0 +1,85 @@
+"""Photon noise: how many quanta the cones of a band catch from a surface of some luminance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from focalgradient.errors import InputError
+from focalgradient.eye.light import Band, band_light, illuminant, luminosity
+from focalgradient.eye.ranges import check_number, check_pupil
+
+__all__ = ["Photons"]
+
+LUMENS_PER_WATT = 683.0
+PLANCK_LIGHT = 6.62607015e-34 * 299792458.0  # J m: a quantum's energy times its wavelength
+
+
+@dataclass(frozen=True, slots=True)
+class Photons:
+    """The light that a scene sends on average, and how much of it the cones use.
+
+    A surface of luminance L sends the spectral radiance E(l) with L = 683 lm/W x integral of E V dl. Through a pupil of
+    area A, in the time t, from the solid angle w come A t w x integral of E l / (h c) dl quanta; a band catches each
+    wavelength's by its sensitivity to quanta, times its efficiency at the peak. Their number varies by its square root.
+
+    Parameters
+    ----------
+    luminance
+        cd/m^2, on average over the scene.
+    integration_time
+        Seconds over which the cones gather light.
+    efficiency
+        Share of the quanta at the eye that the L and M cones catch at the wavelength they catch most of: they cover
+        most of the fovea, the media pass most of the light, and cones take in about half of what comes.
+    s_efficiency
+        The same of the S cones: a twentieth of the cones, behind media that take most of the blue light.
+    illuminant
+        Whose light the surfaces, grey on average, send back.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, or an efficiency above 1.
+
+    Examples
+    --------
+    In daylight indoors, in a pixel of a minute of arc.
+
+    >>> photons = Photons(luminance=100.0)
+    >>> [round(photons.caught(band, 0.004, np.radians(1 / 60))) for band in ("L+M", "S")]
+    [25124, 385]
+    """
+
+    luminance: float
+    integration_time: float = 0.2
+    efficiency: float = 0.3
+    s_efficiency: float = 0.01
+    illuminant: str = "D65"
+
+    def __post_init__(self) -> None:
+        for name, unit in (("luminance", "cd/m^2"), ("integration_time", "seconds")):
+            check_number(name, getattr(self, name), unit)
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} is {getattr(self, name)!r}, but must be positive: give it in {unit}.")
+        for name in ("efficiency", "s_efficiency"):
+            if not 0 < getattr(self, name) <= 1:
+                raise InputError(f"{name} is {getattr(self, name)!r}, but must be a share above 0 and at most 1.")
+
+    def caught(self, band: str, pupil_diameter: float, pixel_angle: float) -> float:
+        """Quanta that the cones of a `band` catch on average from a square of `pixel_angle` (rad), by a pupil (m)."""
+        check_pupil(pupil_diameter)
+        light = band_light(cast(Band, band), self.illuminant)
+        nm = light.wavelength_nm
+        step = float(nm[1] - nm[0])
+        energy = illuminant(nm, self.illuminant)
+        radiance = self.luminance / (LUMENS_PER_WATT * float(energy @ luminosity(nm)) * step) * energy  # W / m^2 sr nm
+        # To quanta, sensitivity is that to energy over the wavelength.
+        with np.errstate(invalid="ignore", divide="ignore"):
+            seen = np.nan_to_num(light.weight / energy) / nm
+        quanta = radiance * nm * 1e-9 / PLANCK_LIGHT @ (seen / seen.max()) * step
+        share = self.s_efficiency if band == "S" else self.efficiency
+        return share * self.integration_time * math.pi / 4 * pupil_diameter**2 * pixel_angle**2 * float(quanta)

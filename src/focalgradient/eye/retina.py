@@ -1,0 +1,203 @@
+"""What the cones of one band make of an eye's light: the blur of all its wavelengths together, as far as cones resolve.
+
+`Cones` are optics that a view carries. They tell their own blur, so that depth is read by the blur that is there, and
+what light they see, so that views of unlike light are not taken to share all of a texture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import map_coordinates
+
+from focalgradient.errors import InputError
+from focalgradient.eye.blur import BlurName
+from focalgradient.eye.chromatic import chromatic_wavelength
+from focalgradient.eye.diffraction import cutoff_cpd
+from focalgradient.eye.light import Band, Light, band_light
+from focalgradient.eye.optics import Eye
+from focalgradient.eye.quadrature import panels
+from focalgradient.eye.ranges import check_number
+from focalgradient.psf import disc_transfer, gaussian_transfer
+
+__all__ = ["S_FINEST_CPD", "Cones", "few_wavelengths", "sampling"]
+
+S_FINEST_CPD = 10.0
+"""Cycles per degree that S cones, which are sparse, resolve at best."""
+
+ROLL_OFF = 16
+"""Power of frequency with which resolution ends: sharply, but without ringing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cones:
+    """An eye as the cones of one band see through it at one moment.
+
+    Parameters
+    ----------
+    eye
+        Pupil, accommodation and chromatic aberration; without aberrations of other kinds.
+    light
+        Name of the light, such as the band's: views of one name share a texture, views of two need not.
+    lines
+        The light's wavelengths in nm, each counting alike.
+    finest_cpd
+        Cycles per degree that the cones resolve: infinite for a mosaic finer than the pixels.
+    model
+        How each wavelength is blurred: ``"wave"``, or by geometric optics ``"disc"`` or its stand-in ``"gaussian"``.
+
+    Raises
+    ------
+    InputError
+        If the eye has aberrations that this does not know, or a number is out of range.
+
+    Examples
+    --------
+    The same eye, accommodated to 1 m, seen through by two kinds of cones.
+
+    >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
+    >>> reds, blues = Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=10)
+    >>> round(blues.focus_vergence - reds.focus_vergence, 2)
+    0.78
+    >>> blues.transfer(np.degrees([0, 5, 10, 20]), vergence=1.0).round(2).tolist()  # out of focus, and too fine
+    [1.0, 0.16, -0.01, 0.0]
+    """
+
+    eye: Eye
+    light: str
+    lines: tuple[float, ...]
+    finest_cpd: float = np.inf
+    model: BlurName = "wave"
+
+    def __post_init__(self) -> None:
+        if self.eye.aberrations or self.eye.stiles_crawford:
+            raise InputError(
+                "the eye has aberrations or the Stiles-Crawford effect, but cones know the blur of a clear pupil only: "
+                "leave both out."
+            )
+        if not self.finest_cpd > 0:
+            raise InputError(f"finest_cpd is {self.finest_cpd!r}, but must be positive: give it in cycles per degree.")
+
+    @classmethod
+    def of(
+        cls,
+        eye: Eye,
+        band: Band,
+        *,
+        illuminant: str = "D65",
+        lines: int = 5,
+        finest_cpd: float = np.inf,
+        model: BlurName = "wave",
+    ) -> Cones:
+        """The cones of a `band` in the light of an `illuminant`, put into so many `lines` (see `few_wavelengths`)."""
+        return cls(eye, band, few_wavelengths(band_light(band, illuminant), lines), finest_cpd, model)
+
+    @property
+    def aperture_diameter(self) -> float:
+        """Diameter of the pupil in metres."""
+        return self.eye.pupil_diameter
+
+    @property
+    def focus_vergence(self) -> float:
+        """Vergence in dioptres of the plane that is in focus on average over the light's wavelengths."""
+        return float(np.mean([eye.focus_vergence for eye in self.eyes()]))
+
+    def eyes(self) -> list[Eye]:
+        """The eye in each of the light's wavelengths."""
+        return [self.eye.in_light(nm) for nm in self.lines]
+
+    def accommodated(self, accommodation: float) -> Cones:
+        """The same cones at a moment of another accommodation (D)."""
+        return replace(self, eye=replace(self.eye, accommodation=accommodation))
+
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+        """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
+
+        The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves it is read off a
+        table, right to about 1e-4.
+        """
+        frequency, vergence = np.asarray(frequency, dtype=float), np.asarray(vergence, dtype=float)
+        total = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape))
+        for eye in self.eyes():
+            defocus = np.abs(eye.focus_vergence - vergence)
+            if self.model == "wave":
+                total += _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
+            elif self.model == "disc":
+                total += disc_transfer(frequency, defocus * eye.pupil_diameter / 2)
+            else:
+                total += gaussian_transfer(frequency, defocus * eye.pupil_diameter / 2)
+        resolved: NDArray[np.float64] = total / len(self.lines) * sampling(frequency, self.finest_cpd)
+        return resolved
+
+
+def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
+    """Contrast left at `frequency` (cycles per radian) by cones that resolve `finest_cpd`, exp(-(f / finest)^16).
+
+    >>> sampling(np.degrees([5, 10, 12]), 10).round(2).tolist()
+    [1.0, 0.37, 0.0]
+    """
+    share = np.exp(-((np.radians(np.asarray(frequency, dtype=float)) / finest_cpd) ** ROLL_OFF))
+    return np.where(share < 1e-3, 0.0, share)
+
+
+@lru_cache(maxsize=32)
+def few_wavelengths(light: Light, count: int) -> tuple[float, ...]:
+    """`count` wavelengths in nm that stand for a light: each for an equal part of it, focused as that part on average.
+
+    >>> [round(nm) for nm in few_wavelengths(band_light("S", "D65"), 3)]
+    [427, 450, 477]
+    """
+    check_number("count", count, "wavelengths", least=1)
+    ends = np.linspace(0, 1, count + 1)
+    after = np.cumsum(light.share)
+    before = after - light.share
+    parts = [
+        np.clip(np.minimum(after, high) - np.maximum(before, low), 0, None) for low, high in pairwise(ends.tolist())
+    ]
+    return tuple(float(chromatic_wavelength(Light(light.wavelength_nm, part).difference())) for part in parts)
+
+
+SHIFTS = np.linspace(0, 1, 65)[:-1]
+"""Frequencies over the cut-off at which the table is worked out."""
+
+PHASE_STEP = 0.05
+"""Radians of phase from one column of the table to the next."""
+
+
+def _wave_transfer(
+    frequency: NDArray[np.float64], defocus: NDArray[np.float64], pupil_diameter: float, wavelength_nm: float
+) -> NDArray[np.float64]:
+    """`optical_transfer`, of arrays of frequencies (cycles per radian) and of defocus, off a table."""
+    s = np.radians(frequency) / cutoff_cpd(pupil_diameter, wavelength_nm)
+    phase = np.pi * pupil_diameter * defocus * frequency * np.clip(1 - s, 0, None)
+    table = _table(float(2 ** np.ceil(np.log2(max(16.0, phase.max())))))
+    places = np.broadcast_arrays(np.minimum(s * len(SHIFTS), len(SHIFTS) - 1), phase / PHASE_STEP)
+    return np.asarray(map_coordinates(table, np.stack(places), order=1, mode="nearest") * _in_focus(s))
+
+
+def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Transfer of a pupil in focus at the share `s` of its cut-off."""
+    s = np.minimum(s, 1)
+    focused: NDArray[np.float64] = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
+    return focused
+
+
+@lru_cache(maxsize=4)
+def _table(largest: float) -> NDArray[np.float64]:
+    """Transfer over that in focus, by frequency (SHIFTS) and by the phase at the pupil's rim, up to `largest`."""
+    nodes, weights = panels(largest)
+    span = np.arccos(SHIFTS)[:, None]
+    angle = span * nodes
+    # Phases at the nodes over that at the rim; cosines of their multiples by the recurrence of Chebyshev.
+    turn = (np.cos(angle) - SHIFTS[:, None]) / (1 - SHIFTS[:, None]) * PHASE_STEP
+    twice, before, now = 2 * np.cos(turn), np.cos(turn), np.ones_like(turn)
+    light = 4 / np.pi * span * np.sin(angle) ** 2 * weights / _in_focus(SHIFTS)[:, None]
+    table = np.empty((len(SHIFTS), int(largest / PHASE_STEP) + 2))
+    for column in table.T:
+        column[:] = (now * light).sum(axis=1)
+        now, before = twice * now - before, now
+    return table

@@ -1,0 +1,271 @@
+"""The views that an eye has by nature: two by colour, and many in time.
+
+Each is a view like any other, and carries as optics the cones that saw it. Scenes are seen by rays, through every line
+of a band's light on its own (geometric blur, with its occlusions); a wall at one distance by waves, with diffraction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.eye.optics import Course, Eye
+from focalgradient.eye.photons import Photons
+from focalgradient.eye.ranges import check_number
+from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
+from focalgradient.psf import pixel_transfer
+from focalgradient.render import Rendered, cast
+from focalgradient.scenes import Mesh, Scene
+from focalgradient.view import View
+
+__all__ = ["accommodation_views", "band_views", "eye_views"]
+
+CONTRAST = 0.2
+"""Standard deviation over mean of a wall's texture."""
+
+Progress = Callable[[float], object]
+
+
+def band_views(
+    scene: Scene | float,
+    eye: Eye,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    correlation: float = 1.0,
+    gain: float = 1.0,
+    s_finest_cpd: float = S_FINEST_CPD,
+    illuminant: str = "D65",
+    lines: int = 5,
+    noise: float | Photons = 0.0,
+    samples: int = 64,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> list[Rendered]:
+    """What the L and M cones together, and what the S cones see at one moment.
+
+    Parameters
+    ----------
+    scene
+        What to look at; or the distance in metres of a textured wall.
+    eye
+        Pupil, accommodation and chromatic aberration.
+    shape, pixel_angle
+        Height and width in pixels, and the visual angle in radians of one.
+    correlation, gain
+        Of the textures as the S cones see them with the others' textures, and their contrast over the others'.
+    s_finest_cpd
+        Cycles per degree that the S cones resolve.
+    illuminant, lines
+        The light, and how many wavelengths stand for it in each band (see `Cones.of`).
+    noise
+        Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
+    samples, seed
+        Rays a pixel, and the seed of rays, textures and noise.
+    progress
+        Called now and then with the share done, 0 to 1.
+
+    Returns
+    -------
+    list of Rendered
+        The views, first that of L+M, with the true distance at every pixel.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be ray cast, or a number is out of range.
+
+    Examples
+    --------
+    >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
+    >>> reds, blues = band_views(0.5, eye, (64, 64), pixel_angle=np.radians(1 / 60))
+    >>> reds.view.optics.light, blues.view.optics.light, float(reds.distance[0, 0])
+    ('L+M', 'S', 0.5)
+    """
+    cones = [
+        Cones.of(eye, "L+M", illuminant=illuminant, lines=lines),
+        Cones.of(eye, "S", illuminant=illuminant, lines=lines, finest_cpd=s_finest_cpd),
+    ]
+    return eye_views(
+        scene,
+        cones,
+        shape,
+        pixel_angle,
+        correlation=correlation,
+        gain=gain,
+        noise=noise,
+        samples=samples,
+        seed=seed,
+        progress=progress,
+    )
+
+
+def accommodation_views(
+    scene: Scene | float,
+    eye: Eye,
+    times: Sequence[float],
+    course: Course,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    illuminant: str = "D65",
+    lines: int = 5,
+    noise: float | Photons = 0.0,
+    samples: int = 64,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> list[Rendered]:
+    """What the L and M cones see at each of the moments `times` (s, in order) as accommodation takes its `course`.
+
+    Two views a quarter of a second apart are extremes of the paper's oscillation at 2 Hz; the whole series may be
+    given to `recover_depth` as well. The other parameters are those of `band_views`.
+
+    Examples
+    --------
+    >>> from focalgradient.eye import Oscillation
+    >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
+    >>> pair = accommodation_views(0.5, eye, [0.125, 0.375], Oscillation(), (64, 64), np.radians(1 / 60))
+    >>> round(pair[0].view.optics.focus_vergence - pair[1].view.optics.focus_vergence, 6)
+    0.5
+    """
+    cones = [Cones.of(one, "L+M", illuminant=illuminant, lines=lines) for one in eye.through(times, course)]
+    return eye_views(scene, cones, shape, pixel_angle, noise=noise, samples=samples, seed=seed, progress=progress)
+
+
+def eye_views(
+    scene: Scene | float,
+    cones: Sequence[Cones],
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    correlation: float = 1.0,
+    gain: float = 1.0,
+    noise: float | Photons = 0.0,
+    samples: int = 64,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> list[Rendered]:
+    """What each of the `cones` sees; those of another light than the first's see textures of some `correlation`.
+
+    Parameters are those of `band_views`.
+
+    Examples
+    --------
+    Both kinds of views at once: two kinds of cones at two moments.
+
+    >>> eyes = [Eye(0.004, accommodation) for accommodation in (0.75, 1.25)]
+    >>> cones = [Cones.of(eye, band) for eye in eyes for band in ("L+M", "S")]
+    >>> len(eye_views(0.5, cones, (64, 64), np.radians(1 / 60), correlation=0.9))
+    4
+    """
+    if not -1 <= correlation <= 1:
+        raise InputError(f"correlation is {correlation!r}, but must be between -1 and 1.")
+    check_number("gain", gain, "multiples of the other cones' contrast", least=0)
+    say = progress or (lambda share: None)
+    shares = (correlation, math.sqrt(1 - correlation**2))
+    seen = []
+    for number, one in enumerate(cones):
+        mixed = one.light != cones[0].light
+        mix = (gain * shares[0], gain * shares[1]) if mixed else (1.0, 0.0)
+        if isinstance(scene, Scene):
+            optics, image, distance = _by_rays(scene, one, shape, pixel_angle, mix, samples, seed)
+        else:
+            optics, image, distance = _by_waves(scene, one, shape, pixel_angle, mix, seed)
+        image = _noisy(image, optics, pixel_angle, noise, np.random.default_rng([seed, 3, number]))
+        seen.append(Rendered(View(image.astype(np.float32), optics, pixel_angle), distance))
+        say((number + 1) / len(cones))
+    return seen
+
+
+def _by_rays(
+    scene: Scene,
+    cones: Cones,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    mix: tuple[float, float],
+    samples: int,
+    seed: int,
+) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+    """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
+    cones = replace(cones, model="disc")
+    parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
+    image = np.zeros(shape)
+    for weight, painted in parts:
+        if abs(weight) > 1e-9:
+            for eye in cones.eyes():
+                rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
+                image += weight / len(cones.lines) * rendered.view.image
+    if np.isfinite(cones.finest_cpd):
+        image = _filtered(image, pixel_angle, lambda frequency: sampling(frequency, cones.finest_cpd))
+    return cones, image, rendered.distance
+
+
+def _painted(scene: Scene, other: int, contrast: float) -> Scene:
+    """The scene with other textures, and their contrast by this factor."""
+    things = []
+    for thing in scene.objects:
+        if isinstance(thing, Mesh):
+            raise InputError(
+                "the scene holds meshes, but an eye's views are ray cast: choose one of planes and spheres."
+            )
+        texture = replace(thing.texture, seed=thing.texture.seed + other, contrast=contrast * thing.texture.contrast)
+        things.append(replace(thing, texture=texture))
+    return replace(scene, objects=tuple(things))
+
+
+def _by_waves(
+    distance: float, cones: Cones, shape: tuple[int, int], pixel_angle: float, mix: tuple[float, float], seed: int
+) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+    """A wall with a natural texture, filtered by the cones' transfer; it is wider than the frame, and does not wrap."""
+    if not distance > 0:
+        raise InputError(f"scene is {distance!r}, but a wall's distance must be positive: give it in metres.")
+    side = int(2 ** math.ceil(math.log2(1.5 * max(shape))))
+    down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
+    radial = np.hypot(down, right)
+    radial[0, 0] = np.inf
+    fields = [
+        np.fft.irfft2(
+            np.where(radial < 0.5, np.fft.rfft2(np.random.default_rng([seed, part]).standard_normal((side, side))), 0)
+            / radial,
+            (side, side),
+        )
+        for part in (0, 1)
+    ]
+    texture = sum(weight * field / field.std() for weight, field in zip(mix, fields, strict=True))
+    radial[0, 0] = 0
+    seen = cones.transfer(radial / pixel_angle, 1 / distance) * pixel_transfer(down, right)
+    whole = 1 + CONTRAST * np.fft.irfft2(np.fft.rfft2(texture) * seen, (side, side))
+    top, left = ((side - n) // 2 for n in shape)
+    return cones, whole[top : top + shape[0], left : left + shape[1]], np.full(shape, float(distance))
+
+
+def _filtered(
+    image: NDArray[np.float64], pixel_angle: float, transfer: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """The image filtered by a `transfer` of cycles per radian, mirrored at its rim."""
+    around = min(64, *image.shape)
+    wide = np.pad(image, around, mode="symmetric")
+    radial = np.hypot(np.fft.fftfreq(wide.shape[0])[:, None], np.fft.rfftfreq(wide.shape[1]))
+    through = np.fft.irfft2(np.fft.rfft2(wide) * transfer(radial / pixel_angle), wide.shape)
+    inside: NDArray[np.float64] = through[around:-around, around:-around]
+    return inside
+
+
+def _noisy(
+    image: NDArray[np.float64],
+    cones: Cones,
+    pixel_angle: float,
+    noise: float | Photons,
+    random: np.random.Generator,
+) -> NDArray[np.float64]:
+    if not isinstance(noise, Photons):
+        check_number("noise", noise, "shares of the mean", least=0)
+        return image + noise * image.mean() * random.standard_normal(image.shape)
+    caught = noise.caught(cones.light, cones.aperture_diameter, pixel_angle)
+    scale = image.mean() / caught
+    return image + np.sqrt(np.clip(image, 0, None) * scale) * random.standard_normal(image.shape)

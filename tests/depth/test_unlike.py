@@ -1,0 +1,89 @@
+"""Views in unlike light, and optics that tell their own blur: what the core makes of them, whoever they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError, View, recover_depth
+from focalgradient.depth.equalise import RADII, Blurs, Shares, comparing_filters
+from focalgradient.depth.search import Search
+from focalgradient.psf import disc_transfer
+
+PIXEL = 3e-4
+
+
+@dataclass(frozen=True)
+class Told:
+    """A lens that says its blur and its light."""
+
+    focus_vergence: float
+    light: str = "green"
+    aperture_diameter: float = 0.004
+
+    def transfer(self, frequency, vergence):
+        return disc_transfer(frequency, np.abs(self.focus_vergence - vergence) * self.aperture_diameter / 2)
+
+
+def views(*optics: Told, noise: float = 0.0, vergence: float = 1.3, mix: float = 0.0) -> list[View]:
+    """A wall whose texture, in light other than the first's, has a part of its own of `mix` times the amplitude."""
+    random = np.random.default_rng(3)
+    frequency = np.hypot(np.fft.fftfreq(384)[:, None], np.fft.rfftfreq(384))
+    fields = np.fft.rfft2(random.standard_normal((2, 384, 384))) / np.maximum(frequency, 1 / 384)
+    fields[:, 0, 0] = 0
+    seen = []
+    for one in optics:
+        field = fields[0] + (mix * fields[1] if one.light != optics[0].light else 0)
+        image = np.fft.irfft2(field * one.transfer(frequency / PIXEL, vergence))[64:320, 64:320]
+        image = 1 + 0.2 * image / np.fft.irfft2(fields[0]).std() + noise * random.standard_normal(image.shape)
+        seen.append(View(image.astype(np.float32), one, PIXEL))
+    return seen
+
+
+def test_optics_own_disc_reads_as_the_disc() -> None:
+    pair = views(Told(1.0), Told(1.6), noise=0.01)
+    own, disc = (recover_depth(pair, psf=psf) for psf in ("optics", "disc"))
+    assert np.array_equal(own.vergence, disc.vergence)
+    assert np.median(np.abs(own.vergence - 1.3)[own.valid]) < 0.01
+
+
+def test_unlike_light_is_measured_and_alike_light_is_not() -> None:
+    alike = recover_depth(views(Told(1.0), Told(1.6), noise=0.01), psf="optics")
+    assert "shared_texture" not in alike.details
+    unlike = recover_depth(views(Told(1.0), Told(1.6, "blue"), noise=0.01, mix=0.3), psf="optics")
+    shared = unlike.details["shared_texture"]["blue"]
+    # Midway between the foci, where both views are blurred alike, the gain is hardest to tell and depth least needs it.
+    assert shared["gain"] == pytest.approx(1, abs=0.2)
+    assert shared["correlation"] == pytest.approx(1 / np.hypot(1, 0.3), abs=0.04)
+    assert np.median(np.abs(unlike.vergence - 1.3)[unlike.valid]) < 0.01
+    assert np.median(unlike.vergence_sd) > 1.5 * np.median(alike.vergence_sd)
+
+
+def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise() -> None:
+    """At the right depth what is left is noise of the strength stated, own parts included."""
+    search = Search.over(views(Told(1.0), Told(1.6, "blue"), Told(0.8, "blue")), None, None)
+    blurs, power = search.blurs("optics", 0.5), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
+    shares = Shares(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]))
+    sd = [0.01, 0.02, 0.02]
+    filters, own = comparing_filters(blurs, sd, power, shares)
+    heard = (blurs.heard() > 1 - 1e-9).all(axis=0)
+    shown = blurs.transfer * shares.gain[:, None, None] / np.array(sd)[:, None, None]
+    covariance = np.eye(3)[:, :, None, None] + own[0][:, None] * own[0][None]
+    left = np.einsum("anlf,nmlf,bmlf->ablf", filters, covariance, filters)
+    for rows in filters:
+        assert np.abs((rows * shown).sum(axis=0))[heard].max() < 1e-3
+    # Two comparisons, of one strength and unrelated.
+    assert np.abs(left[0, 1])[heard].max() < 1e-6
+    assert left[0, 0][heard] == pytest.approx(left[1, 1][heard], abs=1e-6)
+
+
+def test_blur_at_every_other_level() -> None:
+    blurs = Blurs(np.arange(8.0).reshape(2, 4), np.ones((2, 4, 512)), False)
+    assert blurs.every(2).radius.tolist() == [[0, 2], [4, 6]]
+    assert blurs.every(2).transfer.shape == (2, 2, 512)
+
+
+@pytest.mark.parametrize("method", ["spectra", "ratio"])
+def test_own_blur_is_for_the_default_method(method) -> None:
+    with pytest.raises(InputError, match="psf is 'optics'"):
+        recover_depth(views(Told(1.0), Told(1.6)), psf="optics", method=method)

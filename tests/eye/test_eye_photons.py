@@ -1,0 +1,33 @@
+"""Quanta that cones catch, against numbers from radiometry that use none of its code."""
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import Photons
+
+MINUTE = np.radians(1 / 60)
+
+
+def test_a_troland_is_some_1240000_quanta_of_green_light() -> None:
+    """Of 555 nm, per second and square degree at the eye: 1 / 683 W a lumen, 3.58e-19 J a quantum."""
+    trolands = 100 * np.pi / 4 * 4**2
+    caught = Photons(100.0, integration_time=1.0, efficiency=1.0).caught("L+M", 0.004, np.radians(1))
+    # L and M cones together catch a broader band than luminance weighs: a little more.
+    assert 0.8 < caught / (1.24e6 * trolands) < 1.3
+
+
+def test_it_grows_with_light_and_area_and_time() -> None:
+    base = Photons(100.0).caught("S", 0.004, MINUTE)
+    assert Photons(200.0).caught("S", 0.004, MINUTE) == pytest.approx(2 * base)
+    assert Photons(100.0, integration_time=0.1).caught("S", 0.004, MINUTE) == pytest.approx(base / 2)
+    assert Photons(100.0).caught("S", 0.002, 2 * MINUTE) == pytest.approx(base)
+    assert Photons(100.0, illuminant="A").caught("S", 0.004, MINUTE) < 0.5 * base  # a bulb is poor in blue
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"), [({"luminance": 0}, "cd/m"), ({"luminance": 1, "efficiency": 2}, "share above 0")]
+)
+def test_bad_light_is_refused(wrong: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Photons(**wrong)

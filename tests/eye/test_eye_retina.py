@@ -1,0 +1,70 @@
+"""What cones make of the light: its blur against the exact transfer, and what they do not resolve."""
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import Cones, Eye, band_difference, band_light, blur_transfer, optical_transfer
+from focalgradient.eye.retina import few_wavelengths
+from focalgradient.optics import InLight, Transferring
+
+EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
+CPD = np.linspace(0, 40, 81)
+
+
+@pytest.mark.parametrize("pupil", [0.002, 0.006])
+@pytest.mark.parametrize("vergence", [2.0, 1.7, -1.0])
+def test_one_wavelength_is_blurred_as_the_exact_transfer_says(pupil: float, vergence: float) -> None:
+    cones = Cones(Eye(pupil, 2.0), "green", (555.0,))
+    exact = optical_transfer(CPD, pupil_diameter=pupil, wavelength_nm=555, defocus=cones.focus_vergence - vergence)
+    assert np.abs(cones.transfer(np.degrees(CPD), vergence) - exact).max() < 2e-4
+
+
+@pytest.mark.parametrize("band", ["L+M", "S"])
+def test_more_wavelengths_come_nearer_to_the_whole_band(band) -> None:
+    light = band_light(band, "D65", 10.0)
+    short = {}
+    for lines in (9, 36):
+        short[lines] = max(
+            np.abs(
+                Cones.of(EYE, band, lines=lines).transfer(np.degrees(CPD), vergence)
+                - blur_transfer(0, CPD, EYE, vergence, light=light)
+            ).max()
+            for vergence in (1.0, 2.3, 3.5)
+        )
+    assert short[9] < 0.03
+    assert short[36] < 0.005
+
+
+def test_bands_are_focused_as_far_apart_as_their_lights() -> None:
+    apart = Cones.of(EYE, "S").focus_vergence - Cones.of(EYE, "L+M").focus_vergence
+    assert apart == pytest.approx(band_difference("D65"), abs=2e-3)
+    assert Cones.of(EYE, "S").accommodated(0.0).focus_vergence == pytest.approx(
+        Cones.of(EYE, "S").focus_vergence - 2, abs=1e-9
+    )
+
+
+def test_wavelengths_keep_the_lights_mean() -> None:
+    light = band_light("S", "D65")
+    mean = np.mean([EYE.in_light(nm).focus_vergence for nm in few_wavelengths(light, 4)])
+    assert mean == pytest.approx(2.0 - light.difference(), abs=2e-3)
+
+
+def test_what_is_too_fine_is_not_seen() -> None:
+    coarse, fine = Cones.of(EYE, "S", finest_cpd=10), Cones.of(EYE, "S")
+    ratio = coarse.transfer(np.degrees([0, 6, 8, 14]), 2.5) / fine.transfer(np.degrees([0, 6, 8, 14]), 2.5)
+    assert ratio[:3] == pytest.approx(1, abs=0.03)
+    assert ratio[3] == 0
+
+
+def test_cones_are_optics_that_say_their_blur_and_light() -> None:
+    assert isinstance(Cones.of(EYE, "S"), Transferring)
+    assert isinstance(Cones.of(EYE, "S"), InLight)
+    assert not isinstance(EYE, Transferring)
+
+
+def test_aberrations_are_refused() -> None:
+    with pytest.raises(InputError, match="clear pupil"):
+        Cones.of(Eye(0.004, 1.0, stiles_crawford=0.05), "S")
+    with pytest.raises(InputError, match="finest_cpd"):
+        Cones.of(EYE, "S", finest_cpd=-1)

@@ -1,0 +1,61 @@
+"""`focalgradient eye`: what a simulated eye sees, and the depth in it."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient import DepthMap
+from focalgradient.cli.eye import eye
+from focalgradient.cli.program import Program
+
+PLACE = sys.modules["focalgradient.cli.eye"]  # the package has a command of that name
+
+
+@pytest.fixture(autouse=True)
+def small(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(PLACE, "SHAPE", (96, 128))
+    monkeypatch.setattr(PLACE, "SAMPLES", 16)
+    monkeypatch.setattr(PLACE, "LINES", 2)
+    monkeypatch.setattr(PLACE, "FRAMES", 4)
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(Program("focalgradient", commands=[eye]), ["eye", *args])
+
+
+@pytest.mark.parametrize("views", ["bands", "oscillation", "both"])
+def test_a_slanted_wall(views):
+    result = run("slant", "--out", "out", "--views", views, "--seed", "1")
+    assert result.exit_code == 0, result.output
+    assert "Side of focus right" in result.stdout
+    summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
+    assert summary["simulated"] is True
+    assert len(summary["focus_D"]) == {"bands": 2, "oscillation": 2, "both": 4}[views]
+    assert summary["found"]["median_error_D"] < 0.1
+    assert DepthMap.load("out/depth.npz").valid.mean() == pytest.approx(summary["found"]["valid"])
+    assert cv2.VideoCapture("out/oscillation.mp4").get(cv2.CAP_PROP_FRAME_COUNT) == 16
+    assert all(cv2.imread(f"out/{name}.png") is not None for name in ("views", "focus"))
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["rock"], "SCENE is 'rock'.*spheres"),
+        (["plane", "--pupil", "12"], "--pupil is 12.*9 millimetres"),
+        (["plane", "--pupil", "0"], "--pupil is 0"),
+        (["plane", "--accommodation", "-1"], "--accommodation is -1"),
+        (["plane", "--views", "both", "--amplitude", "0"], "--amplitude is 0"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(args, said):
+    result = run(*args, "--out", "out")
+    assert result.exit_code == 2
+    assert re.search(said, result.stderr)
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert not Path("out").exists()
