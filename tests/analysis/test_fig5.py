@@ -4,7 +4,7 @@ import fig5
 import numpy as np
 import pytest
 
-from focalgradient import Lens, View
+from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.ratio import focal_disparity
 
 
@@ -15,12 +15,19 @@ def test_content_of_a_checkerboard_is_known():
     assert content == pytest.approx(4 * 0.3 / 2.15, rel=1e-3)
 
 
-def test_disparity_comes_out_of_the_blur():
-    views, again, truth = fig5.views_and_truth(shape=(120, 160), samples=64)
+def test_disparity_comes_out_of_the_blur_and_reflections_lie_behind_their_mirror():
+    views, again, truth = fig5.views_and_truth(shape=(200, 150), samples=64)
     small, large, twice = (view.image for view in (*views, again))
-    noise = fig5.NOISE * float(small.mean())
-    near = np.abs(truth[2::4, 2::4] - fig5.FOCUS) < 0.1
+    seen = np.trace(truth.vergence, axis1=-2, axis2=-1) / 2
+    noise = 0.03 * float(small.mean())  # of the rays, mostly
     disparity, told = focal_disparity(small, large, noise=noise, window=8)
     control, control_told = focal_disparity(small, twice, noise=noise, window=8)
-    assert np.median(disparity[told & near]) > 1.3 * np.median(disparity[told & ~near])
-    assert control[control_told] == pytest.approx(1, abs=0.15)
+    grid, shown = (image[2::4, 2::4][: told.shape[0], : told.shape[1]] for image in (1 / truth.distance, seen))
+    near, far = told & (shown > 0.97), told & (shown < 0.8)
+    assert np.median(disparity[near]) > 1.5 * np.median(disparity[far])
+    assert np.median(control[control_told]) == pytest.approx(1, abs=0.05)
+    # At the foot of the bottle the checks are seen in it, behind its surface.
+    depth = recover_depth(views, method="ratio", near=fig5.FOCUS, far=fig5.FAR)
+    mirrored = depth.valid & (1 / truth.distance - seen > fig5.MIRRORED)
+    assert np.median((1 / truth.distance - depth.vergence)[mirrored]) > 0
+    assert np.mean(grid[told] >= shown[told] - 1e-3) > 0.9
