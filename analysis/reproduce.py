@@ -10,6 +10,7 @@ from pathlib import Path
 import autofocus
 import check
 import estimators
+import eye_depth
 import eye_gaussian
 import fig1
 import fig2
@@ -26,22 +27,23 @@ from tqdm import tqdm
 from focalgradient import InputError
 
 FIGURES = (  # in the report's order; seconds that each takes, for an even progress bar
-    ("fig1", fig1.make, 25.0),
+    ("fig1", fig1.make, 20.0),
     ("fig6", fig6.make, 1.0),
     ("fig2", fig2.make, 1.0),
-    ("fig2_measured", fig2_measured.make, 25.0),
+    ("fig2_measured", fig2_measured.make, 15.0),
     ("scene", scene.make, 5.0),
-    ("fig4", fig4.make, 10.0),
+    ("fig4", fig4.make, 15.0),
     ("fig5", fig5.make, 15.0),
-    ("estimators", estimators.make, 60.0),
-    ("check", check.make, 30.0),
-    ("autofocus", autofocus.make, 20.0),
+    ("estimators", estimators.make, 30.0),
+    ("check", check.make, 15.0),
+    ("autofocus", autofocus.make, 15.0),
     ("motorcycle", motorcycle.make, 10.0),
     ("eye_gaussian", eye_gaussian.make, 6.0),
+    ("eye_depth", eye_depth.make, 30.0),
     ("necker_strip", necker_strip.make, 4.0),
 )
 
-NEED_MITSUBA = {"fig1"}  # left out, and said so, where it cannot be loaded
+NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
 
 REMARK = (
     "Blur grows with the distance from the plane of focus. These figures show the law, how well it can tell distance, "
