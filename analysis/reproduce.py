@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import autofocus
 import check
@@ -15,16 +19,22 @@ import eye_gaussian
 import fig1
 import fig2
 import fig2_measured
+import fig3
 import fig4
 import fig5
 import fig6
 import motorcycle
+import necker
 import necker_strip
+import observers
 import scene
-from report import Shown, images, numbers_json, report_html
+import simulated
+import stimulus_sheet
+from report import Progress, Shown, images, numbers_json, report_html
 from tqdm import tqdm
 
 from focalgradient import InputError
+from focalgradient.report import make_report
 
 FIGURES = (  # in the report's order; seconds that each takes, for an even progress bar
     ("fig1", fig1.make, 20.0),
@@ -40,15 +50,23 @@ FIGURES = (  # in the report's order; seconds that each takes, for an even progr
     ("motorcycle", motorcycle.make, 10.0),
     ("eye_gaussian", eye_gaussian.make, 6.0),
     ("eye_depth", eye_depth.make, 30.0),
+    ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("necker_strip", necker_strip.make, 4.0),
+    ("observers", observers.make, 10.0),
 )
+
+OF_DATASET = (("fig3", fig3.make), ("necker", necker.make))
+"""Figures of answers, of one data set; of simulated observers here, for people have not been asked."""
+
+TAKING_PART, EACH = 45.0, 3.0  # seconds of the observers, and of each of their figures
 
 NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
 
 REMARK = (
     "Blur grows with the distance from the plane of focus. These figures show the law, how well it can tell distance, "
     "and what the toolkit recovers. The views are rendered, so that the true depth of every pixel is known: by a ray "
-    "caster that knows nothing of the depth core, or, where a caption says so, by blurring a flat picture."
+    "caster or a path tracer that knows nothing of the depth core, or, where a caption says so, by blurring a flat "
+    "picture. Wherever answers are shown they are those of simulated observers, and the picture says so."
 )
 
 
@@ -58,7 +76,8 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
     Parameters
     ----------
     out
-        Folder for the figures (PNG, PDF), ``numbers.json`` and ``report.html``; made if it does not exist.
+        Folder for the figures (PNG, PDF), ``numbers.json``, ``report.html``, the data set of the simulated observers
+        (``simulated``) and the report of it (``simulated_report``); made if it does not exist.
     full
         More data; takes longer.
     quiet
@@ -67,34 +86,55 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".partial-", dir=out) as folder:
         figures: dict[str, Shown] = {}
-        pngs: dict[str, bytes] = {}
         bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
-        with tqdm(total=sum(seconds for _, _, seconds in FIGURES), bar_format=bar_format, disable=quiet) as bar:
+        whole = sum(seconds for _, _, seconds in FIGURES) + bool(OF_DATASET) * TAKING_PART + EACH * len(OF_DATASET)
+        with tqdm(total=whole, bar_format=bar_format, disable=quiet) as bar:
             done = 0.0
+
+            def run(name: str, seconds: float, make: Callable[[Progress], Any]) -> Any:
+                """Make one thing, and move the bar by its seconds."""
+                nonlocal done
+                bar.set_description(name.ljust(15))
+                made = make(lambda share: bar.update(done + share * seconds - bar.n))
+                done += seconds
+                bar.update(done - bar.n)
+                return made
+
             for name, make, seconds in FIGURES:
-                bar.set_description(name.ljust(13))
-
-                def progress(share: float, start: float = done, seconds: float = seconds) -> None:
-                    bar.update(start + share * seconds - bar.n)
-
                 try:
-                    figures[name] = make(full=full, progress=progress)
+                    figures[name] = run(name, seconds, partial(_made, make, full=full))
                 except InputError as error:
                     if name not in NEED_MITSUBA:
                         raise
                     bar.write(f"{name} is left out: {error}", file=sys.stderr)
                     done += seconds
-                    continue
-                for kind, content in images(figures[name]).items():
-                    Path(folder, f"{name}.{kind}").write_bytes(content)
-                    if kind == "png":
-                        pngs[name] = content
-                progress(1.0)
-                done += seconds
+            if OF_DATASET:
+                dataset = Path(folder, "simulated")
+                run(
+                    "observers",
+                    TAKING_PART,
+                    lambda progress: simulated.take_part(dataset, full=full, progress=progress),
+                )
+                for name, of_dataset in OF_DATASET:
+                    figures[name] = run(name, EACH, partial(_made, partial(of_dataset, dataset), full=full))
+                Path(folder, "simulated_report").mkdir()
+                for name, content in make_report(dataset).files.items():
+                    Path(folder, "simulated_report", name).write_bytes(content)
+        contents = {name: images(shown) for name, shown in figures.items()}
+        for name, kinds in contents.items():
+            for kind, content in kinds.items():
+                Path(folder, f"{name}.{kind}").write_bytes(content)
+        pngs = {name: kinds["png"] for name, kinds in contents.items()}
         Path(folder, "numbers.json").write_text(numbers_json(figures), encoding="utf-8")
         Path(folder, "report.html").write_text(report_html(figures, pngs, REMARK), encoding="utf-8")
-        for file in Path(folder).iterdir():
-            file.replace(out / file.name)
+        for made in Path(folder).iterdir():
+            if made.is_dir():
+                shutil.rmtree(out / made.name, ignore_errors=True)
+            made.replace(out / made.name)
+
+
+def _made(make: Callable[..., Shown], progress: Progress, *, full: bool) -> Shown:
+    return make(full=full, progress=progress)
 
 
 def main() -> int:

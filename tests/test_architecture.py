@@ -25,16 +25,23 @@ ROOMS = {
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
     "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
+    "stimulus": {"errors"},
+    "stimuli": {"errors", "eye", "optics", "plotting", "render", "scenes", "stimulus"},
     "tables": {"errors"},
     "design": {"errors", "tables"},
     "dataset": {"design", "errors"},
+    "observers": {"dataset", "depth", "design", "errors", "eye", "render", "scenes", "stimuli", "stimulus"},
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "errors", "optics", "tables", "view"},
     "video": {"errors"},
-    "plotting": {"depth", "errors", "optics", "view"},
+    "statistics": {"errors"},
+    "power": {"design", "errors", "statistics"},
+    "report": {"dataset", "errors", "plotting", "statistics"},
+    "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "optics", "photographs", "plotting", "psf"),
-        *("render", "scenes", "video", "view"),
+        *("design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli", "stimulus"),
+        *("video", "view"),
     },
     "__init__": {"depth", "errors", "optics", "view"},
 }
@@ -44,12 +51,13 @@ HOMES = {
     "matplotlib": {"plotting", "analysis"},
     "click": {"cli"},
     "colour": {"eye"},
-    "cv2": {"photographs", "video", "benchmarks"},
-    "PIL": {"photographs", "analysis"},  # analysis packs the picture of README
+    "cv2": {"photographs", "stimuli", "video", "benchmarks"},
+    "PIL": {"photographs", "stimuli", "experiments", "analysis"},  # analysis packs the picture of README
     "pydantic": {"design", "photographs", "tables"},
     "rawpy": {"photographs"},
     "skimage": {"analysis"},
     "psychopy": {"experiments"},
+    "distributed": {"observers"},
     "mitsuba": {"render"},
 }
 

@@ -317,6 +317,16 @@ def test_what_cannot_be_read_is_said_with_file_and_row(data, name):
     assert "\n" not in str(refused.value)
 
 
+def test_what_is_wrong_in_one_experiment_does_not_keep_from_reading_another(data):
+    edit(rating_file(data), 3, "rating", "0")
+    with pytest.raises(InputError, match="row 3: rating is '0'"):
+        read_dataset(data, ["depthrating"])
+    other = read_dataset(data, ["necker"])
+    assert len(other.necker)
+    assert other.depth_rating.empty
+    assert {files.task for files in other.sidecars} == {"necker"}
+
+
 def drop_row(path: Path, row: int) -> None:
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[: row - 1] + lines[row:]))

@@ -207,6 +207,27 @@ def test_answers_that_cannot_be(make, sentence):
         make()
 
 
+def test_what_begin_and_resume_would_refuse_can_be_checked_before_and_nothing_is_written(tmp_path):
+    root = tmp_path / "data"
+    assert Session.check(root, SHORT, "01") == SHORT
+    assert not root.exists()
+    with pytest.raises(InputError, match="there is no such session to resume"):
+        Session.check(root, SHORT, "01", resume=True)
+    with pytest.raises(InputError, match="participant label is 'a b'"):
+        Session.check(root, SHORT, "a b")
+    session = partly(root, 2)
+    before = session.files.journal.read_bytes()
+    with pytest.raises(InputError, match="never overwritten"):
+        Session.check(root, SHORT, "01")
+    assert Session.check(root, Pinhole(), "01", resume=True) == SHORT  # the design that it began with
+    with pytest.raises(InputError, match="which a simulated observer cannot join"):
+        Session.check(root, SHORT, "02", kind="simulated")
+    assert session.files.journal.read_bytes() == before
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="is a file, where the folder of a data set is to be"):
+        Session.check(tmp_path / "file", SHORT, "01")
+
+
 FULL = """
 import resource, sys
 from pathlib import Path
@@ -235,6 +256,16 @@ def test_a_disk_that_is_full_at_the_start_is_said(tmp_path):
     assert run.stderr.splitlines()[-1].startswith("focalgradient.errors.InputError: ")
     assert "data cannot be written (File too large): make room on the disk" in run.stderr.splitlines()[-1]
     partly(tmp_path / "data", 1)  # with room again, it begins
+
+
+FULL_BEFORE = FULL_AT_ONCE.replace("begin(", "check(").replace(', apparatus=Apparatus("seconds")', "")
+
+
+@posix
+def test_a_disk_that_is_full_is_said_before_a_session_begins(tmp_path):
+    run = subprocess.run([sys.executable, "-c", FULL_BEFORE, str(tmp_path / "data")], capture_output=True, text=True)
+    assert "data cannot be written (File too large): make room on the disk" in run.stderr.splitlines()[-1]
+    assert not (tmp_path / "data").exists()
 
 
 @posix

@@ -21,6 +21,7 @@ def results(tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "results"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproduce, "FIGURES", QUICK)
+        patch.setattr(reproduce, "OF_DATASET", ())
         reproduce.reproduce(out, quiet=True)
     return out
 
@@ -66,6 +67,7 @@ def test_report_is_one_page_that_needs_nothing_else(results):
 
 
 def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
+    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)
     for file in results.iterdir():
@@ -77,6 +79,7 @@ def test_an_interrupted_run_leaves_the_results_as_they_were(tmp_path, monkeypatc
         raise KeyboardInterrupt
 
     (tmp_path / "report.html").write_text("earlier")
+    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", (QUICK[0], ("broken", interrupted, 1.0)))
     monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path)])
     assert reproduce.main() == 130
@@ -87,6 +90,7 @@ def test_an_interrupted_run_leaves_the_results_as_they_were(tmp_path, monkeypatc
 
 def test_a_folder_that_cannot_be_written_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
     (tmp_path / "file").write_text("")
+    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path / "file")])
     assert reproduce.main() == 2

@@ -8,8 +8,13 @@ import click
 
 from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
+from focalgradient.cli.doctor import doctor
 from focalgradient.cli.eye import eye
+from focalgradient.cli.power import power
 from focalgradient.cli.program import Program
+from focalgradient.cli.report import report
+from focalgradient.cli.simulate import simulate
+from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
 from focalgradient.cli.validate import validate
 
@@ -26,6 +31,11 @@ def main() -> None:
 
 main.add_command(calibrate)
 main.add_command(depth)
+main.add_command(doctor)
 main.add_command(eye)
+main.add_command(power)
+main.add_command(report)
+main.add_command(simulate)
+main.add_command(stimuli)
 main.add_command(stream)
 main.add_command(validate)

@@ -19,8 +19,6 @@ from focalgradient.cli.program import progress, strict, warnings_told, writable,
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from focalgradient.eye import Band, Course
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
@@ -215,7 +213,7 @@ def _write_film(path: Path, film: list[Rendered]) -> None:
         file.close()
 
 
-def _focus_figure(course: Course, accommodation: float, moments: tuple[float, ...] | None) -> Figure:
+def _focus_figure(course: Course, accommodation: float, moments: tuple[float, ...] | None) -> Any:
     """Where each kind of cones is focused over a second, and the moments of the views."""
     from focalgradient.eye import band_light
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style

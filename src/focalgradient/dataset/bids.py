@@ -20,7 +20,17 @@ from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
 
-__all__ = ["Files", "Kind", "add_participant", "begin_dataset", "export", "journals", "read_description", "table_rows"]
+__all__ = [
+    "Files",
+    "Kind",
+    "add_participant",
+    "begin_dataset",
+    "check_folder",
+    "export",
+    "journals",
+    "read_description",
+    "table_rows",
+]
 
 Kind = Literal["human", "simulated"]
 
@@ -140,16 +150,8 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     InputError
         If the folder holds something else, or a data set of the other kind.
     """
+    check_folder(root, kind)
     description = root / "dataset_description.json"
-    if description.exists():
-        simulated = read_description(root).get("Simulated", False)
-        if simulated != (kind == "simulated"):
-            there, here = ("simulated observers", "a person") if simulated else ("people", "a simulated observer")
-            raise InputError(f"{root} is a data set of {there}, which {here} cannot join: give another folder.")
-    elif root.exists() and not root.is_dir():
-        raise InputError(f"{root} is a file, where the folder of a data set is to be: give another path.")
-    elif root.exists() and any(not entry.name.startswith(".") for entry in root.iterdir()):
-        raise InputError(f"{root} holds files but is no data set: give a new or an empty folder.")
     root.mkdir(parents=True, exist_ok=True)
     ours = version("focalgradient")
     note = "SIMULATED OBSERVERS, not people: every answer was computed by a model.\n\n" if kind == "simulated" else ""
@@ -170,6 +172,26 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     ):
         if not path.exists():
             create_whole(path, content.encode())
+
+
+def check_folder(root: Path, kind: Kind) -> None:
+    """Refuse a folder that can be no data set of that kind.
+
+    Raises
+    ------
+    InputError
+        If it holds something else, or a data set of the other kind.
+    """
+    description = root / "dataset_description.json"
+    if description.exists():
+        simulated = read_description(root).get("Simulated", False)
+        if simulated != (kind == "simulated"):
+            there, here = ("simulated observers", "a person") if simulated else ("people", "a simulated observer")
+            raise InputError(f"{root} is a data set of {there}, which {here} cannot join: give another folder.")
+    elif root.exists() and not root.is_dir():
+        raise InputError(f"{root} is a file, where the folder of a data set is to be: give another path.")
+    elif root.exists() and any(not entry.name.startswith(".") for entry in root.iterdir()):
+        raise InputError(f"{root} holds files but is no data set: give a new or an empty folder.")
 
 
 def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> None:

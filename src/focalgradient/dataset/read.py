@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
@@ -67,8 +67,8 @@ class DataSet:
         return bool((self.participants["kind"] == "simulated").any())
 
 
-def read_dataset(root: str | os.PathLike[str]) -> DataSet:
-    """Read a data set; nothing in it is changed.
+def read_dataset(root: str | os.PathLike[str], tasks: Collection[str] | None = None) -> DataSet:
+    """Read a data set, or of it the tables of some tasks; nothing in it is changed.
 
     Every table has the columns participant_id ("sub-01"), session (its label, "" without one), simulated, and those of
     `focalgradient.dataset.columns.COLUMNS`, in SI units but for what says otherwise; any others are left aside.
@@ -87,7 +87,7 @@ def read_dataset(root: str | os.PathLike[str]) -> DataSet:
     found: dict[str, list[Files]] = {task: [] for task in COLUMNS}
     for path in sorted(root.glob("sub-*/**/*_beh.tsv")):
         match = NAME.fullmatch(path.name)
-        if match and match[3] in COLUMNS:
+        if match and match[3] in (COLUMNS if tasks is None else tasks):
             if f"sub-{match[1]}" not in kinds:
                 raise InputError(f"{root / 'participants.tsv'}: sub-{match[1]} is missing: add a row, with its kind.")
             found[match[3]].append(Files(root, match[3], match[1], match[2]))

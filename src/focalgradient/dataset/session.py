@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import platform
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -11,14 +13,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.bids import Files, Kind, add_participant, begin_dataset, export
-from focalgradient.dataset.journal import Event, Journal, create_whole, read_journal, writing
+from focalgradient.dataset.bids import Files, Kind, add_participant, begin_dataset, check_folder, export
+from focalgradient.dataset.journal import Event, Journal, Log, create_whole, read_journal, writing
 from focalgradient.dataset.percepts import Press, percepts
-from focalgradient.dataset.stimuli import check_stimuli
+from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Necker, Trial, check_design
 from focalgradient.errors import InputError
 
 __all__ = ["Answer", "Apparatus", "Rated", "Session", "Watched"]
+
+ROOM = 1 << 20
+"""Bytes that must be free on the disk before a session begins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +152,56 @@ class Session:
         self._done = done
 
     @classmethod
+    def check(
+        cls,
+        root: Path,
+        design: Design,
+        participant: str,
+        session: str | None = None,
+        *,
+        resume: bool = False,
+        kind: Kind = "human",
+        stimuli: Path | None = None,
+    ) -> Design:
+        """Say what is wrong before the participant waits: raise what `begin` or `resume` would, and record nothing.
+
+        Parameters
+        ----------
+        root, design, participant, session, kind, stimuli
+            As for `begin`.
+        resume
+            Whether the session is to be resumed; of `design` only the task counts then.
+
+        Returns
+        -------
+        Design
+            The one that is going to be run: with `resume` that of the session.
+
+        Raises
+        ------
+        InputError
+            As `begin` or `resume` does; also if the disk is full.
+
+        Examples
+        --------
+        >>> from focalgradient.design import Pinhole
+        >>> Session.check(Path("nowhere-yet"), Pinhole(), "01").task
+        'pinhole'
+        """
+        files = Files(root, design.task, participant, session)
+        if resume:
+            _, design, _ = _to_resume(files, stimuli)
+        else:
+            _new(files, stimuli)
+            check_folder(root, kind)
+        base = next(folder for folder in (root.absolute(), *root.absolute().parents) if folder.exists())
+        with writing(root), tempfile.TemporaryFile(dir=base) as file:
+            file.write(bytes(ROOM))
+            file.flush()
+            os.fsync(file.fileno())
+        return design
+
+    @classmethod
     def begin(
         cls,
         root: Path,
@@ -185,13 +240,7 @@ class Session:
             data set or one of the other kind, or cannot be written.
         """
         files = Files(root, design.task, participant, session)
-        there = next((path for path in (files.journal, files.table) if path.exists()), None)
-        if there is not None:
-            raise InputError(
-                f"{there} holds a session of sub-{participant} already, which is never overwritten: resume it "
-                "(--resume), or give a new session label (--session)."
-            )
-        manifest = None if stimuli is None else check_stimuli(stimuli)
+        manifest = _new(files, stimuli)
         with writing(root):
             begin_dataset(root, kind)
             if manifest is not None and not files.manifest(manifest.sha256).exists():
@@ -240,29 +289,9 @@ class Session:
             If there is no such session, it is finished, its journal is damaged, or the pictures have changed.
         """
         files = Files(root, task, participant, session)
-        if not files.journal.exists():
-            raise InputError(f"{files.journal} is missing: there is no such session to resume; begin it.")
-        log = read_journal(files.journal)
-        design = check_design(str(files.journal), log.head["design"])
-        trials = design.trials(participant, session)
-        done = [(event["phase"], event["trial"]) for event in log.of("trial")]
-        if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
-            raise InputError(
-                f"{files.journal} does not follow the order of its design: begin a new session (--session)."
-            )
-        if len(done) == len(trials):
-            export(files.journal)  # the end may have come between the last trial and the table
-            raise InputError(
-                f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
-            )
-        began_with = log.head["stimuli"]
-        if (None if stimuli is None else check_stimuli(stimuli).sha256) != began_with:
-            raise InputError(
-                f"{stimuli or 'no folder'} is given for the pictures, which is not what the session began with "
-                f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
-            )
+        log, design, done = _to_resume(files, stimuli)
         journal = Journal.resume(files.journal, _event("resumed", apparatus), durable=log.head["kind"] == "human")
-        return cls(files, design, journal, len(done))
+        return cls(files, design, journal, done)
 
     def remaining(self) -> tuple[Trial, ...]:
         """Trials still to be run, practice among them, in their order."""
@@ -293,6 +322,41 @@ class Session:
     def __exit__(self, *error: object) -> None:
         self._journal.close()
         export(self.files.journal)
+
+
+def _new(files: Files, stimuli: Path | None) -> Manifest | None:
+    """Make sure that a session is not there yet, and that its pictures are as they were made."""
+    there = next((path for path in (files.journal, files.table) if path.exists()), None)
+    if there is not None:
+        raise InputError(
+            f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it "
+            "(--resume), or give a new session label (--session)."
+        )
+    return None if stimuli is None else check_stimuli(stimuli)
+
+
+def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
+    """Read what a session that can be resumed has recorded, its design, and how many trials are done."""
+    if not files.journal.exists():
+        raise InputError(f"{files.journal} is missing: there is no such session to resume; begin it.")
+    log = read_journal(files.journal)
+    design = check_design(str(files.journal), log.head["design"])
+    trials = design.trials(files.participant, files.session)
+    done = [(event["phase"], event["trial"]) for event in log.of("trial")]
+    if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
+        raise InputError(f"{files.journal} does not follow the order of its design: begin a new session (--session).")
+    if len(done) == len(trials):
+        export(files.journal)  # the end may have come between the last trial and the table
+        raise InputError(
+            f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
+        )
+    began_with = log.head["stimuli"]
+    if (None if stimuli is None else check_stimuli(stimuli).sha256) != began_with:
+        raise InputError(
+            f"{stimuli or 'no folder'} is given for the pictures, which is not what the session began with "
+            f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
+        )
+    return log, design, len(done)
 
 
 def _event(event: str, apparatus: Apparatus, **told: Any) -> Event:

@@ -52,18 +52,47 @@ def halves(
     half = max(1, samples // 2)
     each = 1 << int(math.log2(max(1, min(half, PASS // (shape[0] * shape[1])))))
     passes = -(-half // each)
-    pictures = np.zeros((2, *shape, 4))
+    pictures = np.zeros((2, *shape, 3))
     for index in range(2 * passes):
         # The seeds of one call lie far from those of the next seed's.
         render_seed = (seed * 0x9E3779B1 + index) & 0xFFFFFFFF
-        picture = mi.render(world, sensor=sensor, integrator=integrator, spp=each, seed=render_seed)
-        pictures[index % 2] += np.array(picture).reshape(*shape, 4) / passes
+        if variant == SCALAR:
+            picture = np.array(mi.render(world, sensor=sensor, integrator=integrator, spp=each, seed=render_seed))
+            picture = picture.reshape(*shape, 4)
+            picture = picture[..., :3] + (scene.background if scene.sky is None else 0) * (1 - picture[..., 3:])
+        else:
+            picture = _averaged(world, sensor, integrator, shape, each, render_seed, variant)
+        pictures[index % 2] += picture / passes
         progress((index + 1) / (2 * passes))
-    empty = 1 - pictures[..., 3:]
-    first, second = (pictures[..., :3] + scene.background * empty if scene.sky is None else pictures[..., :3]).astype(
-        np.float32
-    )
+    first, second = pictures.astype(np.float32)
     return first, second
+
+
+def _averaged(
+    world: Any, sensor: Any, integrator: Any, shape: tuple[int, int], samples: int, seed: int, variant: str
+) -> NDArray[np.floating]:
+    """Mean light, H x W x 3, of so many rays a pixel, to the last bit the same at each call.
+
+    Mitsuba's own film adds up in whatever order its threads come by, and with rounding in another order.
+    """
+    import drjit as dr
+
+    mi = _mitsuba(variant)
+    height, width = shape
+    sampler = sensor.sampler()
+    sampler.set_sample_count(samples)
+    samples = sampler.sample_count()  # made full: it lays them out in rows and columns
+    sampler.set_samples_per_wavefront(samples)
+    sampler.seed(seed, height * width * samples)
+    pixel = dr.arange(mi.UInt32, height * width * samples) // dr.opaque(mi.UInt32, samples)
+    row = pixel // dr.opaque(mi.UInt32, width)
+    corner = mi.Point2f(pixel - row * width, row)
+    place = (corner + sampler.next_2d()) / mi.Point2f(*(dr.opaque(mi.Float, side) for side in (width, height)))
+    ray, _ = sensor.sample_ray(0.0, 0.0, place, sampler.next_2d())
+    light, _, _ = integrator.sample(world, sampler, ray)
+    dr.eval(light)  # all three at once
+    sums = dr.block_sum(light, samples, mode="evaluated")
+    return np.array(sums).T.reshape(height, width, 3) / samples
 
 
 def trace(
@@ -316,7 +345,7 @@ def _parts(variant: str) -> dict[str, Any]:
             direct = mi.Bool(True)  # as the camera sees it, but for mirrors
             seen, share = mi.Color3f(0), mi.Color3f(1)
             for surface in range(self.surfaces + 1):
-                si = world.ray_intersect(ray, going)
+                si = world.ray_intersect(ray, mi.RayFlags.All, surface == 0, going)
                 hit = going & si.is_valid()
                 lost = going ^ hit
                 if self.sky:
@@ -334,7 +363,7 @@ def _parts(variant: str) -> dict[str, Any]:
                     sun = mi.Vector3f(*self.sun)
                     cosine = dr.dot(si.sh_frame.n, sun) * side
                     lit = plain & (cosine > 0)
-                    lit ^= lit & world.ray_test(si.spawn_ray(sun), lit)
+                    lit ^= lit & world.ray_test(si.spawn_ray(sun), surface == 0, lit)
                     light = dr.select(lit, (1 - self.ambient) * cosine, 0) * mi.Color3f(*self.tint)
                     seen += dr.select(plain, share * albedo * light, 0)
                 going = hit if self.traced else mirror

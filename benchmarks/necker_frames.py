@@ -1,6 +1,6 @@
 """How fast frames of the Necker cube are drawn, against plain NumPy in the same run.
 
-    python benchmarks/necker.py [--repeat 5] [--out FILE.json]
+    python benchmarks/necker_frames.py [--repeat 5] [--out FILE.json]
 
 The peer evaluates the same closed form with NumPy and SciPy, for each edge over the whole frame, with sigma linear from
 end to end: it does not follow how the lines' own width and their defocus add up in between, and differs by that. Both

@@ -1,0 +1,64 @@
+"""Simulated observers take part in both experiments: the data set that the figures of answers are made of."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from report import Progress
+
+from focalgradient.design import DepthRating, Necker
+from focalgradient.observers import cubes, looks, processes, simulate, small_set
+
+__all__ = ["OBSERVERS", "SEED", "take_part"]
+
+OBSERVERS = 20
+SEED = 1987
+FEW = ("spheres-01", "spheres-02", "spheres-03", "spheres-04")  # scenes, for a first look
+
+
+def take_part(out: Path, *, observer: str = "default", full: bool = False, progress: Progress | None = None) -> Path:
+    """Let `OBSERVERS` of them look at the pictures and at the cube, and record what they answer as a BIDS data set.
+
+    Parameters
+    ----------
+    out
+        Folder of the data set.
+    observer
+        By name, of `focalgradient.observers.OBSERVERS`.
+    full
+        All scenes of the usual design instead of four.
+    progress
+        Called now and then with the share done, 0 to 1.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    report = progress or (lambda share: None)
+    rating = DepthRating() if full else DepthRating(scenes=FEW)
+    pictures = small_set(1 + len(rating.scenes), lambda share, what: report(0.5 * share))
+    turning = Necker()
+    with processes(os.cpu_count() or 1) as pool:
+        seen = looks(pictures, pool, lambda share: report(0.5 + 0.2 * share))
+        simulate(
+            *(rating, out),
+            observers=OBSERVERS,
+            seed=SEED,
+            observer=observer,
+            seen=seen,
+            stimuli=pictures.folder,
+            executor=pool,
+            progress=lambda share: report(0.7 + 0.15 * share),
+        )
+        simulate(
+            *(turning, out),
+            observers=OBSERVERS,
+            seed=SEED,
+            observer=observer,
+            seen=cubes(turning, pool),
+            executor=pool,
+            progress=lambda share: report(0.85 + 0.15 * share),
+        )
+    return out

@@ -1,0 +1,160 @@
+"""``focalgradient simulate``: simulated observers take part in an experiment."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from focalgradient.cli.program import warnings_told
+from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from focalgradient.design import DepthRating, Necker
+
+__all__ = ["simulate"]
+
+TASKS = {"depth-rating": "depthrating", "necker": "necker"}
+
+Say = Callable[[float, str], object]
+
+
+@click.command(short_help="Let simulated observers take part in an experiment.")
+@click.argument("experiment", type=click.Choice(list(TASKS)))
+@click.option("--observers", required=True, type=click.IntRange(1, 10_000), metavar="N", help="How many.")
+@click.option("--seed", required=True, type=click.IntRange(0), metavar="S", help="The same seed, the same answers.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DATASET", help="The data set.")
+@click.option(
+    "--observer",
+    default="default",
+    show_default=True,
+    metavar="NAME",
+    help="default, or a control: blind (to blur), opposite (takes blurred for near), guessing, lapsing.",
+)
+@click.option(
+    "--stimuli",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Pictures to look at; without it small ones are made once and kept.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1), metavar="K", help="Processes on this machine.  [default: one for each core]"
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, whose workers simulate the observers.")
+@click.option(
+    "--design",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Design of the experiment, if not the usual.",
+)
+def simulate(
+    experiment: str,
+    observers: int,
+    seed: int,
+    out: Path,
+    observer: str,
+    stimuli: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    design: Path | None,
+) -> None:
+    """Let simulated observers take part in EXPERIMENT (depth-rating or necker).
+
+    They look at the pictures themselves, as the display shows them, and answer as people do: DATASET is what an
+    experiment with people would write, marked as simulated. Observers that it has already are left as they are, so that
+    an interrupted run goes on, and more can be added. What is made once is kept in the user's cache folder, or in the
+    one that the environment variable FOCALGRADIENT_CACHE names.
+
+    \b
+    Example:
+      focalgradient simulate depth-rating --observers 20 --seed 1 --out simulated
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
+    if experiment == "necker" and stimuli is not None:
+        raise InputError("--stimuli cannot go with necker, whose cube is drawn as its design says: leave it out.")
+    from focalgradient.observers import observer_named
+    from focalgradient.observers import processes as local
+
+    observer_named(observer)
+    chosen = _design(experiment, design)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    with _bar() as say, warnings_told(), local(workers or cores) as pool, _cluster(scheduler, pool) as executor:
+        run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
+        new = _run(chosen, out, stimuli, pool, say, run)
+    kept = f"; {observers - new} were there already" if new < observers else ""
+    click.echo(f"Simulated observers ({observer}): {new}{kept}.")
+    click.echo(f"Written: {out}")
+
+
+def _run(
+    design: DepthRating | Necker, out: Path, stimuli: Path | None, pool: Executor | None, say: Say, run: dict[str, Any]
+) -> int:
+    from focalgradient.observers import check_pictures, cubes, looks, simulate, small_set
+    from focalgradient.stimuli import read_set
+
+    run["progress"] = lambda share: say(share, "simulating observers")
+    if design.task == "necker":
+        say(0.0, "looking at the cube")
+        return simulate(design, out, seen=cubes(design, pool), **run)
+    pictures = read_set(stimuli) if stimuli is not None else small_set(_scenes(design), say)
+    check_pictures(design, pictures)
+    seen = looks(pictures, pool, lambda share: say(share, "looking at pictures"))
+    return simulate(design, out, seen=seen, stimuli=pictures.folder, **run)
+
+
+def _scenes(design: DepthRating) -> int:
+    """How many scenes the small set needs for a design: all of them are named spheres-NN."""
+    names = {*design.scenes, design.standard_scene}
+    numbers = [name.removeprefix("spheres-") for name in names]
+    if not all(number.isdigit() and len(number) == 2 for number in numbers):
+        raise InputError(
+            "the design has scenes of other names than spheres-00 to spheres-99, which are not made here: give their "
+            "folder by --stimuli."
+        )
+    return max(map(int, numbers)) + 1
+
+
+def _design(experiment: str, path: Path | None) -> DepthRating | Necker:
+    from focalgradient.design import DESIGNS, load_design
+
+    wanted = TASKS[experiment]
+    found: Any = DESIGNS[wanted]() if path is None else load_design(path)
+    if found.task != wanted:
+        raise InputError(f"{path} is a design of {found.task}, but {experiment} is to be simulated: give one of that.")
+    return found
+
+
+@contextmanager
+def _cluster(address: str | None, pool: Executor | None) -> Iterator[Executor | None]:
+    """Give the executor of a scheduler where there is one; else the one of this machine."""
+    from focalgradient.observers import scheduler
+
+    with nullcontext(pool) if address is None else scheduler(address) as executor:
+        yield executor
+
+
+@contextmanager
+def _bar() -> Iterator[Say]:
+    """Show a bar with the time left, on standard error where that is a terminal; Ctrl-C says that all can go on."""
+    from tqdm import tqdm
+
+    layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
+    try:
+        with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
+
+            def say(share: float, what: str) -> None:
+                bar.set_description_str(what, refresh=False)
+                bar.update(share - bar.n)
+
+            yield say
+    except KeyboardInterrupt:
+        click.echo("Interrupted: what is recorded stays, and the same command goes on from it.", err=True)
+        click.get_current_context().exit(130)

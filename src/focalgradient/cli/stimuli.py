@@ -1,0 +1,296 @@
+"""``focalgradient stimuli``: the pictures and moving pictures of the experiments."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from focalgradient.cli.options import positive
+from focalgradient.cli.program import warnings_told, writable
+from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from focalgradient.stimulus import Display
+
+__all__ = ["stimuli"]
+
+CONTROLS = {
+    "mean_luminance_percent": "Mean luminance, between conditions of a scene: {:.2g} %",
+    "shift_px": "Shift: {:.2g} px",
+    "spectrum_percent": "Amplitude in an octave, from what blur predicts: {:.2g} %",
+    "noise_steps": "Noise: {:.2g} steps of 8 bits",
+}
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@click.group(short_help="Make the pictures of the experiments.")
+def stimuli() -> None:
+    """Make the pictures and moving pictures of the experiments."""
+
+
+def _display_options(command: Command) -> Command:
+    """Add what is known of the display: made to a `Display` by `_display`."""
+    options = [
+        click.option(
+            "--screen",
+            default="1920x1080",
+            show_default=True,
+            metavar="WxH",
+            help="The display's width and height in pixels.",
+        ),
+        click.option(
+            "--pixel-pitch",
+            type=float,
+            metavar="MM",
+            callback=positive(" of millimetres"),
+            help="Side of its pixels, in millimetres.  [default: 0.2767]",
+        ),
+        click.option(
+            "--screen-width",
+            type=float,
+            metavar="CM",
+            callback=positive(" of centimetres"),
+            help="In place of --pixel-pitch: width of its picture, in centimetres.",
+        ),
+        click.option(
+            "--distance",
+            type=float,
+            default=0.57,
+            show_default=True,
+            metavar="M",
+            callback=positive(" of metres"),
+            help="From the eye to the display, in metres.",
+        ),
+        click.option(
+            "--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of light over value, or sRGB."
+        ),
+        click.option(
+            "--white",
+            type=float,
+            default=100.0,
+            show_default=True,
+            metavar="CD_M2",
+            callback=positive(" of cd/m^2"),
+            help="Luminance of its white, in cd/m^2.",
+        ),
+        click.option("--dither", is_flag=True, help="Mix 8-bit values at random, so that light is right on average."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _display(
+    screen: str,
+    pixel_pitch: float | None,
+    screen_width: float | None,
+    distance: float,
+    gamma: str,
+    white: float,
+    dither: bool,
+) -> Display:
+    from focalgradient.stimulus import Display
+
+    try:
+        width, height = (int(side) for side in screen.lower().split("x"))
+    except ValueError as error:
+        raise InputError(f"--screen is {screen}, but must be a width and height in pixels, like 1920x1080.") from error
+    try:
+        curve: Any = "sRGB" if gamma.lower() == "srgb" else float(gamma)
+    except ValueError as error:
+        raise InputError(f"--gamma is {gamma}, but must be a number between 1 and 4, or sRGB.") from error
+    if pixel_pitch is not None and screen_width is not None:
+        raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
+    others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
+    if screen_width is not None:
+        return Display.of_width(screen_width * 1e-2, (width, height), **others)
+    return Display((width, height), (pixel_pitch or 0.2767) * 1e-3, **others)
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[float, str], object]]:
+    """Show a bar with the time left, on standard error where that is a terminal; Ctrl-C says that all can go on."""
+    from tqdm import tqdm
+
+    layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
+    try:
+        with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
+
+            def say(share: float, what: str) -> None:
+                bar.set_description_str(what, refresh=False)
+                bar.update(share - bar.n)
+
+            yield say
+    except KeyboardInterrupt:
+        click.echo("Interrupted: finished files are valid, and the same command goes on from them.", err=True)
+        click.get_current_context().exit(130)
+
+
+@stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
+@click.option("--seed", required=True, type=int, metavar="N", help="The same seed gives the same files.")
+@click.option("--scenes", default=13, show_default=True, metavar="K", help="Number of scenes.")
+@click.option("--size", default=512, show_default=True, metavar="PX", help="Width and height of the pictures.")
+@click.option(
+    "--engine",
+    type=click.Choice(["auto", "path", "shaded", "cast"]),
+    default="auto",
+    show_default=True,
+    help="What renders them: path traced, shaded, ray cast (plain scenes); auto path traces where Mitsuba runs.",
+)
+@click.option("--samples", default=256, show_default=True, metavar="N", help="Rays a pixel.")
+@click.option("--chromatic", is_flag=True, help="Focus red, green and blue as an eye does.")
+@_display_options
+def depth_rating(
+    out: Path, seed: int, scenes: int, size: int, engine: Any, samples: int, chromatic: bool, **display: Any
+) -> None:
+    """Make the pictures of the depth-rating experiment.
+
+    Each scene through a pinhole, f/22, f/11 and f/5.6, with its nearest and its farthest object in focus: as PNG for
+    the display, as linear light (.npy), with its depth. DIR/manifest.json tells every parameter, what was controlled,
+    and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command goes on where
+    it was; a finished set is verified.
+
+    \b
+    Example:
+      focalgradient stimuli depth-rating --out stimuli --seed 1 --screen-width 53.1 --distance 0.57
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    writable(out, ())
+    from focalgradient.stimuli import make_depth_rating
+
+    with warnings_told(), _bar() as say:
+        made = make_depth_rating(
+            out,
+            seed=seed,
+            scenes=scenes,
+            size=size,
+            display=_display(**display),
+            engine=engine,
+            samples=samples,
+            chromatic=chromatic,
+            progress=say,
+        )
+    click.echo(f"Scenes: {len(made.scenes)}")
+    click.echo(f"Pictures: {len({one.png for one in made.pictures})}")
+    for name, text in CONTROLS.items():
+        told = made.manifest["controls"][name]
+        beyond = "" if told["met"] else ": NOT met"
+        click.echo(f"{text.format(told['worst'])} at most (limit {told['limit']:g}){beyond}")
+    click.echo(f"Written: {out}")
+
+
+@stimuli.command("necker", short_help="The rotating Necker cube, with and without a focal gradient.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the frames.")
+@click.option(
+    "--gradient",
+    "gradients",
+    type=click.Choice(["none", "rigid", "reversed"]),
+    multiple=True,
+    help="Whose depth the blur has: none; the cube's; the depth-reversed shape's. Once for each.  [default: all three]",
+)
+@click.option("--size", default=640, show_default=True, metavar="PX", help="Width and height of the frames.")
+@click.option(
+    "--edge", default=8.0, show_default=True, metavar="DEG", callback=positive(" of degrees"), help="Size of an edge."
+)
+@click.option(
+    "--perspective",
+    default=0.4,
+    show_default=True,
+    metavar="P",
+    callback=positive(),
+    help="Strength of perspective: edge of the cube / distance of its centre.",
+)
+@click.option(
+    "--direction",
+    type=click.Choice(["right", "left"]),
+    default="right",
+    show_default=True,
+    help="Where the near side moves.",
+)
+@click.option("--speed", default=0.125, show_default=True, metavar="T", callback=positive(), help="Turns a second.")
+@click.option(
+    "--frame-rate", default=60.0, show_default=True, metavar="HZ", callback=positive(), help="Frames a second."
+)
+@click.option(
+    "--line-width",
+    default=3.0,
+    show_default=True,
+    metavar="ARCMIN",
+    callback=positive(" of arcmin"),
+    help="Full width at half maximum of a sharp line.",
+)
+@click.option(
+    "--aperture",
+    default=12.0,
+    show_default=True,
+    metavar="MM",
+    callback=positive(" of millimetres"),
+    help="Strength of the gradient: the aperture of a lens half a metre from the cube.",
+)
+@click.option(
+    "--focus", type=click.Choice(["near", "far"]), default="near", show_default=True, help="Which end is sharp."
+)
+@_display_options
+def necker(
+    out: Path,
+    gradients: tuple[Any, ...],
+    size: int,
+    edge: float,
+    perspective: float,
+    direction: Any,
+    speed: float,
+    frame_rate: float,
+    line_width: float,
+    aperture: float,
+    focus: Any,
+    **display: Any,
+) -> None:
+    """Make the frames of the rotating Necker cube, and a video of each condition.
+
+    DIR/none, DIR/rigid and DIR/reversed hold the frames of a quarter turn as PNG, for the display: shown again and
+    again they make a turning without a seam. The lines lie in the same places under all conditions and give off the
+    same light. DIR/none.mp4 and its like show a whole turn, to look at: they are compressed, which the frames are not.
+    DIR/manifest.json tells every parameter, every file's SHA-256, and how far each reading is from a rigid shape.
+
+    \b
+    Example:
+      focalgradient stimuli necker --out cube --gradient none --gradient reversed --screen-width 53.1
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    writable(out, ())
+    import math
+
+    from focalgradient.scenes import Necker
+    from focalgradient.stimuli import make_necker
+
+    cube = Necker(
+        size=math.radians(edge),
+        perspective=perspective,
+        direction=direction,
+        speed=speed,
+        line_width=math.radians(line_width / 60),
+    )
+    with warnings_told(), _bar() as say:
+        made = make_necker(
+            out,
+            cube,
+            gradients=gradients or ("none", "rigid", "reversed"),
+            size=size,
+            frame_rate=frame_rate,
+            aperture=aperture * 1e-3,
+            focus=focus,
+            display=_display(**display),
+            progress=say,
+        )
+    departure = made["departure"]
+    click.echo(f"Frames: {made['parameters']['frames']} in a quarter turn, {len(made['conditions'])} conditions")
+    click.echo(
+        f"Departure from rigid: {departure['rigid']['whole']:.1%} seen turning {departure['rigid']['direction']}, "
+        f"{departure['reversed']['whole']:.1%} seen turning {departure['reversed']['direction']}"
+    )
+    click.echo(f"Written: {out}")

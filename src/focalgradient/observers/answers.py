@@ -1,0 +1,110 @@
+"""A participant's answers to all trials of a design: the same records as a person's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from focalgradient.dataset import Answer, Press, Rated, Watched
+from focalgradient.design import DepthRating, DepthTrial, Necker, NeckerTrial
+from focalgradient.design.draws import digest
+from focalgradient.observers.cube import Cubes, log_odds
+from focalgradient.observers.look import Look
+from focalgradient.observers.observer import Observer
+from focalgradient.observers.perception import relief
+
+__all__ = ["Seen", "Shown", "rate", "watch"]
+
+Shown = tuple[str, str, str]
+"""A picture, by its scene, aperture and fixation."""
+
+Seen = Mapping[Shown, tuple[str, Look]]
+"""What is to be seen in each picture, and its file."""
+
+DECISION, DECISIONS = 2.0, 0.4
+"""Median seconds from a question to its answer, and standard deviation of their logarithm."""
+
+PAUSE = 1.0
+"""Seconds from an answer to the next trial."""
+
+BREAK = 30.0
+"""Seconds that a break lasts."""
+
+REACTION, FINGERS = 0.5, 0.06
+"""Seconds from a change of percept to its report, and standard deviation of what the other finger is late."""
+
+SHORTEST = 0.3
+"""Seconds that a percept lasts at least."""
+
+
+def _random(seed: int, task: str, participant: str, *what: int) -> np.random.Generator:
+    """The stream of one cell: another participant, another trial, another stream, whoever draws from it and when."""
+    return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
+
+
+def rate(design: DepthRating, observer: Observer, participant: str, seed: int, seen: Seen) -> tuple[Answer, ...]:
+    """Rate every picture of a participant's list against the standard as it was last seen."""
+    person = observer.person(_random(seed, design.task, participant))
+    clock, answers = 0.0, []
+    standard = math.nan
+    for number, trial in enumerate(design.trials(participant), start=1):
+        assert isinstance(trial, DepthTrial)
+        random = _random(seed, design.task, participant, number)
+        clock += BREAK * trial.break_before
+        if trial.standard_before or number == 1:
+            _, look = seen[design.standard_scene, "pinhole", "nearest"]
+            standard = relief(look, person, random)
+            clock += design.standard_s
+        file, look = seen[trial.scene, trial.aperture, trial.fixation]
+        ratio = relief(look, person, random) / standard
+        log = person.scale * math.log(ratio) + person.scatter * random.standard_normal()
+        least, most = math.log(design.least_rating), math.log(design.most_rating)
+        if person.guesses or random.random() < person.lapses:
+            log = random.uniform(least, most)
+        time = DECISION * math.exp(DECISIONS * random.standard_normal())
+        clock += design.mark_s
+        rating = round(math.exp(min(max(log, least), most)), 3)
+        answers.append(Rated(onset=round(clock, 4), rating=rating, response_time=round(time, 4), stimulus=file))
+        clock += design.picture_s + time + PAUSE
+    return tuple(answers)
+
+
+def watch(design: Necker, observer: Observer, participant: str, seed: int, seen: Cubes) -> tuple[Answer, ...]:
+    """Watch every cube of a participant's list, and hold the keys."""
+    person = observer.person(_random(seed, design.task, participant))
+    keys = design.keys_of(participant)
+    clock, answers = 0.0, []
+    for number, trial in enumerate(design.trials(participant), start=1):
+        assert isinstance(trial, NeckerTrial)
+        random = _random(seed, design.task, participant, number)
+        clock += BREAK * trial.break_before + PAUSE
+        absent = person.guesses or random.random() < person.lapses
+        odds = 0.0 if absent else log_odds(design, trial, seen, person)
+        presses = _presses(trial.trial_s, odds, person, (keys["rigid"], keys["nonrigid"]), random)
+        answers.append(Watched(onset=round(clock, 4), presses=presses, trial_duration=trial.trial_s))
+        clock += trial.trial_s
+    return tuple(answers)
+
+
+def _presses(
+    duration: float, odds: float, person: Observer, keys: tuple[str, str], random: np.random.Generator
+) -> list[Press]:
+    """Keys pressed as the percepts take turns, each for a time of the gamma distribution, till the trial ends.
+
+    With mean times of exp(+-odds / 2) dominance the shares of time are as exp(odds).
+    """
+    means = (person.dominance * math.exp(odds / 2), person.dominance * math.exp(-odds / 2))
+    percept = int(random.random() >= 1 / (1 + math.exp(-odds)))
+    presses: list[Press] = []
+    time = 0.0
+    while (report := time + REACTION) < duration:
+        late = min(max(FINGERS * random.standard_normal(), -2 * FINGERS), 2 * FINGERS)
+        if presses:
+            presses.append(Press(report + late, keys[1 - percept], False))
+        presses.append(Press(report, keys[percept], True))
+        time += max(SHORTEST, random.gamma(person.regularity, means[percept] / person.regularity))
+        percept = 1 - percept
+    ordered = sorted(press._replace(time=round(press.time, 4)) for press in presses)
+    return [press for press in ordered if press.time < duration]

@@ -1,0 +1,194 @@
+"""Observers run through a design, and what they answer recorded as a person's answers are.
+
+Each trial of each observer has its own stream of random numbers, so that answers do not depend on who computes them,
+when, or beside what. They are recorded here, in order, by one process.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
+from focalgradient.design import DepthRating, DepthTrial, Necker
+from focalgradient.errors import InputError
+from focalgradient.observers.answers import Seen, rate, watch
+from focalgradient.observers.cube import Cubes
+from focalgradient.observers.observer import Observer, observer_named
+from focalgradient.stimuli import StimulusSet
+
+__all__ = ["check_pictures", "labels", "processes", "scheduler", "simulate"]
+
+CLOCK = "seconds of a simulated clock, from the beginning of the session"
+WHO = "simulated observer"
+"""What the observer's name and seed are told under, among the versions of what a session was run with."""
+
+WAIT = 15
+"""Seconds that a scheduler is waited for."""
+
+
+def labels(observers: int) -> tuple[str, ...]:
+    """Labels of so many participants.
+
+    >>> labels(3)
+    ('01', '02', '03')
+    """
+    return tuple(f"{number:02}" for number in range(1, observers + 1))
+
+
+def check_pictures(design: DepthRating, stimuli: StimulusSet) -> None:
+    """Refuse a set that lacks a picture of the design, or has it with another aperture.
+
+    Raises
+    ------
+    InputError
+        Naming the first picture.
+    """
+    stimuli.picture(design.standard_scene, "pinhole", "nearest")
+    for trial in design.trials("01"):
+        assert isinstance(trial, DepthTrial)
+        picture = stimuli.picture(trial.scene, trial.aperture, trial.fixation)
+        if abs(picture.aperture_mm - trial.aperture_mm) > 0.01:
+            raise InputError(
+                f"{trial.aperture} is {picture.aperture_mm:.3g} mm in {stimuli.folder}, but {trial.aperture_mm:.3g} mm "
+                "in the design: make its focal_length_mm that of the pictures."
+            )
+
+
+def simulate(
+    design: DepthRating | Necker,
+    out: Path,
+    *,
+    observers: int,
+    seed: int,
+    observer: str = "default",
+    seen: Seen | Cubes,
+    stimuli: Path | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> int:
+    """Simulate observers and record them in a data set; those that it has already are left as they are.
+
+    Parameters
+    ----------
+    design
+        Of either experiment.
+    out
+        Folder of the data set, new or of simulated observers.
+    observers
+        How many it is to have.
+    seed
+        Of all that is random in them.
+    observer
+        By name, of `focalgradient.observers.OBSERVERS`.
+    seen
+        What is to be seen: `focalgradient.observers.looks` of the pictures, or `cubes` of the design.
+    stimuli
+        Folder of the pictures.
+    executor
+        What computes the answers; the same whatever it is. None: this process.
+    progress
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    int
+        How many were simulated now.
+
+    Raises
+    ------
+    InputError
+        If there is no observer of that name, or the folder holds something else, or other observers.
+    """
+    one, who = observer_named(observer), f"{observer}, seed {seed}"
+    wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
+    for label in wanted[:1]:
+        begun = Files(out, design.task, label).journal.exists()
+        Session.check(out, design, label, resume=begun, kind="simulated", stimuli=stimuli)
+    apparatus = Apparatus(clock=CLOCK, versions={WHO: who})
+    jobs = [(design, one, label, seed, seen) for label in wanted]
+    computed = map(_answers, jobs) if executor is None else executor.map(_answers, jobs)
+    for number, (label, answers) in enumerate(zip(wanted, computed, strict=True), start=1):
+        if Files(out, design.task, label).journal.exists():
+            session = Session.resume(out, design.task, label, apparatus=apparatus, stimuli=stimuli)
+        else:
+            session = Session.begin(out, design, label, apparatus=apparatus, kind="simulated", stimuli=stimuli)
+        with session:
+            remaining = session.remaining()
+            for trial, answer in zip(remaining, answers[-len(remaining) :], strict=True):
+                session.record(trial, answer)
+        if progress is not None:
+            progress(number / len(wanted))
+    return len(wanted)
+
+
+def _answers(job: tuple[DepthRating | Necker, Observer, str, int, Any]) -> tuple[Answer, ...]:
+    design, observer, label, seed, seen = job
+    if isinstance(design, Necker):
+        return watch(design, observer, label, seed, seen)
+    return rate(design, observer, label, seed, seen)
+
+
+def _finished(out: Path, design: DepthRating | Necker, label: str, who: str) -> bool:
+    """Whether a participant is in the data set, whole; if in part, by the same design and the same observer."""
+    files = Files(out, design.task, label)
+    if not files.journal.exists():
+        return False
+    log = read_journal(files.journal)
+    found = log.head["versions"].get(WHO)
+    if found != who or log.head["design"] != design.model_dump(mode="json"):
+        what = f"observer {found or 'unknown'}" if found != who else "another design"
+        raise InputError(f"{files.journal} is of {what}, not of what is asked for ({who}): give another --out.")
+    whole = len(log.of("trial")) == len(design.trials(label))
+    if whole and not files.table.exists():
+        export(files.journal)
+    return whole
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor | None]:
+    """Give an executor of so many processes on this machine; None for one, which is this process."""
+    if workers == 1:
+        yield None
+        return
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_deaf)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _deaf() -> None:
+    """Leave Ctrl-C to the process that waits for the answers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def scheduler(address: str) -> Iterator[Executor]:
+    """Give an executor of the workers of a Dask scheduler.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, or the scheduler cannot be reached.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "--scheduler needs Dask, which is not installed: install focalgradient[cluster], or leave it out."
+        ) from error
+    try:
+        client = Client(address, timeout=WAIT)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"--scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
+            "'tcp://10.0.0.1:8786'."
+        ) from error
+    with client:
+        yield client.get_executor()  # type: ignore[no-untyped-call]

@@ -1,0 +1,96 @@
+"""The sheet of a set of pictures: all conditions of all scenes side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from focalgradient.plotting.figures import new_figure, style
+
+__all__ = ["contact_sheet", "draw_picture"]
+
+COLUMN = 25.0  # mm, of a picture
+GAP = 0.6
+
+
+def draw_picture(
+    ax: Axes, values: NDArray[np.uint8], fixated: Sequence[tuple[float, float]] = (), *, ring: float = 0.075
+) -> Axes:
+    """Draw a picture as a display shows it, with rings around what is `fixated`.
+
+    Parameters
+    ----------
+    ax
+        Where to draw.
+    values
+        8-bit values, H x W x 3.
+    fixated
+        Places in pixels from the upper left corner, to the right and down.
+    ring
+        Radius of the rings, as a share of the picture's width.
+    """
+    height, width = values.shape[:2]
+    ax.imshow(values, extent=(0, width, height, 0), interpolation="antialiased")
+    angle = np.linspace(0, 2 * np.pi, 61)
+    for x, y in fixated:
+        around = x + ring * width * np.cos(angle), y + ring * width * np.sin(angle)
+        for colour, thick in (("black", 1.4), ("white", 0.7)):
+            ax.plot(*around, color=colour, linewidth=thick)
+    ax.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])
+    ax.spines[:].set_visible(False)
+    return ax
+
+
+def contact_sheet(
+    rows: Mapping[str, Sequence[tuple[NDArray[np.uint8], Sequence[tuple[float, float]]]]],
+    columns: Sequence[str],
+    groups: Sequence[tuple[str, int]],
+    note: str,
+) -> Figure:
+    """All pictures of a set.
+
+    Parameters
+    ----------
+    rows
+        Of each scene, by what is to be said of it, its pictures in order, each with what is fixated in it, as in
+        `draw_picture`.
+    columns
+        Heads of the columns.
+    groups
+        Heads over several columns each: the text, and over how many columns it goes.
+    note
+        What is said below.
+
+    Returns
+    -------
+    Figure
+        Its width goes with the columns, its height with the rows.
+    """
+    left, top, bottom = 24.0, 10.0, 6.0 + 3.6 * note.count("\n")
+    step = COLUMN + GAP
+    width, height = left + step * len(columns), top + step * len(rows) + bottom
+    with style():
+        figure = new_figure(width, height)
+
+        def write(x: float, y: float, text: str, **how: str) -> None:
+            """Place text, in mm from the upper left corner."""
+            figure.text(x / width, 1 - y / height, text, **how)  # type: ignore[arg-type]
+
+        first = 0
+        for text, count in groups:
+            write(left + step * first, 3.2, text, va="center")
+            first += count
+        for index, text in enumerate(columns):
+            write(left + step * index, 7.4, text, va="center")
+        for row, (text, pictures) in enumerate(rows.items()):
+            write(1.5, top + step * row + COLUMN / 2, text, va="center")
+            for column, (values, fixated) in enumerate(pictures):
+                x, y = left + step * column, top + step * row + COLUMN
+                ax = figure.add_axes((x / width, 1 - y / height, COLUMN / width, COLUMN / height))
+                draw_picture(ax, values, fixated)
+        write(1.5, height - 1.8, note, va="bottom")
+    return figure

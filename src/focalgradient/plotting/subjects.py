@@ -1,0 +1,274 @@
+"""Figures of the experiments: every subject thin, the mean over subjects and its interval bold.
+
+Where observers were simulated the picture itself says so.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from scipy import stats
+
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.power import TESTS, Power
+from focalgradient.statistics import DepthRating, DurationFit, Interval, Necker
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+__all__ = [
+    "SIMULATED",
+    "as_files",
+    "depth_rating_figure",
+    "draw_depth_rating",
+    "draw_durations",
+    "draw_nonrigid_share",
+    "draw_shares",
+    "necker_figure",
+    "power_figure",
+]
+
+SIMULATED = "simulated observers"
+"""What stands in a picture where no people took part."""
+
+FIXATION = {"nearest": (BLUE, "o", "near object\nin focus"), "farthest": (ORANGE, "s", "far object\nin focus")}
+READING = {"rigid": BLUE, "nonrigid": ORANGE, "both": GREEN, "none": "#BBBBBB"}
+EDGE = [withStroke(linewidth=3, foreground="white")]
+APART = 0.06
+"""Of a step along the axis: how far two curves stand to either side, so that their bars do not hide each other."""
+
+
+def depth_rating_figure(result: DepthRating, *, simulated: bool) -> Figure:
+    """Fig. 3: how much deeper a scene looks than through the pinhole, by aperture, for both fixations."""
+    with style():
+        figure = new_figure(120, 90, layout="constrained")
+        draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
+        _settle(figure)
+    return figure
+
+
+def necker_figure(result: Necker, *, simulated: bool) -> Figure:
+    """What was seen of the turning cube, for how much of the time and for how long, by focal gradient."""
+    with style():
+        figure = new_figure(180, 82, layout="constrained")
+        left, middle, right = figure.subplots(1, 3)
+        draw_nonrigid_share(left, result, simulated=simulated)
+        draw_shares(middle, result)
+        draw_durations(right, result)
+        _settle(figure)
+    return figure
+
+
+def as_files(figure: Figure) -> dict[str, bytes]:
+    """A figure as the contents of a PNG and a PDF file, the same bytes in every run."""
+    files = {}
+    for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
+        buffer = io.BytesIO()
+        with style():
+            figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
+        files[kind] = buffer.getvalue()
+    return files
+
+
+def draw_depth_rating(ax: Axes, result: DepthRating, *, simulated: bool) -> Axes:
+    """Draw ratings as ratios to the pinhole, of each subject and their geometric mean with its interval.
+
+    Without pinhole trials the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
+    each subject's.
+    """
+    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
+    place = {mm: x for x, (mm, _) in enumerate(sizes)}
+    ratio = any(mean.ratio is not None for mean in result.subject_means)
+    drawn = [1.0, 3.0] if ratio else []
+    labels = []
+    for side, (fixation, (colour, marker, label)) in zip((-APART, APART), FIXATION.items(), strict=True):
+        alpha = 0.35 if len(result.participants) > 8 else 0.55
+        for participant in result.participants:
+            own = [
+                (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
+                for mean in result.subject_means
+                if (mean.participant_id, mean.fixation) == (participant, fixation)
+            ]
+            told = [(x, y) for x, y in own if y is not None]
+            ax.plot(*zip(*told, strict=True) if told else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1)
+            drawn += [y for _, y in told]
+        told_of = (
+            (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
+            for mean in result.means
+            if mean.fixation == fixation
+        )
+        means = [(x, mean) for x, mean in told_of if isinstance(mean, Interval)]
+        if means:
+            drawn += _means(ax, means, colour, marker)
+            labels.append((means[-1][1].estimate, label, colour))
+        elif any(mean.fixation == fixation for mean in result.subject_means):
+            labels.append((drawn[-1], label, colour))
+    low, high = min(drawn), max(drawn)
+    ax.set(xlim=(-0.3, len(sizes) - 0.7), ylim=(low - 0.04 * (high - low), high + 0.04 * (high - low)))
+    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
+    ax.set_xlabel("aperture")
+    if ratio:
+        ax.set_ylabel("increase in depth (ratio to the pinhole)")
+        ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    else:
+        ax.set_ylabel("rating (geometric mean)")
+    _labels(ax, labels, 0.12)
+    if simulated:
+        _say_simulated(ax)
+    return ax
+
+
+def draw_nonrigid_share(ax: Axes, result: Necker, *, simulated: bool) -> Axes:
+    """Draw the nonrigid share of the time with one of the two readings, of each subject and their mean."""
+    conditions = _conditions(result)
+    shares: dict[Hashable, list[float]] = {condition: [] for condition in conditions}
+    for participant in result.participants:
+        own = {
+            (each.gradient, each.strength): 100 * each.nonrigid
+            for each in result.subject_shares
+            if each.participant_id == participant and each.nonrigid is not None
+        }
+        told = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
+        ax.plot(*zip(*told, strict=True) if told else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
+        for condition, share in own.items():
+            shares[condition].append(share)
+    means = [(float(x), shares[condition]) for x, condition in enumerate(conditions) if shares[condition]]
+    ax.plot([x for x, _ in means], [np.mean(values) for _, values in means], "o-", color=ORANGE, markersize=5)
+    for x, values in means:
+        if len(values) > 1:
+            half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
+            ax.errorbar(x, np.mean(values), half, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
+    ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.set(ylim=(-2, 102), ylabel="nonrigid share of the time (%)", title="Seen as nonrigid")
+    _gradients(ax, conditions)
+    if simulated:
+        _say_simulated(ax)
+    return ax
+
+
+def draw_shares(ax: Axes, result: Necker) -> Axes:
+    """Draw the mean shares of the time of all four reports, stacked."""
+    conditions = _conditions(result)
+    time = {(each.gradient, each.strength, each.percept): 100 * each.time.estimate for each in result.shares}
+    base = np.zeros(len(conditions))
+    labels = []
+    for percept, colour in READING.items():
+        heights = np.array([time.get((*condition, percept), 0.0) for condition in conditions])
+        ax.bar(range(len(conditions)), heights, 0.75, base, color=colour, edgecolor="white", linewidth=0.4)
+        base += heights
+        if heights.any():
+            labels.append((float(base[-1] - heights[-1] / 2), percept, GREY if percept == "none" else colour))
+    ax.set(ylim=(0, 100), ylabel="share of the time (%)", title="What was reported")
+    _gradients(ax, conditions)
+    _labels(ax, labels, 0.06)
+    return ax
+
+
+def draw_durations(ax: Axes, result: Necker) -> Axes:
+    """Draw how long each reading lasted: median and middle half of the better of the fitted distributions."""
+    conditions = _conditions(result)
+    labels = []
+    for side, percept in ((-APART, "rigid"), (APART, "nonrigid")):
+        colour = READING[percept]
+        places, medians = [], []
+        for each in result.dominance:
+            fit = each.lognormal if each.better == "lognormal" else each.gamma
+            if each.percept != percept or not isinstance(fit, DurationFit):
+                continue
+            law = (stats.lognorm if fit.family == "lognormal" else stats.gamma)(fit.shape, scale=fit.scale)
+            low, median, high = law.ppf([0.25, 0.5, 0.75])
+            x = conditions.index((each.gradient, each.strength)) + side
+            ax.plot([x, x], [low, high], color=colour, linewidth=1.4)
+            places.append(x)
+            medians.append(median)
+        order = np.argsort(places)
+        ax.plot(np.array(places)[order], np.array(medians)[order], "o-", color=colour, markersize=5)
+        if medians:
+            labels.append((float(medians[int(order[-1])]), percept, colour))
+    ax.set(ylabel="duration (s): median, middle half", title="How long a percept lasts")
+    ax.set_ylim(0, None)
+    _gradients(ax, conditions)
+    _labels(ax, labels, 0.06)
+    return ax
+
+
+def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> list[float]:
+    """Draw means with their intervals; return the ends."""
+    ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], color=colour, linewidth=2, zorder=3)
+    ends = []
+    for x, mean in means:
+        if mean.low is not None and mean.high is not None and mean.low < mean.high:
+            bar = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
+            ax.errorbar(x, mean.estimate, bar, color=colour, linewidth=2, capsize=3, capthick=1.6, zorder=3)
+            ends += [mean.low, mean.high]
+    ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], marker, color=colour, markersize=6, zorder=4)
+    return ends + [mean.estimate for _, mean in means]
+
+
+def _conditions(result: Necker) -> list[tuple[str, float]]:
+    """From the strongest gradient of the rigid reading through none to the strongest of the nonrigid one."""
+    sign = {"rigid": -1.0, "none": 0.0, "nonrigid": 1.0}
+    found = {(share.gradient, share.strength) for share in result.shares}
+    return sorted(found, key=lambda condition: sign[condition[0]] * condition[1])
+
+
+def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:
+    ax.set_xticks(range(len(conditions)), [f"{strength:g}" for _, strength in conditions])
+    ax.set_xlim(-0.6, len(conditions) - 0.4)
+    ax.set_xlabel("aperture of the blur (mm)\nrigid  ←  agrees with  →  nonrigid")
+
+
+def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> None:
+    """Name what ends at these heights at the right of the axes, the names `apart` of its height from each other."""
+    low, high = ax.get_ylim()
+    last = -np.inf
+    for y, label, colour in sorted(labels):
+        last = max((y - low) / (high - low), last + apart)
+        ax.text(1.02, last, label, transform=ax.transAxes, ha="left", va="center", color=colour, fontweight="bold")
+
+
+def _settle(figure: Figure) -> None:
+    """Lay it out once, not anew for every file."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
+def _say_simulated(ax: Axes) -> None:
+    ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=EDGE, zorder=6)
+
+
+def power_figure(found: Sequence[Power]) -> Figure:
+    """How often experiments with so many simulated subjects find what they seek, and how wide their intervals are."""
+    with style():
+        figure = new_figure(150, 75, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        subjects = [each.subjects for each in found]
+        labels = []
+        for (name, meaning), colour in zip(TESTS.items(), (BLUE, ORANGE, GREEN), strict=True):
+            shares = [100 * each.found[name] for each in found]
+            errors = [196 * each.standard_error[name] for each in found]
+            left.errorbar(subjects, shares, errors, marker="o", markersize=4, color=colour, capsize=2)
+            labels.append(left.plot([], [], "o-", markersize=4, color=colour, label=meaning)[0])
+        left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
+        left.legend(handles=labels, loc="lower right", fontsize=7, handlelength=1.4)
+        for name, colour, marker, label in (
+            ("width", BLUE, "o", "near object in focus"),
+            ("far_width", ORANGE, "s", "far object in focus"),
+        ):
+            widths = [getattr(each, name) for each in found]
+            right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=label)
+        right.set(ylabel="95 % interval of the rise: ratio of its ends")
+        right.set_ylim(1, None)
+        right.legend(loc="upper right", fontsize=7)
+        for ax in (left, right):
+            ax.set(xlabel="subjects", xticks=subjects)
+        right.text(0.03, 0.03, "simulated subjects", transform=right.transAxes, va="bottom")
+        _settle(figure)
+    return figure

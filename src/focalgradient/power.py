@@ -1,0 +1,358 @@
+"""How many subjects an experiment needs: whole experiments simulated, judged and analysed, and what they find counted.
+
+Subjects are drawn from a *statistical* model, not from pictures: the logarithm of a rating is the subject's own slope
+times the aperture over the largest, plus what a scene adds, plus noise. What comes out is as good as that model.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import signal
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.random import SeedSequence, default_rng
+
+from focalgradient.design import DepthRating
+from focalgradient.design.depth_rating import DepthTrial
+from focalgradient.errors import InputError
+from focalgradient.statistics import Effect, Equivalence, Interval, depth_rating, quality
+
+__all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "run", "simulated_ratings"]
+
+TESTS = {
+    "near_slope": "near: rises with blur",
+    "far_equivalent": "far: equivalent to no rise",
+    "interaction": "near rises more than far",
+}
+"""What is counted, and what it means: each at .05, the first and the last before Holm's correction."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """Simulated subjects of experiment 1; docs/statistics.md tells where the numbers come from.
+
+    Parameters
+    ----------
+    effect, far_effect
+        Mean rise at the largest aperture, as a ratio to the pinhole, with the nearest and with the farthest object in
+        focus.
+    between
+        Standard deviation over subjects of the logarithm of each rise.
+    scenes
+        Standard deviation of what a subject adds to the logarithm of all ratings of a scene.
+    noise
+        Standard deviation of the logarithm of one rating about what it would be.
+    lapses
+        Share of ratings that are anything on the scale.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    effect: float = 1.3
+    far_effect: float = 1.0
+    between: float = 0.15
+    scenes: float = 0.1
+    noise: float = 0.3
+    lapses: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("effect", "far_effect"):
+            value = getattr(self, name)
+            if not 0.1 <= value <= 10:
+                raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10: 1 is no effect.")
+        for name in ("between", "scenes", "noise"):
+            value = getattr(self, name)
+            if not 0 <= value <= 3:
+                raise InputError(f"{name} is {value!r}, but must be a standard deviation of a logarithm, from 0 to 3.")
+        if not 0 <= self.lapses < 1:
+            raise InputError(f"lapses is {self.lapses!r}, but must be a share of 0 or more, below 1.")
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What is simulated.
+
+    Parameters
+    ----------
+    model
+        How subjects answer.
+    design
+        What they are shown.
+    bound
+        Of equivalence, a ratio above 1: see `focalgradient.statistics.depth_rating`.
+    seed
+        Of all chance.
+
+    Raises
+    ------
+    InputError
+        If the bound is not above 1, or the design lacks what is tested.
+    """
+
+    model: Model
+    design: DepthRating
+    bound: float = 1.2
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 < self.bound < math.inf:
+            raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
+        if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
+            raise InputError("The design has one aperture or one fixation only: there is nothing to compare.")
+
+    def told(self) -> dict[str, object]:
+        """All of it, as a file may tell it."""
+        told = {"bound": self.bound, "seed": self.seed, "model": dataclasses.asdict(self.model)}
+        return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """What experiments with so many subjects found.
+
+    Parameters
+    ----------
+    subjects, experiments
+        How many.
+    found
+        Share of the experiments in which each of `TESTS` came out; where one could not be done it did not.
+    standard_error
+        Of these shares, by how many experiments there were.
+    width
+        Median width of the 95 % interval of the near rise, as the ratio of its ends.
+    far_width
+        The same of the far rise.
+    left_out
+        Mean number of subjects that the rules of quality left out.
+    """
+
+    subjects: int
+    experiments: int
+    found: Mapping[str, float]
+    standard_error: Mapping[str, float]
+    width: float
+    far_width: float
+    left_out: float
+
+
+@cache
+def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
+    """The trials that count; making a list takes longer than all that follows."""
+    design = DepthRating.model_validate_json(design_json)
+    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
+
+
+def simulated_ratings(design: DepthRating, subjects: int, model: Model, rng: np.random.Generator) -> pd.DataFrame:
+    """Ratings of simulated subjects, in the columns that a data set has.
+
+    Parameters
+    ----------
+    design
+        What they are shown.
+    subjects
+        How many.
+    model
+        How they answer.
+    rng
+        Source of chance.
+
+    Examples
+    --------
+    >>> table = simulated_ratings(DepthRating(), 2, Model(effect=2.0), default_rng(1))
+    >>> table.shape[0], table["kind"].unique().tolist()
+    (392, ['simulated'])
+    """
+    told = design.model_dump_json()
+    tables = []
+    for number in range(1, subjects + 1):
+        trials = _trials(told, f"{number:02}")
+        own = {
+            fixation: rng.normal(math.log(mean), model.between)
+            for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
+        }
+        of_scene = {scene: rng.normal(0, model.scenes) for scene in design.scenes}
+        largest = max(trial.aperture_mm for trial in trials) or 1.0
+        table = _columns(told, f"{number:02}")
+        level = np.array(
+            [
+                0.0 if trial.catch else own[trial.fixation] * trial.aperture_mm / largest + of_scene[trial.scene]
+                for trial in trials
+            ]
+        )
+        answer = level + rng.normal(0, model.noise, len(level))
+        lowest, highest = math.log(design.least_rating), math.log(design.most_rating)
+        lapse = rng.random(len(level)) < model.lapses
+        answer = np.where(lapse, rng.uniform(lowest, highest, len(level)), answer)
+        tables.append(table.assign(rating=np.exp(np.clip(answer, lowest, highest))))
+    return pd.concat(tables, ignore_index=True)
+
+
+@cache
+def _columns(design_json: str, participant: str) -> pd.DataFrame:
+    names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
+    rows = [tuple(getattr(trial, name) for name in names) for trial in _trials(design_json, participant)]
+    return pd.DataFrame(rows, columns=list(names)).assign(
+        participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
+    )
+
+
+def experiment(study: Study, subjects: int, number: int) -> dict[str, float | None]:
+    """One experiment through the whole chain: records, quality, statistics.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects
+        How many take part.
+    number
+        Of the experiment: another number, other subjects.
+
+    Returns
+    -------
+    dict
+        For each of `TESTS` 1.0 if it came out, else 0.0; `width` and `far_width`, logarithms, None where there is no
+        interval; and `left_out`, subjects that quality left out. It depends on its arguments alone, not on who asks.
+    """
+    rng = default_rng(SeedSequence([study.seed, subjects, number]))
+    kept, found = quality(simulated_ratings(study.design, subjects, study.model, rng))
+    told: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
+    told["left_out"] = float(found.subjects_before - found.subjects_after)
+    if not found.subjects_after:
+        return told
+    result = depth_rating(kept, equivalence_bound=study.bound)
+    of = {each.fixation: each for each in result.fixations}
+    for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
+        rise = of[fixation].rise if fixation in of else None
+        if isinstance(rise, Interval) and rise.low and rise.high:
+            told[width] = math.log(rise.high / rise.low)
+    if "nearest" in of and isinstance(slope := of["nearest"].slope, Effect):
+        told["near_slope"] = float(slope.p < 0.05 and slope.estimate > 0)
+    if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
+        told["far_equivalent"] = float(equal.equivalent)
+    if isinstance(result.interaction, Effect):
+        told["interaction"] = float(result.interaction.p < 0.05 and result.interaction.estimate > 0)
+    return told
+
+
+def run(
+    study: Study,
+    subjects: Sequence[int],
+    experiments: int,
+    file: Path,
+    *,
+    workers: int = 1,
+    progress: Callable[[int], object] = lambda done: None,
+) -> pd.DataFrame:
+    """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects, experiments
+        So many experiments with each of these numbers of subjects.
+    file
+        A line of JSON an experiment, after one that tells the study: kept, and gone on with, when this is cut off.
+    workers
+        Processes. The numbers do not depend on it.
+    progress
+        Told how many are done.
+
+    Returns
+    -------
+    DataFrame
+        A row an experiment, in order.
+
+    Raises
+    ------
+    InputError
+        If the file holds another study.
+    """
+    done = _begun(study, file)
+    wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
+    missing = [task for task in wanted if task not in done]
+    progress(len(wanted) - len(missing))
+    with file.open("a", encoding="utf-8") as lines, closing(_simulated(study, missing, workers)) as results:
+        for finished, ((count, number), told) in enumerate(results, len(wanted) - len(missing) + 1):
+            done[count, number] = told
+            lines.write(json.dumps({"subjects": count, "number": number} | told) + "\n")
+            lines.flush()
+            progress(finished)
+    rows = [{"subjects": count, "number": number} | done[count, number] for count, number in sorted(wanted)]
+    return pd.DataFrame(rows)
+
+
+def _begun(study: Study, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
+    """What the file holds; begun where it is missing, and without its last line where that was cut off."""
+    head = json.dumps({"focalgradient": version("focalgradient")} | study.told())
+    *whole, cut = file.read_text(encoding="utf-8").split("\n") if file.exists() else [""]
+    if whole and whole[0] != head:
+        raise InputError(
+            f"{file} holds experiments of another effect, design, bound, seed or version: give another folder."
+        )
+    if cut or not whole:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("".join(line + "\n" for line in whole or [head]), encoding="utf-8")
+    told = [json.loads(line) for line in whole[1:]]
+    return {(row.pop("subjects"), row.pop("number")): row for row in told}
+
+
+def _simulated(
+    study: Study, tasks: Sequence[tuple[int, int]], workers: int
+) -> Generator[tuple[tuple[int, int], dict[str, float | None]]]:
+    """Experiments as they are done."""
+    if workers == 1:
+        for task in tasks:
+            yield task, experiment(study, *task)
+        return
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_ignore_interrupts)
+    try:
+        # whoever starts now is deaf to Ctrl-C from its first moment; where that is not handed down, from its first work
+        heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            of = {pool.submit(experiment, study, *task): task for task in tasks}
+        finally:
+            signal.signal(signal.SIGINT, heard)
+        for future in as_completed(of):
+            yield of[future], future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _ignore_interrupts() -> None:
+    """Leave Ctrl-C to the process that gives out the work."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def power(experiments: pd.DataFrame) -> list[Power]:
+    """Sum up: `experiments` has a row an experiment, with `subjects` and what `experiment` told.
+
+    Examples
+    --------
+    >>> rows = [{"subjects": 6, "left_out": 0, "near_slope": one, "far_equivalent": 0, "interaction": 1,
+    ...          "width": 0.1, "far_width": 0.1} for one in (0, 1, 1, 1)]
+    >>> power(pd.DataFrame(rows))[0].found["near_slope"]
+    0.75
+    """
+    summed = []
+    for subjects, rows in experiments.groupby("subjects"):
+        found = {name: float(rows[name].mean()) for name in TESTS}
+        error = {name: math.sqrt(share * (1 - share) / len(rows)) for name, share in found.items()}
+        near, far = (float(np.exp(rows[name].astype(float).median())) for name in ("width", "far_width"))
+        summed.append(Power(int(str(subjects)), len(rows), found, error, near, far, float(rows["left_out"].mean())))
+    return summed

@@ -1,0 +1,108 @@
+"""From a data set to results: each experiment is read, judged and analysed by itself, neither stops the other."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.dataset import DataSet, read_dataset
+from focalgradient.errors import InputError
+from focalgradient.statistics import DepthRating, Necker, NotDone, Quality, Rules, Scale, depth_rating, necker, quality
+
+__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings"]
+
+BOUND = 1.2
+"""Rise at the largest aperture, as a ratio, below which there is as good as none: unless another is stated."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ratings:
+    """Experiment 1, analysed.
+
+    Parameters
+    ----------
+    data
+        Its part of the data set.
+    kept, quality
+        The rows that the rules kept, and what they left out.
+    result
+        What the ratings say, or why they say nothing.
+    simulated
+        Whether observers were simulated.
+    """
+
+    data: DataSet
+    kept: pd.DataFrame
+    quality: Quality
+    result: DepthRating | NotDone
+    simulated: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reports:
+    """Experiment 2, analysed: see `Ratings`."""
+
+    data: DataSet
+    kept: pd.DataFrame
+    quality: Quality
+    result: Necker | NotDone
+    simulated: bool
+
+
+def analyse_ratings(
+    root: str | os.PathLike[str], *, bound: float = BOUND, scale: Scale = "ratio", rules: Rules | None = None
+) -> Ratings:
+    """Read and analyse the depth ratings of a data set.
+
+    Parameters
+    ----------
+    root
+        Its folder.
+    bound
+        Of equivalence: see `focalgradient.statistics.depth_rating`.
+    scale
+        What the ratings are.
+    rules
+        Of exclusion.
+
+    Raises
+    ------
+    InputError
+        If there are none, or they cannot be read without guessing: file and row are named.
+    """
+    data = read_dataset(root, ["depthrating"])
+    table = _table(data, data.depth_rating, "depth ratings")
+    kept, found = quality(table, rules)
+    result: DepthRating | NotDone = _nobody(found)
+    if found.subjects_after:
+        result = depth_rating(kept, equivalence_bound=bound, scale=scale)
+    return Ratings(data, kept, found, result, _simulated(table))
+
+
+def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
+    """Read and analyse the reports on the Necker cube of a data set: see `analyse_ratings`."""
+    data = read_dataset(root, ["necker"])
+    table = _table(data, data.necker, "reports on the cube")
+    kept, found = quality(table, rules)
+    result: Necker | NotDone = necker(kept) if found.subjects_after else _nobody(found)
+    return Reports(data, kept, found, result, _simulated(table))
+
+
+def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
+    if table.empty:
+        raise InputError(f"{Path(data.root)} holds no {kind}: nobody took part, or no session has its table.")
+    return table.assign(kind=np.where(table["simulated"], "simulated", "human"))
+
+
+def _simulated(table: pd.DataFrame) -> bool:
+    return bool(table["simulated"].iloc[0])  # all or none: what is mixed has been refused
+
+
+def _nobody(found: Quality) -> NotDone:
+    return NotDone(
+        f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
+    )

@@ -1,0 +1,323 @@
+"""Experiment 2: whether a focal gradient that favours the nonrigid reading of the turning cube makes it be seen.
+
+Two readings that alternate are reported about equally often whatever their strength: the share of *time* is what tells.
+Shares of reports and the durations of each percept say how it comes about.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.durations import DurationFit, Family, fit_durations
+from focalgradient.statistics.marginal import marginal_effect
+from focalgradient.statistics.means import bootstrap_interval, family, paired_effect
+from focalgradient.statistics.records import Effect, Interval, NotDone
+from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
+
+__all__ = ["Dominance", "GradientEffect", "Necker", "PerceptShare", "SubjectShare", "necker"]
+
+READINGS = ("rigid", "nonrigid")
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectShare:
+    """One subject with one gradient.
+
+    Parameters
+    ----------
+    participant_id, gradient, strength
+        Whose and which (strength in mm of aperture).
+    trials, reports
+        How many trials, and reports of a rigid or nonrigid cube in them.
+    nonrigid
+        Share of the time with one of the two readings that was nonrigid; None where neither was seen.
+    """
+
+    participant_id: str
+    gradient: str
+    strength: float
+    trials: int
+    reports: int
+    nonrigid: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PerceptShare:
+    """One percept with one gradient, over subjects.
+
+    Parameters
+    ----------
+    gradient, strength, percept
+        Which.
+    time
+        Mean share of the trials' time, with the bootstrap interval over subjects (BCa). What no report covers
+        is "none".
+    reports
+        Mean share of the reports that are not "none", likewise.
+    """
+
+    gradient: str
+    strength: float
+    percept: str
+    time: Interval
+    reports: Interval | NotDone
+
+
+@dataclass(frozen=True, slots=True)
+class Dominance:
+    """How long one reading lasts with one gradient, all subjects' reports together.
+
+    Parameters
+    ----------
+    gradient, strength, percept
+        Which.
+    reports, censored
+        How many reports, and how many of them were cut off by the end of their trial.
+    gamma, lognormal
+        Fits to their durations, what was cut off taken as lower limits.
+    better
+        The family of the larger likelihood.
+    """
+
+    gradient: str
+    strength: float
+    percept: str
+    reports: int
+    censored: int
+    gamma: DurationFit | NotDone
+    lognormal: DurationFit | NotDone
+    better: Family | None
+
+
+@dataclass(frozen=True, slots=True)
+class GradientEffect:
+    """A gradient against none.
+
+    Parameters
+    ----------
+    gradient, strength
+        Which.
+    share
+        Mean over subjects of the change in the nonrigid share of time: from their own shares, by a t-test.
+    wilcoxon_p
+        Of the same changes by Wilcoxon's signed ranks, which supposes no normal distribution; None where all are zero.
+    odds_of_time, odds_of_reports
+        Log odds ratios of the nonrigid reading, in each trial's time and in its reports: marginal models (GEE).
+
+    Notes
+    -----
+    Each kind of test is corrected by Holm over the gradients.
+    """
+
+    gradient: str
+    strength: float
+    share: Effect | NotDone
+    wilcoxon_p: float | None
+    odds_of_time: Effect | NotDone
+    odds_of_reports: Effect | NotDone
+
+
+@dataclass(frozen=True, slots=True)
+class Necker:
+    """What the reports on the cube say.
+
+    Parameters
+    ----------
+    participants
+        Who gave them, in order.
+    trials, reports
+        How many were analysed; catch trials are not.
+    subject_shares, shares, dominance, effects
+        Results by subject, over subjects, of durations, and of each gradient against none.
+    remarks
+        What was left out of which result and why, a sentence each.
+    """
+
+    participants: tuple[str, ...]
+    trials: int
+    reports: int
+    subject_shares: tuple[SubjectShare, ...]
+    shares: tuple[PerceptShare, ...]
+    dominance: tuple[Dominance, ...]
+    effects: tuple[GradientEffect, ...]
+    remarks: tuple[str, ...]
+
+
+def necker(table: pd.DataFrame) -> Necker:
+    """Analyse reports on the turning Necker cube.
+
+    Parameters
+    ----------
+    table
+        One row a report: see `focalgradient.statistics.tables.report_table`. Catch trials are left out.
+
+    Returns
+    -------
+    Necker
+        Where something could not be computed, a `NotDone` says why.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read without guessing, naming the row.
+
+    Examples
+    --------
+    >>> rows = [
+    ...     {"participant_id": who, "trial": trial, "gradient": gradient, "strength": 10.0 * trial, "catch": False,
+    ...      "onset": onset, "duration": lasts, "percept": seen, "censored": False, "trial_duration": 10.0}
+    ...     for who in range(4)
+    ...     for trial, (gradient, rigid) in enumerate([("none", 8.0), ("nonrigid", 5.0 - 0.5 * who)])
+    ...     for onset, lasts, seen in [(0.0, rigid, "rigid"), (rigid, 10 - rigid, "nonrigid")]
+    ... ]
+    >>> effect = necker(pd.DataFrame(rows)).effects[0]
+    >>> effect.gradient, round(effect.share.estimate, 3)
+    ('nonrigid', 0.375)
+    """
+    table = report_table(table)
+    table = table[~table["catch"]]
+    if table.empty:
+        raise InputError("All trials are catch trials: there are no reports to analyse.")
+    trials = _trials(table)
+    seen = table[table["percept"].isin(READINGS)]
+    conditions = sorted(
+        set(zip(trials["gradient"], trials["strength"], strict=True)), key=lambda key: (GRADIENTS.index(key[0]), key[1])
+    )
+    own = {condition: _own(trials, condition) for condition in conditions}
+    remarks: list[str] = []
+    return Necker(
+        participants=tuple(sorted(set(table["participant_id"]))),
+        trials=len(trials),
+        reports=len(seen),
+        subject_shares=tuple(
+            SubjectShare(
+                str(participant),
+                gradient,
+                strength,
+                int(row["trials"]),
+                int(row["rigid_reports"] + row["nonrigid_reports"]),
+                None if np.isnan(row["nonrigid"]) else float(row["nonrigid"]),
+            )
+            for (gradient, strength), rows in own.items()
+            for participant, row in rows.iterrows()
+        ),
+        shares=tuple(share for condition, rows in own.items() for share in _shares(condition, rows)),
+        dominance=tuple(_dominance(condition, percept, seen) for condition in conditions for percept in READINGS),
+        effects=_effects(conditions, trials, seen, own, remarks),
+        remarks=tuple(remarks),
+    )
+
+
+def _trials(table: pd.DataFrame) -> pd.DataFrame:
+    """A row a trial: time and number of reports of each percept; time that no report covers is "none"."""
+    keys = [name for name in ("participant_id", "session", "trial", "gradient", "strength") if name in table]
+    trials = table.groupby(keys, sort=False).agg(lasted=("trial_duration", "first")).assign(trials=1)
+    for percept in PERCEPTS:
+        rows = table[table["percept"] == percept].groupby(keys)["duration"].agg(["sum", "size"])
+        trials[f"{percept}_time"], trials[f"{percept}_reports"] = rows["sum"], rows["size"]
+    trials = trials.fillna(0.0)
+    reported = trials[[f"{percept}_time" for percept in PERCEPTS]].sum(axis=1)
+    trials["none_time"] += (trials["lasted"] - reported).clip(lower=0.0)
+    return trials.reset_index()
+
+
+def _of(rows: pd.DataFrame, condition: tuple[str, float]) -> pd.Series[bool]:
+    return (rows["gradient"] == condition[0]) & (rows["strength"] == condition[1])
+
+
+def _own(trials: pd.DataFrame, condition: tuple[str, float]) -> pd.DataFrame:
+    """A row a subject: the sums over the trials of a condition, and the nonrigid share of time."""
+    rows = trials[_of(trials, condition)].groupby("participant_id").sum(numeric_only=True)
+    return rows.assign(nonrigid=_share(rows["nonrigid_time"], rows["rigid_time"]))
+
+
+def _share(part: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
+    """Part of the two together; NaN where there is neither."""
+    whole = part + other
+    return part / whole.where(whole > 0)
+
+
+def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShare]:
+    whole = own[[f"{percept}_time" for percept in PERCEPTS]].sum(axis=1)
+    counted = own[[f"{percept}_reports" for percept in PERCEPTS if percept != "none"]].sum(axis=1)
+    shares = []
+    for percept in PERCEPTS:
+        reports: Interval | NotDone
+        if percept == "none":
+            reports = NotDone("No key held is no report.")
+        elif not counted.any():
+            reports = NotDone("There are no reports.")
+        else:
+            reports = bootstrap_interval((own[f"{percept}_reports"] / counted)[counted > 0])
+        shares.append(PerceptShare(*condition, percept, bootstrap_interval(own[f"{percept}_time"] / whole), reports))
+    return shares
+
+
+def _dominance(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -> Dominance:
+    rows = seen[_of(seen, condition) & (seen["percept"] == percept)]
+    families: tuple[Family, Family] = ("gamma", "lognormal")
+    gamma, lognormal = (fit_durations(rows["duration"], rows["censored"], family) for family in families)
+    better: Family | None = None
+    if isinstance(gamma, DurationFit) and isinstance(lognormal, DurationFit):
+        better = "gamma" if gamma.log_likelihood >= lognormal.log_likelihood else "lognormal"
+    return Dominance(*condition, percept, len(rows), int(rows["censored"].sum()), gamma, lognormal, better)
+
+
+def _effects(
+    conditions: list[tuple[str, float]],
+    trials: pd.DataFrame,
+    seen: pd.DataFrame,
+    own: dict[tuple[str, float], pd.DataFrame],
+    remarks: list[str],
+) -> tuple[GradientEffect, ...]:
+    """Each gradient against none."""
+    plain = ("none", 0.0)
+    effects = []
+    for gradient, strength in conditions:
+        if (gradient, strength) == plain:
+            continue
+        if plain not in conditions:
+            missing = NotDone("No trials are without a gradient: there is nothing to compare with.")
+            effects.append(GradientEffect(gradient, strength, missing, None, missing, missing))
+            continue
+        pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]
+        change = pairs.dropna().to_numpy()
+        if len(change) < len(pairs):
+            remarks.append(
+                f"The effect of {gradient} ({strength:g} mm) on shares leaves out "
+                f"{', '.join(map(str, pairs.index[pairs.isna()]))}: neither reading was reported with it, or with none."
+            )
+        odds = []
+        for rows, answer in (
+            (trials, _share(trials["nonrigid_time"], trials["rigid_time"])),
+            (seen, (seen["percept"] == "nonrigid").astype(float)),
+        ):
+            with_it = _of(rows, (gradient, strength))
+            used = (with_it | _of(rows, plain)) & answer.notna()
+            subject = pd.factorize(rows["participant_id"][used])[0]
+            answers: NDArray[np.float64] = np.asarray(answer[used], dtype=float)
+            odds.append(marginal_effect(answers, with_it[used].to_numpy(), subject))
+        share = paired_effect(change, "the subjects' own changes of share, paired t-test")
+        effects.append(GradientEffect(gradient, strength, share, _signed_ranks(change), *odds))
+    shares = family(effect.share for effect in effects)
+    times = family(effect.odds_of_time for effect in effects)
+    reports = family(effect.odds_of_reports for effect in effects)
+    return tuple(
+        replace(effect, share=share, odds_of_time=time, odds_of_reports=report)
+        for effect, share, time, report in zip(effects, shares, times, reports, strict=True)
+    )
+
+
+def _signed_ranks(changes: NDArray[np.float64]) -> float | None:
+    if len(changes) < 2 or not changes.any():
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # ties: the exact distribution is then permuted, not tabled
+        return float(stats.wilcoxon(changes).pvalue)

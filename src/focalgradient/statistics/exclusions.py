@@ -1,0 +1,288 @@
+"""Which answers to trust, by rules stated beforehand: what is left out is counted, and the data stay as they were.
+
+No rule looks at the effect under study: to leave out people whose answers did not follow the blur would make an effect.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.tables import rating_table, report_table
+
+__all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "quality"]
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What makes a trial or a subject be left out; None counts, but leaves nobody out.
+
+    Parameters
+    ----------
+    response_time
+        Shortest and longest time to answer, in seconds: a depth rating outside is left out.
+    dropped_frames
+        Most frames a trial may drop, more and it is left out.
+    catch_factor
+        A rating of the standard itself (a catch trial) passes within this factor of 1, the standard's own.
+    catch_share
+        A physically nonrigid cube (a catch trial) passes when it is seen so for this share of the time with a reading.
+    catch_passed
+        Least share of catch trials that a subject must pass.
+    repeat_factor
+        Largest spread (geometric standard deviation) of a subject's answers to one and the same picture.
+    lapse_factor
+        An answer farther than this factor from the median of the subject's answers to that aperture and fixation is a
+        lapse.
+    lapses
+        Largest share of lapses; with the cube, of the time with no key or both held.
+
+    Raises
+    ------
+    InputError
+        If a rule is out of range.
+    """
+
+    response_time: tuple[float, float] | None = (0.2, 60.0)
+    dropped_frames: int | None = None
+    catch_factor: float = 2.0
+    catch_share: float = 0.5
+    catch_passed: float | None = 0.7
+    repeat_factor: float | None = 2.0
+    lapse_factor: float = 3.0
+    lapses: float | None = 0.2
+
+    def __post_init__(self) -> None:
+        if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
+            raise InputError(
+                f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."
+            )
+        for name in ("catch_share", "catch_passed", "lapses"):
+            value = getattr(self, name)
+            if value is not None and not 0 <= value <= 1:
+                raise InputError(f"{name} is {value!r}, but must be a share from 0 to 1.")
+        for name in ("catch_factor", "repeat_factor", "lapse_factor"):
+            value = getattr(self, name)
+            if value is not None and not value > 1:
+                raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
+        if self.dropped_frames is not None and self.dropped_frames < 0:
+            raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectQuality:
+    """How one subject did, in all trials as they came.
+
+    Parameters
+    ----------
+    participant_id, trials
+        Who, and how many trials without catch trials.
+    catch_trials, catch_passed
+        How many catch trials, and the share passed; None without any.
+    repeat_factor
+        Spread of answers to one and the same picture, a geometric standard deviation; None where none was repeated, and
+        with the cube.
+    lapses
+        Share of lapses; with the cube, of the time with no key or both held. None where there are too few answers.
+    too_fast, too_slow
+        Trials outside the bounds of response time.
+    dropped
+        Trials with any dropped frame; None where none were counted.
+    """
+
+    participant_id: str
+    trials: int
+    catch_trials: int
+    catch_passed: float | None
+    repeat_factor: float | None
+    lapses: float | None
+    too_fast: int
+    too_slow: int
+    dropped: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Exclusion:
+    """What one rule left out: of one subject some trials, or all of them."""
+
+    participant_id: str
+    rule: str
+    whole_subject: bool
+    trials: int
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How good the data are, and what was left out.
+
+    Parameters
+    ----------
+    rules
+        Those applied.
+    subjects_before, subjects_after, trials_before, trials_after
+        Counts without catch trials.
+    subjects
+        How each did.
+    exclusions
+        What each rule left out; a trial that several rules leave out counts with each.
+    """
+
+    rules: Rules
+    subjects_before: int
+    subjects_after: int
+    trials_before: int
+    trials_after: int
+    subjects: tuple[SubjectQuality, ...]
+    exclusions: tuple[Exclusion, ...]
+
+
+def quality(table: pd.DataFrame, rules: Rules | None = None) -> tuple[pd.DataFrame, Quality]:
+    """Judge a table of depth ratings or of reports on the cube (it tells by the columns), and keep what the rules keep.
+
+    Returns
+    -------
+    tuple
+        A new table of the rows kept, catch trials among them, and what was found. The one given is not changed.
+
+    Raises
+    ------
+    InputError
+        If the table is of neither kind, or cannot be read without guessing.
+
+    Examples
+    --------
+    >>> table = pd.DataFrame({
+    ...     "participant_id": "01", "trial": range(4), "scene": "room", "fixation": "nearest", "catch": False,
+    ...     "aperture": ["pinhole", "f/11"] * 2, "aperture_mm": [0.0, 4.5] * 2, "rating": [1.0, 1.4, 1.1, 1.5],
+    ...     "response_time": [1.2, 0.9, 0.1, 1.4],
+    ... })
+    >>> kept, found = quality(table)
+    >>> list(kept["trial"]), found.exclusions[0].rule
+    ([0, 1, 3], 'answered in less than 0.2 s')
+    """
+    rules = rules or Rules()
+    if "rating" in table:
+        table = rating_table(table)
+        subjects = [_rater(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
+    elif "percept" in table:
+        table = report_table(table)
+        subjects = [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
+    else:
+        raise InputError(
+            "The table has neither a column rating nor a column percept: it must hold depth ratings or reports on the "
+            "cube."
+        )
+    keep = pd.Series(True, index=np.arange(len(table)))
+    exclusions = []
+    names = table["participant_id"].to_numpy()
+    for rule, wrong in _bad_trials(table, rules):
+        for name in sorted(set(names[wrong])):
+            rows = table[wrong & (names == name)]
+            exclusions.append(Exclusion(name, rule, False, _count(rows)))
+        keep &= ~wrong
+    for subject in subjects:
+        for rule in _bad_subject(subject, rules):
+            exclusions.append(Exclusion(subject.participant_id, rule, True, subject.trials))
+            keep &= names != subject.participant_id
+    kept = table[keep.to_numpy()]
+    before, after = table[~table["catch"]], kept[~kept["catch"]]
+    return kept, Quality(
+        rules,
+        before["participant_id"].nunique(),
+        after["participant_id"].nunique(),
+        _count(before),
+        _count(after),
+        tuple(subjects),
+        tuple(exclusions),
+    )
+
+
+def _count(rows: pd.DataFrame) -> int:
+    """Trials: with the cube a trial has many rows."""
+    keys = [name for name in ("participant_id", "session", "trial") if name in rows]
+    return len(rows[~rows["catch"]].drop_duplicates(keys))
+
+
+def _bad_trials(table: pd.DataFrame, rules: Rules) -> list[tuple[str, np.ndarray]]:
+    bad = []
+    if rules.response_time is not None and "response_time" in table and "rating" in table:
+        shortest, longest = rules.response_time
+        times = table["response_time"].to_numpy(dtype=float)
+        bad += [
+            (f"answered in less than {shortest:g} s", times < shortest),
+            (f"answered in more than {longest:g} s", times > longest),
+        ]
+    if rules.dropped_frames is not None and "dropped_frames" in table:
+        dropped = table["dropped_frames"].to_numpy(dtype=float)
+        bad.append((f"more than {rules.dropped_frames} dropped frames", dropped > rules.dropped_frames))
+    return bad
+
+
+def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
+    found, bad = subject, []
+    if None not in (rules.catch_passed, found.catch_passed) and found.catch_passed < rules.catch_passed:  # type: ignore[operator]
+        bad.append(f"passed less than {rules.catch_passed:.0%} of the catch trials")
+    if None not in (rules.repeat_factor, found.repeat_factor) and found.repeat_factor > rules.repeat_factor:  # type: ignore[operator]
+        bad.append(f"answers to one picture spread by more than a factor {rules.repeat_factor:g}")
+    if None not in (rules.lapses, found.lapses) and found.lapses > rules.lapses:  # type: ignore[operator]
+        bad.append(f"more than {rules.lapses:.0%} lapses")
+    return bad
+
+
+def _rater(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
+    catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
+    passed = np.abs(np.log(catch["rating"].to_numpy())) <= math.log(rules.catch_factor)
+    answer = np.log(rows["rating"].to_numpy())
+    picture = rows.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
+    count = np.bincount(picture)
+    freedom = len(rows) - len(count)
+    spread = None
+    if freedom:
+        off = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
+        spread = math.exp(math.sqrt(float((off**2).sum()) / freedom))
+    condition = rows.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
+    far, enough = np.zeros(len(rows), bool), np.bincount(condition)[condition] >= 3
+    for one in np.unique(condition):
+        own = condition == one
+        far[own] = np.abs(answer[own] - np.median(answer[own])) > math.log(rules.lapse_factor)
+    shortest, longest = rules.response_time or (-math.inf, math.inf)
+    times = rows["response_time"].astype(float) if "response_time" in rows else pd.Series(dtype=float)
+    return SubjectQuality(
+        name,
+        len(rows),
+        len(catch),
+        float(passed.mean()) if len(catch) else None,
+        spread,
+        float(far[enough].mean()) if enough.any() else None,
+        int((times < shortest).sum()),
+        int((times > longest).sum()),
+        int((rows["dropped_frames"] > 0).sum()) if "dropped_frames" in rows else None,
+    )
+
+
+def _observer(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
+    keys = [key for key in ("session", "trial") if key in rows]
+
+    def time(of: pd.DataFrame, percept: str) -> pd.Series[float]:
+        return of["duration"].where(of["percept"] == percept, 0.0).groupby([of[key] for key in keys]).sum()
+
+    catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
+    nonrigid, rigid = time(catch, "nonrigid"), time(catch, "rigid")
+    passed = nonrigid > rules.catch_share * (nonrigid + rigid)
+    lasted = rows.groupby(keys)["trial_duration"].first()
+    told = time(rows, "rigid") + time(rows, "nonrigid")
+    return SubjectQuality(
+        name,
+        len(lasted),
+        len(passed),
+        float(passed.mean()) if len(passed) else None,
+        None,
+        1 - float(told.sum() / lasted.sum()) if len(lasted) else None,
+        0,
+        0,
+        int((rows.groupby(keys)["dropped_frames"].max() > 0).sum()) if "dropped_frames" in rows else None,
+    )

@@ -1,0 +1,64 @@
+"""How often, over subjects: a marginal logistic model with few subjects' standard errors."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.statistics.means import student_effect
+from focalgradient.statistics.records import Effect, NotDone
+
+__all__ = ["marginal_effect"]
+
+
+def marginal_effect(
+    answers: NDArray[np.float64], condition: NDArray[np.bool_], subject: NDArray[np.int_]
+) -> Effect | NotDone:
+    """Log odds ratio of an answer in a condition against without it, by generalised estimating equations.
+
+    Answers of one subject may go together in any way: the standard error is taken between subjects, and corrected for
+    there being few of them (Mancl and DeRouen 2001); the test is on Student's t with a degree of freedom less than
+    subjects.
+
+    Parameters
+    ----------
+    answers
+        One a trial or report: 0 or 1, or a share.
+    condition
+        Whether it was given in the condition.
+    subject
+        Number of its subject.
+
+    Examples
+    --------
+    >>> share = np.array([0.2, 0.5, 0.1, 0.4, 0.3, 0.5, 0.2, 0.5])
+    >>> effect = marginal_effect(share, np.tile([False, True], 4), np.repeat(np.arange(4), 2))
+    >>> round(effect.estimate, 2), round(effect.p, 3)
+    (1.29, 0.009)
+    """
+    subjects = len(np.unique(subject))
+    if subjects < 2:
+        return NotDone("A test over subjects needs two or more, and there is 1.")
+    for rows, name in ((condition, "with"), (~condition, "without")):
+        if not rows.any() or (answers[rows].min() == answers[rows].max() and answers[rows][0] in (0, 1)):
+            what = f"is always {answers[rows][0]:.0f}" if rows.any() else "was never asked for"
+            return NotDone(f"The answer {name} the condition {what}: it has no odds ratio.")
+    from statsmodels.genmod.cov_struct import Independence  # type: ignore[import-untyped]
+    from statsmodels.genmod.families import Binomial  # type: ignore[import-untyped]
+    from statsmodels.genmod.generalized_estimating_equations import GEE  # type: ignore[import-untyped]
+
+    design = np.column_stack([np.ones(len(answers)), condition]).astype(float)
+    order = np.argsort(subject, kind="stable")
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # what matters of them is asked of the result
+        model = GEE(answers[order], design[order], subject[order], family=Binomial(), cov_struct=Independence())
+        fit = model.fit(cov_type="bias_reduced")
+        estimate, error = float(fit.params[1]), float(fit.bse[1])
+    if not (fit.converged and math.isfinite(estimate) and math.isfinite(error) and error > 0):
+        return NotDone("The marginal model did not converge.")
+    return student_effect(
+        estimate, error, subjects, "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1"
+    )

@@ -1,0 +1,126 @@
+"""Whether pictures of one scene differ in nothing but blur: their light, their geometry and their spectra, measured.
+
+Each picture is held against what the blur alone makes of the pinhole picture (`relief.predicted`), in which no ray of
+the renderer has a part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from focalgradient.optics import Optics
+from focalgradient.render.rendered import LUMINANCE
+from focalgradient.stimuli.relief import predicted
+
+__all__ = ["LIMITS", "Sharp", "against_prediction", "judged", "spectrum"]
+
+LIMITS = {"mean_luminance_percent": 0.5, "shift_px": 0.05, "spectrum_percent": 5.0, "noise_steps": 0.5}
+"""What is called controlled: change of the mean luminance from the pinhole picture; shift against the prediction;
+difference of amplitude from the prediction, in each octave of spatial frequency; and noise of the rendering, in steps
+of the display's 8 bits."""
+
+EDGE = 0.05  # dioptres between neighbouring pixels, from which on one thing is in front of another
+FEWEST = 4  # cycles in the part of the picture that is looked at, below which an octave is not looked at
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sharp:
+    """What a pinhole shows: light, H x W x 3, the noise of its luminance and its depth, H x W, and the pixel angle."""
+
+    light: NDArray[np.floating]
+    residual: NDArray[np.floating]
+    depth: NDArray[np.floating]
+    pixel_angle: float
+
+
+def against_prediction(
+    light: NDArray[np.floating],
+    residual: NDArray[np.floating],
+    sharp: Sharp,
+    optics: Sequence[Optics],
+) -> dict[str, Any]:
+    """Shift and spectrum of a picture against what blur alone makes of the pinhole picture.
+
+    Parameters
+    ----------
+    light
+        Luminance of the picture, H x W.
+    residual
+        Half the difference of the two halves of its samples, H x W: just its noise.
+    sharp
+        What the pinhole shows, with a whole number of times as many pixels each way.
+    optics
+        Through which the picture is seen: one for all light, or for red, green and blue.
+
+    Returns
+    -------
+    dict
+        ``shift_px``: right and down. ``spectrum``: ratio of the amplitudes to the prediction's, in octaves of spatial
+        frequency, the finest first. Noise has no part in either; a rim as wide as the blur is left out.
+    """
+    (height, width), finer = light.shape, len(sharp.depth) // len(light)
+    weights = np.array(LUMINANCE)
+    halves = np.zeros((2, height, width))
+    for half, sign in enumerate((1, -1)):
+        # Colours share their noise, but for their weights.
+        colours = sharp.light + sign * sharp.residual[..., None]
+        parts = [colours @ weights] if len(optics) == 1 else np.moveaxis(colours * weights, 2, 0)
+        for part, lens in zip(parts, optics, strict=True):
+            blurred = predicted(
+                part, sharp.depth, lens.aperture_diameter, lens.focus_vergence, sharp.pixel_angle, seed=half
+            )
+            halves[half] += blurred.reshape(height, finer, width, finer).mean(axis=(1, 3))
+    radii = [lens.aperture_diameter / 2 * np.abs(lens.focus_vergence - 1 / sharp.depth).max() for lens in optics]
+    widest = max(radii) / sharp.pixel_angle / finer
+    rim = math.ceil(widest) + 2
+    inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
+    seen, noise = light[inside], residual[inside]
+    expected, doubt = halves.mean(axis=0)[inside], (halves[0] - halves[1])[inside] / 2
+    power, foreseen = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, doubt)))
+    # Not where an edge hides what the prediction would need.
+    vergence = 1 / sharp.depth
+    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
+    plain = ~maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer][inside]
+    plain |= plain.mean() < 0.1  # so little is left that edges are better than nothing
+    slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
+    # A picture moved by s is the still one less s times its slope.
+    shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[plain])
+    return {"shift_px": shift.tolist(), "spectrum": np.sqrt(np.maximum(power, 0) / foreseen).tolist()}
+
+
+def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Power of an image, H x W, in octaves of spatial frequency in any direction, from the pixels' limit downwards.
+
+    Octaves end where fewer than 4 cycles would lie in the picture. The picture fades out towards its rim.
+
+    >>> wave = np.sin(2 * np.pi * 0.3 * np.arange(64)) * np.ones((64, 1))  # cycles per pixel
+    >>> power = spectrum(wave)
+    >>> int(power.argmax()), len(power)
+    (0, 3)
+    """
+    window = np.hanning(image.shape[0] + 2)[1:-1, None] * np.hanning(image.shape[1] + 2)[1:-1]
+    around = image - np.sum(window * image) / np.sum(window)
+    power = np.abs(np.fft.fft2(window * around)) ** 2 / np.sum(window**2)
+    frequency = np.hypot(*np.meshgrid(*(np.fft.fftfreq(side) for side in image.shape), indexing="ij"))
+    octaves = max(1, int(math.log2(min(image.shape) / 2 / FEWEST)))
+    edges = 0.5 / 2.0 ** np.arange(octaves + 1)
+    return np.array([power[(frequency < high) & (frequency >= low)].mean() for high, low in pairwise(edges)])
+
+
+def judged(pictures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The worst of each measure among pictures, the limit, and whether it is met."""
+    worst = {
+        "mean_luminance_percent": max(abs(one["mean_luminance_percent"]) for one in pictures),
+        "shift_px": max(math.hypot(*one["shift_px"]) for one in pictures),
+        "spectrum_percent": max(100 * abs(ratio - 1) for one in pictures for ratio in one["spectrum"]),
+        "noise_steps": max(one["noise_steps"] for one in pictures),
+    }
+    return {name: {"worst": worst[name], "limit": limit, "met": worst[name] <= limit} for name, limit in LIMITS.items()}

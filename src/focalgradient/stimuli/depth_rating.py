@@ -1,0 +1,357 @@
+"""Pictures for judging depth: scenes that differ between conditions in the focal gradient only.
+
+Each scene is seen through a pinhole and three apertures, with its nearest or its farthest object in focus. One camera,
+one exposure and one set of rays serve all pictures of a scene: what differs is where the lens's rays meet.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import platform
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.eye.chromatic import chromatic_difference
+from focalgradient.render import render, render_bands
+from focalgradient.render.rendered import LUMINANCE, Rendered
+from focalgradient.render.variant import REMEDY, variant
+from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
+from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged
+from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+from focalgradient.stimuli.sheet import sheet_png
+from focalgradient.stimulus import Display
+
+__all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
+
+FOCAL_LENGTH = 0.050  # m
+APERTURES: dict[str, float] = {"pinhole": math.inf, "f/22": 22.0, "f/11": 11.0, "f/5.6": 5.6}
+FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
+FIELD = 0.35  # width of the picture, a tangent
+LIGHTS = (611.0, 549.0, 464.0)  # nm, the wavelengths that look like the primaries of sRGB
+REFERENCE = LIGHTS[1]  # nm, in focus: green gives most of the light
+LEAST_DEPTH = 1.15  # D, between the nearest and the farthest object, of any seed
+MOST_SCENES = 100
+
+Engine = Literal["auto", "path", "shaded", "cast"]
+
+
+@dataclass(frozen=True, slots=True)
+class Pupil:
+    """Optics of a stated aperture (m) and focus vergence (D, any sign)."""
+
+    aperture_diameter: float
+    focus_vergence: float
+
+
+def make_depth_rating(
+    out: str | Path,
+    *,
+    seed: int = 0,
+    scenes: int = 13,
+    size: int = 512,
+    display: Display | None = None,
+    engine: Engine = "auto",
+    samples: int = 256,
+    chromatic: bool = False,
+    progress: Callable[[float, str], object] | None = None,
+) -> StimulusSet:
+    """Make a set of pictures, or go on with one that was interrupted, or verify a finished one.
+
+    Parameters
+    ----------
+    out
+        Folder for the set.
+    seed
+        Of everything: the same seed gives the same files on the same machine.
+    scenes
+        Number of scenes.
+    size
+        Width and height of the pictures in pixels, even.
+    display
+        What they are shown on.
+    engine
+        ``"path"``, ``"shaded"`` or ``"cast"`` as in `focalgradient.render.render`; ``"auto"`` path traces natural
+        scenes where Mitsuba can be had, and otherwise casts rays at plain spheres.
+    samples
+        Rays a pixel.
+    chromatic
+        Whether red, green and blue are each focused as by an eye, which puts the sign of defocus into the picture.
+    progress
+        Called now and then with the share done, 0 to 1, and what is being made.
+
+    Returns
+    -------
+    StimulusSet
+        As `read_set` reads it.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, the display cannot carry the blur, the folder holds another set or cannot be
+        written, or there is no Mitsuba for an engine that needs it.
+    """
+    out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
+    _check(seed, scenes, size, samples, display)
+    how = _engine(engine)
+    display.check_steps([FOCAL_LENGTH / number * LEAST_DEPTH / (FIELD / size) for number in APERTURES.values()])
+    parameters = {
+        "scenes": scenes,
+        "scene_kind": "plain spheres" if how == "cast" else "natural",
+        "apertures": list(APERTURES),
+        "focal_length_mm": FOCAL_LENGTH * 1e3,
+        "engine": how,
+        "samples": samples,
+        "chromatic": chromatic,
+        "lights_nm": list(LIGHTS) if chromatic else None,
+        "picture_px": [size, size],
+        "picture_deg": [display.degrees(size)] * 2,
+        "camera_field_deg": [math.degrees(2 * math.atan(FIELD / 2))] * 2,
+        "natural_viewing_distance_m": size * display.pixel_pitch / FIELD,
+        "pixel_angle_rad": FIELD / size,
+    }
+    asked = {"set": "depth-rating", "seed": seed, "parameters": parameters, "display": display_json(display)}
+    folder = Folder(out, asked, _versions(how))
+    if not folder.complete:
+        for index in range(scenes):
+
+            def share(done: float, what: str, before: int = index) -> None:
+                say((before + done) / scenes, f"spheres-{before:02} {what}")
+
+            recipe = Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic)
+            _make_scene(folder, f"spheres-{index:02}", recipe, display, share)
+        measured = folder.content["controls"]["scenes"]
+        folder.content["controls"] |= judged(
+            [one for scene in measured.values() for stem, one in scene["pictures"].items() if stem != "pinhole"]
+        )
+        say(1.0, "sheet")
+        folder.put({"sheet.png": sheet_png(out, folder.content, _note(folder.content["controls"], display, size))})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(out)
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """How the pictures of one scene are rendered."""
+
+    seed: int
+    shape: tuple[int, int]
+    engine: Engine
+    samples: int
+    chromatic: bool
+
+    @property
+    def pixel_angle(self) -> float:
+        """Angle of a pixel at the camera, in radians."""
+        return FIELD / self.shape[1]
+
+    def world(self) -> Scene:
+        """The scene."""
+        return _plain(self.seed) if self.engine == "cast" else scene("spheres", self.seed)
+
+    def finer(self) -> Recipe:
+        """The same at half the pixel, for as much work."""
+        height, width = self.shape
+        return replace(self, shape=(2 * height, 2 * width), samples=max(2, self.samples // 4))
+
+    def optics(self, aperture: str, focus: float) -> tuple[Pupil, ...]:
+        """The lens through that aperture with that focus (D): once for all light, or for red, green and blue."""
+        diameter = FOCAL_LENGTH / APERTURES[aperture]
+        if not self.chromatic or diameter == 0:
+            return (Pupil(diameter, focus),)
+        # What refracts less is focused at a lesser vergence.
+        return tuple(Pupil(diameter, focus - less) for less in chromatic_difference(LIGHTS, REFERENCE).tolist())
+
+    def render(
+        self, world: Scene, optics: Sequence[Pupil], progress: Callable[[float], object]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
+        """Radiance, H x W x 3; depth in metres, H x W; and the noise of the luminance, H x W."""
+        how: dict[str, Any] = {"engine": self.engine, "samples": self.samples, "seed": self.seed, "progress": progress}
+        if len(optics) == 1:
+            one = render(world, optics[0], self.shape, self.pixel_angle, **how)
+            colour = np.repeat(one.view.image[..., None], 3, axis=2) if one.colour is None else one.colour
+            return colour, one.distance, _residual(one)
+        bands = render_bands(world, optics, self.shape, self.pixel_angle, **how)
+        # Each band's residual is of the luminance of all light, of which the band is a part.
+        residual = sum(weight * _residual(band) for weight, band in zip(LUMINANCE, bands, strict=True))
+        return np.stack([band.view.image for band in bands], axis=2), bands[0].distance, np.asarray(residual)
+
+
+def _residual(rendered: Rendered) -> NDArray[np.float32]:
+    assert rendered.residual is not None  # every engine halves its samples
+    return rendered.residual
+
+
+def _make_scene(
+    folder: Folder, name: str, recipe: Recipe, display: Display, progress: Callable[[float, str], object]
+) -> None:
+    """Make what is lacking of a scene: its pictures, its depth, and its part of the folder's content."""
+    conditions = {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in APERTURES}
+    content = folder.content
+    content.setdefault("scenes", {})
+    content.setdefault("pictures", [])
+    content.setdefault("controls", {"scenes": {}})
+    files = [f"{name}/depth.npy", *(f"{name}/{stem}.{kind}" for stem in conditions for kind in ("png", "npy"))]
+    if name in content["scenes"] and folder.has(*files):
+        return
+    progress(0.0, "modelling")
+    world = recipe.world()
+    known = content["controls"]["scenes"].setdefault(name, {"pictures": {}})
+    sharp: Sharp | None = None
+    for index, (stem, (aperture, end)) in enumerate(conditions.items()):
+        needed = [f"{name}/{stem}.png", f"{name}/{stem}.npy"] + [files[0]] * (aperture == "pinhole")
+        if folder.has(*needed) and stem in known["pictures"]:
+            continue
+        share = _part(progress, index / len(conditions), (index + 1) / len(conditions), stem)
+        optics = recipe.optics(aperture, 1 / world.mark(end).distance)
+        radiance, depth, residual = recipe.render(world, optics, share)
+        if aperture == "pinhole":
+            known["white"] = float(radiance.max())  # blur only averages: but for noise nothing is brighter
+        light = (radiance / known["white"]).astype(np.float32)
+        luminance = light @ np.array(LUMINANCE)
+        mean, noise = float(luminance.mean()), float(np.sqrt(np.mean(residual**2.0)) / known["white"])
+        told: dict[str, Any] = {
+            "mean_luminance": mean,
+            "noise": noise,
+            "noise_steps": noise / display.step(mean),
+            "clipped": float(np.mean(light > 1)),
+        }
+        known["pictures"][stem] = told
+        made = {needed[0]: png(display.encode(light, recipe.seed)), needed[1]: _npy(light)}
+        if aperture == "pinhole":
+            made[files[0]] = _npy(depth.astype(np.float32))
+        else:
+            if sharp is None:
+                # Finer than the pictures, as a pixel that sees an edge has one depth but the light of two.
+                fine = recipe.finer()
+                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done: None)
+                sharp = Sharp(colour / known["white"], noise_of / known["white"], far, fine.pixel_angle)
+            told["mean_luminance_percent"] = 100 * (mean / known["pictures"]["pinhole"]["mean_luminance"] - 1)
+            told |= against_prediction(luminance, residual / known["white"], sharp, optics)
+        folder.put(made)
+    depth = np.load(folder.path / files[0])
+    targets: dict[str, Any] = {end: _target(world.mark(end), recipe) for end in FIXATIONS}
+    content["scenes"][name] = {"seed": recipe.seed, "depth": files[0], **targets}
+    content["pictures"] = [entry for entry in content["pictures"] if entry["scene"] != name] + [
+        _entry(name, aperture, end, recipe, depth, targets[end]["distance_m"], display)
+        for end in FIXATIONS
+        for aperture in APERTURES
+    ]
+
+
+def _entry(
+    name: str, aperture: str, end: Fixation, recipe: Recipe, depth: NDArray[np.float32], focus: float, display: Display
+) -> dict[str, Any]:
+    """What the manifest says of a picture."""
+    vergence = 1 / np.array([depth.min(), depth.max()], float)
+    discs = []
+    for one in recipe.optics(aperture, 1 / focus):
+        ends = one.aperture_diameter * np.abs(one.focus_vergence - vergence) / recipe.pixel_angle
+        inside = vergence[1] <= one.focus_vergence <= vergence[0]
+        discs += [0.0 if inside else float(ends.min()), float(ends.max())]
+    blur = [min(discs), max(discs)]
+    stem = f"{name}/{_stem(aperture, end)}"
+    return {
+        "scene": name,
+        "aperture": aperture,
+        "fixation": end,
+        "png": f"{stem}.png",
+        "linear": f"{stem}.npy",
+        "focus_m": focus,
+        "aperture_mm": 1e3 * FOCAL_LENGTH / APERTURES[aperture],
+        "blur_px": blur,
+        "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
+    }
+
+
+def _note(told: Mapping[str, Any], display: Display, size: int) -> str:
+    """What the sheet says of the set."""
+    light, shift, spectrum, _ = (told[name] for name in LIMITS)
+    return (
+        f"Rings: what is in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
+        f"{display.pixels_per_degree:.1f} pixels a degree.\n"
+        f"At most between conditions of a scene: mean luminance {light['worst']:.2g} %, shift {shift['worst']:.2g} px, "
+        f"amplitude in any octave {spectrum['worst']:.2g} % from what blur predicts."
+    )
+
+
+def _target(mark: Mark, recipe: Recipe) -> dict[str, Any]:
+    row, column = mark.pixel(recipe.shape, recipe.pixel_angle)  # from the middle of the first pixel
+    return {"name": mark.name, "distance_m": mark.distance, "position_px": [column + 0.5, row + 0.5]}
+
+
+def _stem(aperture: str, end: Fixation) -> str:
+    """Of a picture's files: that of the pinhole serves both fixations."""
+    return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
+
+
+def _plain(seed: int) -> Scene:
+    """Spheres in a room, for the ray caster, with marks on the nearest and the farthest."""
+    made = spheres(seed, field=FIELD)
+    balls = sorted((thing for thing in made.objects if isinstance(thing, Sphere)), key=lambda ball: ball.centre[2])
+    marks = []
+    for name, ball in (("nearest", balls[0]), ("farthest", balls[-1])):
+        x, y, z = (part * (1 - ball.radius / math.hypot(*ball.centre)) for part in ball.centre)
+        marks.append(Mark(name, (x, y, z)))
+    return replace(made, marks=tuple(marks))
+
+
+def _part(progress: Callable[[float, str], object], start: float, end: float, what: str) -> Callable[[float], object]:
+    return lambda done: progress(start + (end - start) * done, what)
+
+
+def _npy(array: NDArray[np.float32]) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, array, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _engine(engine: str) -> Engine:
+    """The engine to use: without Mitsuba the ray caster, unless another was asked for."""
+    if engine not in get_args(Engine):
+        raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
+    if engine == "cast":
+        return "cast"
+    if variant() is None:
+        if engine != "auto":
+            raise InputError(f"Mitsuba, which engine {engine!r} needs, cannot be used here: {REMEDY}.")
+        warnings.warn(
+            f"Mitsuba cannot be used here, so that plain spheres are ray cast in place of natural scenes: {REMEDY}.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
+        return "cast"
+    return "shaded" if engine == "shaded" else "path"
+
+
+def _versions(engine: Engine) -> dict[str, str]:
+    names = ["focalgradient", "numpy", "pillow", *(["numba"] if engine == "cast" else ["mitsuba"])]
+    told = {"python": platform.python_version(), **{name: version(name) for name in names}}
+    return told if engine == "cast" else {**told, "mitsuba variant": str(variant())}
+
+
+def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
+    """Refuse numbers out of range."""
+    for name, value, least in (("seed", seed, 0), ("scenes", scenes, 1), ("size", size, 16), ("samples", samples, 2)):
+        if not (isinstance(value, int) and value >= least):
+            raise InputError(f"{name} is {value!r}, but must be a whole number of {least} or more.")
+    if scenes > MOST_SCENES:
+        raise InputError(f"scenes is {scenes}, but a set has at most {MOST_SCENES}: make a second set of another seed.")
+    if size % 2:
+        raise InputError(f"size is {size}, but must be even, as odd pictures are smeared on displays: take {size + 1}.")
+    if size > min(display.size_px):
+        width, height = display.size_px
+        raise InputError(
+            f"size is {size}, but pictures must fit the display of {width} x {height} pixels: take {min(width, height)}"
+            " or less, or another display."
+        )

@@ -1,0 +1,244 @@
+"""The turning Necker cube as files: frames for a display and a video, with and without a focal gradient.
+
+All conditions show lines in the same places that give off the same light; only their blur differs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.render.wireframe import Focus, blur_at, necker_loop
+from focalgradient.render.wireframe import Gradient as Reading
+from focalgradient.scenes.necker import Necker, departure_from_rigid
+from focalgradient.scenes.necker import Reading as Shape
+from focalgradient.stimuli.folder import MANIFEST, Folder
+from focalgradient.stimuli.sets import display_json, png
+from focalgradient.stimulus import Display
+
+__all__ = ["Gradient", "make_necker"]
+
+Gradient = Literal["none", "rigid", "reversed"]
+"""Which shape's depth the blur has: none; the cube's own; the depth-reversed shape's, which speaks for the nonrigid
+reading."""
+
+READINGS: dict[Gradient, Reading] = {"none": "none", "rigid": "rigid", "reversed": "nonrigid"}
+LOOPS = 4  # in the video: a whole turn
+LIGHT_PERCENT = 0.5  # by which the light of frames may differ between conditions
+BATCH = 30  # frames written before they are listed
+SIGMAS = 4.0  # of its widest blur, to which a line reaches
+
+
+def make_necker(
+    out: str | Path,
+    cube: Necker,
+    *,
+    gradients: Sequence[Gradient] = ("none", "rigid", "reversed"),
+    size: int = 640,
+    frame_rate: float = 60.0,
+    aperture: float = 0.012,
+    focus: Focus = "near",
+    display: Display | None = None,
+    progress: Callable[[float, str], object] | None = None,
+) -> dict[str, Any]:
+    """Make the frames and videos, or go on with what was interrupted, or verify what is finished.
+
+    Parameters
+    ----------
+    out
+        Folder for them.
+    cube
+        The cube: its size, perspective, direction, speed and line width.
+    gradients
+        Conditions to make.
+    size
+        Width and height of the frames in pixels, even.
+    frame_rate
+        Frames a second; with the cube's speed they must make a whole number of frames in a quarter turn.
+    aperture
+        Strength of the gradient: diameter in metres of a lens in the viewer's place.
+    focus
+        Whether the ``"near"`` or the ``"far"`` end of the depth is sharp.
+    display
+        What they are shown on.
+    progress
+        Called now and then with the share done, 0 to 1, and what is being made.
+
+    Returns
+    -------
+    dict
+        The manifest.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, the cube does not fit the frame, the display cannot carry the blur, or the folder
+        holds something else or cannot be written.
+    """
+    out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
+    if not gradients or not set(gradients) <= set(READINGS):
+        raise InputError(f"gradients is {list(gradients)!r}, but must be some of {', '.join(READINGS)}.")
+    gradients = [one for one in READINGS if one in gradients]
+    frames = cube.loop_frames(frame_rate)
+    pixel_angle = math.radians(1 / display.pixels_per_degree)
+    blurs = blur_at(cube, [cube.nearest, cube.farthest], aperture=aperture, focus=focus) / pixel_angle
+    widest = float(np.abs(blurs).max())
+    _check(cube, size, widest, pixel_angle, display)
+    if gradients != ["none"]:
+        display.check_steps([0.0, 4 * widest])  # a disc's diameter is four times the standard deviation of its light
+
+    def loop(gradient: Gradient) -> Iterator[NDArray[np.float32]]:
+        return necker_loop(
+            *(cube, frames),
+            shape=(size, size),
+            pixel_angle=pixel_angle,
+            gradient=READINGS[gradient],
+            aperture=aperture,
+            focus=focus,
+        )
+
+    parameters = {
+        "gradients": gradients,
+        "frame_px": [size, size],
+        "frames": frames,
+        "frame_rate": frame_rate,
+        "edge_deg": math.degrees(cube.size),
+        "perspective": cube.perspective,
+        "distance_m": cube.distance,
+        "tilt_deg": math.degrees(cube.tilt),
+        "direction": cube.direction,
+        "turns_per_second": cube.speed,
+        "line_width_arcmin": 60 * math.degrees(cube.line_width),
+        "aperture_mm": 1e3 * aperture,
+        "focus": focus,
+    }
+    asked = {"set": "necker", "parameters": parameters, "display": display_json(display)}
+    names = ("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless")
+    folder = Folder(out, asked, {"python": platform.python_version(), **{name: version(name) for name in names}})
+    if not folder.complete:
+        white = max(float(frame.max()) for frame in loop("none"))
+        conditions = folder.content.setdefault("conditions", {})
+        for index, gradient in enumerate(gradients):
+
+            def share(done: float, start: int = index, what: str = gradient) -> None:
+                say((start + done) / len(gradients), what)
+
+            widths = [0.0, 0.0] if gradient == "none" else sorted(np.abs(blurs).tolist())
+            conditions[gradient] = {
+                "frames": [f"{gradient}/{number:04}.png" for number in range(frames)],
+                "video": f"{gradient}.mp4",
+                "blur_sd_px": widths,
+                "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
+                **_make_loop(folder, gradient, loop(gradient), frames, frame_rate, white, display, share),
+            }
+        folder.content |= {"white": white, "departure": _departure(cube, frames), "controls": _controls(conditions)}
+        folder.finish()
+    say(1.0, "finished")
+    made: dict[str, Any] = json.loads((out / MANIFEST).read_bytes())
+    return made
+
+
+def _make_loop(
+    folder: Folder,
+    gradient: Gradient,
+    loop: Iterator[NDArray[np.float32]],
+    frames: int,
+    frame_rate: float,
+    white: float,
+    display: Display,
+    progress: Callable[[float], object],
+) -> dict[str, Any]:
+    """Write what is lacking of a condition; the mean light of each frame, as computed and as shown."""
+    light, shown, clipped, pictures = [], [], 0.0, []
+    lacking: dict[str, bytes] = {}
+    for number, frame in enumerate(loop):
+        share = frame / white
+        values = display.encode(share, number)
+        light.append(float(share.mean(dtype=float)))
+        shown.append(float(display.decode(values).mean()))
+        clipped = max(clipped, float(np.mean(share > 1)))
+        pictures.append(values)
+        name = f"{gradient}/{number:04}.png"
+        if not folder.has(name):
+            lacking[name] = png(values)
+        if len(lacking) == BATCH or number == frames - 1:
+            folder.put(lacking)
+            lacking = {}
+        progress(0.9 * (number + 1) / frames)
+    if not folder.has(f"{gradient}.mp4"):
+        folder.put({f"{gradient}.mp4": _video(folder.path, pictures, frame_rate)})
+    progress(1.0)
+    return {"mean_light": light, "mean_light_shown": shown, "clipped": clipped}
+
+
+def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
+    """A whole turn as an MP4 file."""
+    path = folder / ".video.part.mp4"  # OpenCV writes to a path alone
+    try:
+        height, width = pictures[0].shape
+        writer = cv2.VideoWriter(
+            str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), frame_rate, (width, height), isColor=True
+        )
+        for picture in [*pictures] * LOOPS:
+            writer.write(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
+        writer.release()
+        content = path.read_bytes() if path.exists() else b""
+    finally:
+        path.unlink(missing_ok=True)
+    if not content:
+        raise InputError(
+            f"the video in {folder} cannot be written: make room, and see that the frames are even in size."
+        )
+    return content
+
+
+def _departure(cube: Necker, frames: int) -> dict[str, Any]:
+    """How far both readings are from rigid over a turn, and where each turns."""
+    turn = np.arange(LOOPS * frames) / (LOOPS * frames)
+    told: dict[str, Any] = {}
+    shapes: dict[str, Shape] = {"rigid": "rigid", "reversed": "nonrigid"}
+    for gradient, reading in shapes.items():
+        departure = departure_from_rigid(cube.seen(turn, reading))
+        told[gradient] = {
+            "direction": cube.direction_seen(reading),
+            "whole": departure.whole,
+            "by_frame": departure.by_frame[:frames].tolist(),
+        }
+    return told
+
+
+def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
+    """Whether frames give off the same light under all conditions, as computed and in 8 bits."""
+    told = {}
+    for name in ("mean_light", "mean_light_shown"):
+        light = np.array([condition[name] for condition in conditions.values()])
+        worst = float(100 * (light.max(axis=0) / light.min(axis=0) - 1).max())
+        told[f"{name}_percent"] = {"worst": worst, "limit": LIGHT_PERCENT, "met": worst <= LIGHT_PERCENT}
+    return told
+
+
+def _check(cube: Necker, size: int, widest: float, pixel_angle: float, display: Display) -> None:
+    """Refuse a frame that is odd, too large for the display, or too small for the cube."""
+    if not (isinstance(size, int) and size > 0 and size % 2 == 0):
+        raise InputError(f"size is {size!r}, but must be a positive even number of pixels.")
+    half = max(cube.extent) / pixel_angle + SIGMAS * max(widest, cube.line_width / pixel_angle / 2)
+    needed = 2 * math.ceil(half)
+    if needed > size:
+        raise InputError(
+            f"size is {size}, but the turning cube with its blur fills {needed} pixels: take that, or a smaller cube."
+        )
+    if size > min(display.size_px):
+        width, height = display.size_px
+        raise InputError(
+            f"size is {size}, but the display has {width} x {height} pixels: take a smaller cube and size."
+        )

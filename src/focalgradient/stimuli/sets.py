@@ -1,0 +1,232 @@
+"""A finished set of pictures, read from its folder."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from focalgradient.errors import InputError
+from focalgradient.stimuli.folder import MANIFEST
+from focalgradient.stimulus import Display
+
+__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "png", "read_set"]
+
+Fixation = Literal["nearest", "farthest"]
+"""Which object is fixated, and in focus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What is fixated.
+
+    Parameters
+    ----------
+    name
+        ``"nearest"`` or ``"farthest"``.
+    distance_m
+        Along the camera's axis.
+    position_px
+        In pixels from the picture's upper left corner, to the right and down.
+    """
+
+    name: str
+    distance_m: float
+    position_px: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownScene:
+    """A scene of the set: its seed, its file of depth, and what is fixated in it."""
+
+    name: str
+    seed: int
+    depth: str
+    nearest: Target
+    farthest: Target
+
+    def target(self, fixation: Fixation) -> Target:
+        """The object that is fixated."""
+        return self.nearest if fixation == "nearest" else self.farthest
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of the set.
+
+    Parameters
+    ----------
+    scene, aperture, fixation
+        What it shows, through which aperture ("pinhole" or an f-number like "f/11"), with which object in focus.
+    png, linear
+        Its files, from the set's folder: 8-bit values for the set's display; and light, 1 being the display's white.
+    focus_m, aperture_mm
+        Distance in focus; diameter of the aperture, 0 for the pinhole.
+    blur_px, blur_arcmin
+        Diameter of the blur disc, least and most in the picture: in pixels, and on the display.
+    """
+
+    scene: str
+    aperture: str
+    fixation: Fixation
+    png: str
+    linear: str
+    focus_m: float
+    aperture_mm: float
+    blur_px: tuple[float, float]
+    blur_arcmin: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StimulusSet:
+    """A finished set of pictures in a folder.
+
+    Parameters
+    ----------
+    folder
+        Where it is.
+    manifest
+        All that its manifest says.
+    display
+        The display that the pictures are made for.
+    pictures
+        Every picture, once for each fixation.
+    """
+
+    folder: Path
+    manifest: Mapping[str, Any]
+    display: Display
+    pictures: tuple[Picture, ...]
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """Names of the scenes."""
+        return tuple(self.manifest["scenes"])
+
+    def scene(self, name: str) -> ShownScene:
+        """The scene of that name; `InputError` if there is none."""
+        known = self.manifest["scenes"]
+        if name not in known:
+            raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
+        entry = known[name]
+        near, far = (
+            Target(entry[end]["name"], entry[end]["distance_m"], tuple(entry[end]["position_px"]))
+            for end in ("nearest", "farthest")
+        )
+        return ShownScene(name, entry["seed"], entry["depth"], near, far)
+
+    def picture(self, scene: str, aperture: str, fixation: str) -> Picture:
+        """The picture of a scene through an aperture with one object in focus; `InputError` if there is none."""
+        for one in self.pictures:
+            if (one.scene, one.aperture, one.fixation) == (scene, aperture, fixation):
+                return one
+        raise InputError(
+            f"the set in {self.folder} has no picture of {scene!r} through {aperture!r} with {fixation!r} in focus: it "
+            f"has the scenes {', '.join(self.scenes)}, each through "
+            f"{', '.join(dict.fromkeys(one.aperture for one in self.pictures))}, 'nearest' or 'farthest' in focus."
+        )
+
+    def pixels(self, picture: Picture) -> NDArray[np.uint8]:
+        """The 8-bit values of a picture, H x W x 3."""
+        try:
+            with Image.open(self.folder / picture.png) as image:
+                return np.array(image.convert("RGB"))
+        except (OSError, SyntaxError) as error:
+            raise _lost(self.folder / picture.png) from error
+
+    def linear(self, picture: Picture) -> NDArray[np.float32]:
+        """The light of a picture, H x W x 3 of red, green and blue; 1 is the display's white."""
+        return self._array(picture.linear)
+
+    def depth(self, scene: str) -> NDArray[np.float32]:
+        """Distance in metres along the camera's axis of what each pixel of a scene shows, H x W; ``inf`` for sky."""
+        return self._array(self.scene(scene).depth)
+
+    def _array(self, name: str) -> NDArray[np.float32]:
+        try:
+            return np.asarray(np.load(self.folder / name, allow_pickle=False), np.float32)
+        except (OSError, ValueError) as error:
+            raise _lost(self.folder / name) from error
+
+
+def read_set(folder: str | Path) -> StimulusSet:
+    """Read a finished set of pictures; `focalgradient.dataset.check_stimuli` tells whether its files are unchanged.
+
+    Raises
+    ------
+    InputError
+        If there is no finished set in the folder.
+    """
+    folder = Path(folder)
+    path = folder / MANIFEST
+    remedy = "make it with 'focalgradient stimuli depth-rating'"
+    try:
+        manifest = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be read ({error.strerror}), so that {folder} holds no finished set: {remedy}."
+        ) from error
+    except ValueError as error:
+        raise InputError(f"{path} is not JSON, so that {folder} holds no set: {remedy}.") from error
+    try:
+        if manifest["set"] != "depth-rating":
+            raise KeyError("set")
+        display = _display(manifest["display"])
+        pictures = tuple(
+            Picture(
+                *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear", "focus_m", "aperture_mm")),
+                *((entry[key][0], entry[key][1]) for key in ("blur_px", "blur_arcmin")),
+            )
+            for entry in manifest["pictures"]
+        )
+    except (KeyError, TypeError, IndexError) as error:
+        raise InputError(
+            f"{path} is no manifest of pictures for depth rating ({error} is lacking): {remedy}."
+        ) from error
+    return StimulusSet(folder, manifest, display, pictures)
+
+
+def display_json(display: Display) -> dict[str, Any]:
+    """A display as plain JSON, with its units in the names."""
+    return {
+        "kind": "sRGB" if display.gamma == "sRGB" else "gamma",
+        "gamma": display.gamma,
+        "bits": 8,
+        "dither": display.dither,
+        "white_cd_m2": display.white,
+        "size_px": list(display.size_px),
+        "size_deg": list(display.size_deg),
+        "pixel_pitch_mm": display.pixel_pitch * 1e3,
+        "distance_m": display.distance,
+        "pixels_per_degree": display.pixels_per_degree,
+    }
+
+
+def png(values: NDArray[np.uint8]) -> bytes:
+    """8-bit values, grey or in colour, as a PNG file."""
+    buffer = io.BytesIO()
+    Image.fromarray(values).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def _display(said: Mapping[str, Any]) -> Display:
+    width, height = said["size_px"]
+    return Display(
+        (width, height),
+        said["pixel_pitch_mm"] * 1e-3,
+        said["distance_m"],
+        said["gamma"],
+        said["white_cd_m2"],
+        said["dither"],
+    )
+
+
+def _lost(path: Path) -> InputError:
+    return InputError(f"{path} cannot be read: make the set anew with the command that made it.")

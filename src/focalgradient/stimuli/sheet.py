@@ -1,0 +1,40 @@
+"""The contact sheet of a set: every scene a row, every condition a column."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from focalgradient.plotting.figures import style
+from focalgradient.plotting.stimuli import contact_sheet
+
+__all__ = ["sheet_png"]
+
+
+def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
+    """The sheet as a PNG file, of what a manifest says of scenes and pictures."""
+    shown = {(one["scene"], one["fixation"], one["aperture"]): one["png"] for one in content["pictures"]}
+    apertures = list(dict.fromkeys(aperture for *_, aperture in shown))
+    blurred = [("nearest", one) for one in apertures[1:]] + [("farthest", one) for one in apertures[1:]]
+    rows = {}
+    for name, scene in content["scenes"].items():
+        place = {end: tuple(scene[end]["position_px"]) for end in ("nearest", "farthest")}
+        text = f"{name}\n{scene['nearest']['distance_m']:.2f} m to\n{scene['farthest']['distance_m']:.2f} m"
+        rows[text] = [(_pixels(folder / shown[name, "nearest", apertures[0]]), tuple(place.values()))]
+        rows[text] += [(_pixels(folder / shown[name, end, one]), (place[end],)) for end, one in blurred]
+    groups = [("no blur", 1), ("nearest object in focus", len(apertures) - 1), ("farthest object in focus", 1)]
+    figure = contact_sheet(rows, [apertures[0], *(one for _, one in blurred)], groups, note)
+    buffer = io.BytesIO()
+    with style():
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def _pixels(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    with Image.open(path) as image:
+        return np.array(image)

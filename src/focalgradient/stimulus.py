@@ -1,0 +1,214 @@
+"""From a view to what a display shows: light to 8-bit values and back, pixels to visual angle, and what pixels carry.
+
+Light is in shares of the display's white: 1 is the most that it can show. A picture is exposed before it comes here, so
+that all pictures of one scene share one exposure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+
+__all__ = ["EYE_STEP", "WEBER", "Display"]
+
+WEBER = 0.28
+"""Smallest share by which blur must grow for people to see that it did, of reported 0.28 to 0.56."""
+
+EYE_STEP = 0.06 * 4.5e-3
+"""Smallest difference between two blur discs, as an angle in radians of their diameters, that an eye tells: 0.9 arcmin,
+of a threshold of 0.05 to 0.07 D through a pupil of 3 to 6 mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """A display, seen from in front of its middle, with 8 bits a colour.
+
+    Parameters
+    ----------
+    size_px
+        Width and height in pixels.
+    pixel_pitch
+        Side of a pixel in metres.
+    distance
+        From the eye to the screen, in metres.
+    gamma
+        Exponent of light over value, or ``"sRGB"`` for that standard's own curve (IEC 61966-2-1).
+    white
+        Luminance of its white, in cd/m^2.
+    dither
+        Whether light between two 8-bit values is shown as a random mixture of both, right on average.
+
+    Raises
+    ------
+    InputError
+        If a value is not positive, or the exponent not between 1 and 4.
+
+    Examples
+    --------
+    >>> display = Display(size_px=(1920, 1080), pixel_pitch=0.2767e-3, distance=0.57)
+    >>> round(display.pixels_per_degree, 2), tuple(round(side, 1) for side in display.size_deg)
+    (35.95, (50.0, 29.4))
+    """
+
+    size_px: tuple[int, int] = (1920, 1080)
+    pixel_pitch: float = 0.2767e-3
+    distance: float = 0.57
+    gamma: float | Literal["sRGB"] = "sRGB"
+    white: float = 100.0
+    dither: bool = False
+
+    def __post_init__(self) -> None:
+        if not (len(self.size_px) == 2 and all(isinstance(side, int) and side > 0 for side in self.size_px)):
+            raise InputError(
+                f"size_px is {self.size_px!r}, but must be a display's positive width and height in pixels."
+            )
+        for name, unit in (("pixel_pitch", "metres"), ("distance", "metres"), ("white", "cd/m^2")):
+            value = getattr(self, name)
+            if not (value > 0 and math.isfinite(value)):
+                raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
+        if self.gamma != "sRGB" and not (isinstance(self.gamma, (int, float)) and 1 <= self.gamma <= 4):
+            raise InputError(f"gamma is {self.gamma!r}, but must be a number between 1 and 4, or 'sRGB'.")
+
+    @classmethod
+    def of_width(cls, width: float, size_px: tuple[int, int] = (1920, 1080), **others: Any) -> Display:
+        """Make a display of the `width` in metres of its picture, and `others` as in `Display`.
+
+        >>> round(Display.of_width(0.531).pixel_pitch * 1e3, 4)
+        0.2766
+        """
+        if not (size_px[0] > 0):
+            raise InputError(f"size_px is {size_px!r}, but must be a display's positive width and height in pixels.")
+        return cls(size_px, width / size_px[0], **others)
+
+    @property
+    def pixels_per_degree(self) -> float:
+        """Pixels per degree of visual angle in the middle of the screen; towards its rim there are more."""
+        return math.radians(1) * self.distance / self.pixel_pitch
+
+    @property
+    def size_deg(self) -> tuple[float, float]:
+        """Width and height of the screen in degrees of visual angle."""
+        return self.degrees(self.size_px[0]), self.degrees(self.size_px[1])
+
+    def degrees(self, pixels: float) -> float:
+        """Visual angle in degrees of so many pixels across the middle of the screen.
+
+        >>> round(Display(pixel_pitch=1e-3, distance=0.5).degrees(1000), 6)  # 1 m seen from 0.5 m
+        90.0
+        """
+        return math.degrees(2 * math.atan(pixels * self.pixel_pitch / 2 / self.distance))
+
+    def arcmin(self, pixels: float) -> float:
+        """Visual angle in minutes of arc of so many pixels in the middle of the screen."""
+        return 60 * pixels / self.pixels_per_degree
+
+    def decode(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Light, in shares of white, of 8-bit `values` of any shape.
+
+        >>> Display(gamma=2.0).decode([0, 51, 255]).round(6).tolist()
+        [0.0, 0.04, 1.0]
+        """
+        values = np.asarray(values)
+        if values.size and not (values.min() >= 0 and values.max() <= 255):
+            raise InputError("values go beyond 0 to 255, but must be what an 8-bit picture holds.")
+        share = values / 255
+        if self.gamma != "sRGB":
+            return np.asarray(share**self.gamma, float)
+        return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+
+    def encode(self, light: ArrayLike, seed: int = 0) -> NDArray[np.uint8]:
+        """8-bit values that show the `light` best, in shares of white, of any shape; what is out of range is clipped.
+
+        Parameters
+        ----------
+        light
+            Linear radiance of each colour, 1 being white.
+        seed
+            Of the dithering, where the display dithers.
+
+        Raises
+        ------
+        InputError
+            If the light holds values that are not finite.
+
+        Examples
+        --------
+        >>> Display(gamma=2.0).encode([0.0, 0.04, 1.0, 1.5]).tolist()
+        [0, 51, 255, 255]
+        """
+        light = np.asarray(light, float)
+        if not np.isfinite(light).all():
+            raise InputError("light holds values that are not finite, but must be shares of the display's white.")
+        light = np.clip(light, 0, 1)
+        levels = self.decode(np.arange(256))
+        if not self.dither:
+            share = (
+                np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+                if self.gamma == "sRGB"
+                else light ** (1 / self.gamma)
+            )
+            return np.rint(255 * share).astype(np.uint8)
+        below = np.minimum(np.searchsorted(levels, light, side="right") - 1, 254)
+        part = (light - levels[below]) / (levels[below + 1] - levels[below])
+        above = np.random.default_rng(seed).random(light.shape) < part
+        return (below + above).astype(np.uint8)
+
+    def step(self, light: float) -> float:
+        """Difference of light between 8-bit values, in shares of white, where they show this `light`.
+
+        >>> round(255 * Display(gamma=1.0).step(0.5), 6)
+        1.0
+        """
+        below = min(int(np.searchsorted(self.decode(np.arange(256)), light, side="right")) - 1, 254)
+        low, high = self.decode([below, below + 1]).tolist()
+        return float(high - low)
+
+    def check_steps(self, diameters: Sequence[float]) -> None:
+        """Refuse a set-up whose pixels, or whose viewer, cannot tell two of these blurs apart.
+
+        Shown on pixels, a disc of diameter d px spreads light by hypot(d / 4, 1 / sqrt(12)) px, the standard deviations
+        of the disc and of the square that a pixel is. Pixels carry the step from one disc to the next larger one if it
+        makes that spread grow by `WEBER`, the least growth that people see: from no blur at all this takes 0.92 px.
+        The viewer can see it if the diameters differ by `EYE_STEP`.
+
+        Parameters
+        ----------
+        diameters
+            Of blur discs at one place in the pictures to be told apart, in pixels.
+
+        Raises
+        ------
+        InputError
+            If neighbours among the sorted diameters are closer than that.
+
+        Examples
+        --------
+        >>> Display().check_steps([0.0, 1.0, 2.0, 4.0])
+        >>> Display().check_steps([0.0, 0.5])
+        Traceback (most recent call last):
+        focalgradient.errors.InputError: the smallest step of blur, 0 to 0.5 px, makes the spread of light on the ...
+        """
+        ordered = sorted(diameters)
+        for small, large in pairwise(ordered):
+            growth = math.hypot(large / 4, math.sqrt(1 / 12)) / math.hypot(small / 4, math.sqrt(1 / 12)) - 1
+            if growth < WEBER:
+                raise InputError(
+                    f"the smallest step of blur, {small:.2g} to {large:.2g} px, makes the spread of light on the "
+                    f"display's pixels grow by {growth:.0%}, but people need {WEBER:.0%} at least to see it: make the "
+                    "pictures of more pixels, or the apertures larger or more different."
+                )
+            step = math.radians(self.arcmin(large - small) / 60)
+            if step < EYE_STEP:
+                raise InputError(
+                    f"the smallest step of blur, {small:.2g} to {large:.2g} px, is "
+                    f"{self.arcmin(large - small):.2g} arcmin at the viewing distance of {self.distance:g} m, but an "
+                    f"eye needs {60 * math.degrees(EYE_STEP):.2g} at least: come closer, or take larger pixels."
+                )

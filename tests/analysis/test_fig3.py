@@ -1,0 +1,61 @@
+"""Fig. 3 of any data set: drawn as in the paper, with the numbers of the analysis, and honest about who answered."""
+
+import json
+import sys
+from pathlib import Path
+
+import fig3
+import pytest
+from matplotlib.text import Text
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from recorded import edit, rating_file, record_ratings
+
+from focalgradient import InputError
+from focalgradient.power import Model
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return record_ratings(tmp_path_factory.mktemp("data") / "data", 8, Model(effect=2.2))
+
+
+def test_both_curves_are_drawn_with_their_axis_and_all_subjects(data):
+    shown = fig3.shown(data)
+    (ax,) = shown.figure.axes
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["pinhole", "f/22", "f/11", "f/5.6"]
+    assert ax.get_ylim()[0] < 1 < 3 < ax.get_ylim()[1]
+    texts = {text.get_text() for text in shown.figure.findobj(Text)}
+    assert {"near object\nin focus", "far object\nin focus", "simulated observers"} <= texts
+    near, far = shown.plotted["nearest"], shown.plotted["farthest"]
+    assert near["estimate"][0] == 1
+    assert near["estimate"][-1] > 1.7
+    assert near["low"][-1] < near["estimate"][-1] < near["high"][-1]
+    assert far["estimate"][-1] == pytest.approx(1, abs=0.25)
+    assert len(near["subjects"]) == 8
+    assert shown.summary["p_of_the_slope_with_nearest_in_focus"] < 0.001
+
+
+def test_of_people_the_picture_says_nothing_of_simulation(tmp_path):
+    shown = fig3.make(record_ratings(tmp_path / "data", 2, kind="human"))
+    assert shown.summary["simulated"] is False
+    assert not any("imulated" in text.get_text() for text in shown.figure.findobj(Text))
+    assert "simulated" not in " ".join(shown.caption)
+
+
+def test_as_a_script_it_writes_picture_and_numbers(data, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["fig3.py", str(data), "--out", str(tmp_path / "out")])
+    assert fig3.main("fig3", fig3.shown) == 0
+    assert (tmp_path / "out" / "fig3.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "out" / "fig3.json").read_text())["fig3"]["summary"]["simulated"] is True
+
+
+def test_what_is_wrong_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
+    root = record_ratings(tmp_path / "data", 2)
+    edit(rating_file(root), 3, "aperture", "f22")
+    with pytest.raises(InputError, match="row 3: aperture is 'f22'"):
+        fig3.shown(root)
+    monkeypatch.setattr("sys.argv", ["fig3.py", str(root), "--out", str(tmp_path / "out")])
+    assert fig3.main("fig3", fig3.shown) == 2
+    assert "row 3: aperture is 'f22'" in capsys.readouterr().err

@@ -1,0 +1,74 @@
+"""Blur read from one image: against images whose blur is known."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from focalgradient.observers.blur import CONTRAST, LINE, read_blur, retinal_image
+from focalgradient.observers.perception import READ_PER_RADIUS
+from focalgradient.psf import disc_transfer
+from focalgradient.render import wireframe
+
+SIDE = 256
+
+
+def texture(transfer=lambda frequency: 1.0, contrast=0.2, seed=0):
+    frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
+    spectrum = np.fft.rfft2(np.random.default_rng(seed).standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE)
+    spectrum[0, 0] = 0
+    scale = contrast / np.fft.irfft2(spectrum).std()
+    noise = CONTRAST * np.random.default_rng(seed + 1).standard_normal((SIDE, SIDE))
+    return scale * np.fft.irfft2(spectrum * transfer(frequency)) + noise
+
+
+def median_blur(image, **how):
+    reading = read_blur(image, 32, **how)
+    return float(np.exp(np.median(reading.log_blur[np.isfinite(reading.log_sd)])))
+
+
+@pytest.mark.parametrize("contrast", [0.1, 0.5])
+@pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
+def test_blur_of_texture_is_read_whatever_its_contrast(sigma, contrast):
+    image = texture(lambda f: np.exp(-2 * (np.pi * sigma * f) ** 2), contrast, seed=3)
+    assert median_blur(image, edges=False) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
+
+
+@pytest.mark.parametrize("radius", [2.0, 3.0, 4.0, 5.0])
+def test_discs_are_read_as_the_observer_takes_them_to_be(radius):
+    read = median_blur(texture(lambda f: disc_transfer(f, radius)), edges=False)
+    assert np.sqrt(read**2 - 0.25) / radius == pytest.approx(READ_PER_RADIUS, rel=0.15)
+
+
+@pytest.mark.parametrize("sigma", [1.0, 3.0])
+def test_blur_of_lone_edges_is_read(sigma):
+    step = 0.4 * (np.indices((SIDE, SIDE))[1] + 0.3 * np.arange(SIDE)[:, None] > 160)
+    image = gaussian_filter(step.astype(float), sigma) + 0.004 * np.random.default_rng(0).standard_normal((SIDE, SIDE))
+    reading = read_blur(image, 32)
+    sure = reading.log_sd < 0.11  # the edge itself
+    assert sure.sum() >= 6
+    assert np.exp(np.median(reading.log_blur[sure])) == pytest.approx(np.hypot(sigma, 0.5), rel=0.2)
+    beside = np.isfinite(reading.log_sd) & ~sure
+    assert np.exp(np.median(reading.log_blur[beside])) < 2 * np.hypot(sigma, 0.5)
+
+
+@pytest.mark.parametrize("sigma", [1.5, 3.0])
+def test_blur_of_lines_is_read(sigma):
+    lines = [[[-20, 16 + 64 * n], [SIDE + 20, 16 + 64 * n]] for n in range(4)]
+    image = wireframe(lines, np.zeros((4, 2)), (SIDE, SIDE), width=sigma, brightness=np.sqrt(2 * np.pi) * sigma)
+    reading = read_blur(image.astype(float), 32, power=LINE, edges=False)
+    told = np.exp(reading.log_blur[0::2])  # the rows of places that lines run through
+    assert np.median(told) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
+
+
+def test_nothing_is_read_where_there_is_nothing():
+    image = texture()
+    image[:, :128] = 0.0
+    unknown = np.isinf(read_blur(image, 32).log_sd)
+    assert unknown[:, :2].all()
+    assert not unknown[:, 4:].any()
+
+
+def test_the_eye_itself_blurs_and_a_wide_pupil_more():
+    light = np.exp(texture(seed=1))
+    read = [median_blur(np.log(retinal_image(light, 60, pupil)), edges=False) for pupil in (0.002, 0.006)]
+    assert median_blur(np.log(light), edges=False) < read[0] < read[1]

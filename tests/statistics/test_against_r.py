@@ -1,0 +1,153 @@
+"""Every estimate against R's (lme4, ordinal, geepack, clubSandwich, fitdistrplus, boot): see reference/reference.R."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.statistics import DepthRating, Necker, depth_rating, necker
+from focalgradient.statistics.ordinal import cumulative_fit
+from focalgradient.statistics.slopes import design_matrix, own_slopes
+
+REFERENCE = Path(__file__).parent / "reference"
+SAID = pd.read_csv(REFERENCE / "reference.csv").groupby("name")["value"].apply(np.array)
+NUMBER = {"nearest": 0, "farthest": 1}
+
+
+def table(name: str) -> pd.DataFrame:
+    return pd.read_csv(REFERENCE / name, dtype={"participant_id": str}, keep_default_na=False)
+
+
+@pytest.fixture(scope="module")
+def ratings() -> DepthRating:
+    return depth_rating(table("depth_rating.csv"), equivalence_bound=1.2)
+
+
+@pytest.fixture(scope="module")
+def cube() -> Necker:
+    return necker(table("necker.csv"))
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_slope_is_lmers(ratings: DepthRating, fixation: str) -> None:
+    result = ratings.fixations[NUMBER[fixation]]
+    estimate, error, _, p = SAID[f"slope_{fixation}"]
+    assert result.slope.estimate == pytest.approx(estimate, abs=1e-5 * error)
+    assert result.slope.standard_error == pytest.approx(error, rel=1e-5)
+    assert result.slope.p == pytest.approx(p, rel=1e-5)
+    assert "mixed model" in result.slope.method
+    assert result.rise.estimate == pytest.approx(np.exp(8.93 * estimate), rel=1e-4)
+
+
+def test_slope_is_lmers_where_subjects_are_alike() -> None:
+    """There the covariance is singular, and second derivatives by its elements mislead."""
+    slope = depth_rating(table("alike.csv").assign(catch=False), equivalence_bound=1.2).fixations[0].slope
+    assert (slope.estimate, slope.standard_error) == pytest.approx(SAID["slope_alike"], rel=1e-4)
+    assert "singular" in slope.remarks[0]
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_equivalence(ratings: DepthRating, fixation: str) -> None:
+    result = ratings.fixations[NUMBER[fixation]].equivalence
+    assert (result.p_below, result.p_above) == pytest.approx(SAID[f"tost_{fixation}"], rel=1e-4)
+    assert result.equivalent == (SAID[f"tost_{fixation}"].max() < 0.05)
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_each_subjects_slope(fixation: str) -> None:
+    rows = table("depth_rating.csv").query("fixation == @fixation")
+    design = design_matrix(rows["aperture_mm"].to_numpy(), rows["scene"].to_numpy(dtype=object))
+    own = own_slopes(np.log(rows["rating"].to_numpy()), design, pd.factorize(rows["participant_id"])[0])
+    assert own == pytest.approx(SAID[f"own_slopes_{fixation}"], rel=1e-8)
+
+
+def test_interaction(ratings: DepthRating) -> None:
+    found = ratings.interaction
+    assert (found.estimate, found.low, found.high, found.p, found.dz) == pytest.approx(SAID["interaction"], rel=1e-8)
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_ratios_to_the_pinhole(ratings: DepthRating, fixation: str) -> None:
+    means = [mean for mean in ratings.means if mean.fixation == fixation and mean.aperture != "pinhole"]
+    assert [mean.aperture for mean in means] == ["f/22", "f/11", "f/5.6"]
+    assert [mean.ratio.estimate for mean in means] == pytest.approx(SAID[f"ratio_{fixation}"], rel=1e-8)
+    tests = [mean.against_pinhole for mean in means]
+    assert [test.p for test in tests] == pytest.approx(SAID[f"pinhole_p_{fixation}"], rel=1e-8)
+    assert [test.dz for test in tests] == pytest.approx(SAID[f"pinhole_dz_{fixation}"], rel=1e-8)
+    assert np.exp([tests[-1].low, tests[-1].high]) == pytest.approx(SAID[f"pinhole_interval_{fixation}"], rel=1e-8)
+    # 10,000 resamples here and 200,000 in R: ends within their Monte Carlo error
+    assert (means[-1].ratio.low, means[-1].ratio.high) == pytest.approx(SAID[f"bca_{fixation}"], rel=0.01)
+
+
+def test_correction_of_many_tests(ratings: DepthRating) -> None:
+    corrected = [mean.against_pinhole.p_holm for mean in ratings.means if mean.aperture != "pinhole"]
+    assert corrected == pytest.approx(SAID["holm"], rel=1e-8)
+
+
+def test_within_subject_intervals(ratings: DepthRating) -> None:
+    assert [mean.rating.estimate for mean in ratings.means] == pytest.approx(SAID["cell_means"], rel=1e-8)
+    widths = [np.log(mean.rating.high / mean.rating.low) / 2 for mean in ratings.means]
+    assert widths == pytest.approx(SAID["cousineau_morey"], rel=1e-8)
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_pages_trend(ratings: DepthRating, fixation: str) -> None:
+    result = ratings.fixations[NUMBER[fixation]].trend
+    statistic, p = SAID[f"page_{fixation}"]
+    assert result.statistic == statistic
+    assert result.p == pytest.approx(p, rel=1e-6)
+
+
+@pytest.mark.parametrize(("name", "columns", "nodes"), [("clmm_intercept", 1, 15), ("clmm_slope_laplace", 2, 1)])
+def test_cumulative_link_mixed_model_is_clmms(name: str, columns: int, nodes: int) -> None:
+    """With R's own nodes: 15 for a random intercept, and Laplace's approximation (one) with a random slope."""
+    rows = table("ordinal.csv")
+    design = design_matrix(rows["aperture_mm"].to_numpy(), rows["scene"].to_numpy(dtype=object))
+    subject = pd.factorize(rows["participant_id"])[0]
+    design[:, 1] /= 10
+    fit = cumulative_fit(rows["rating"].to_numpy() - 1, design[:, 1:], design[:, :columns], subject, nodes)
+    estimate, error, log_likelihood = SAID[name]
+    assert fit.fixed[0] / 10 == pytest.approx(estimate, abs=1e-3 * error)
+    assert fit.standard_errors[0] / 10 == pytest.approx(error, rel=1e-3)
+    assert fit.log_likelihood == pytest.approx(log_likelihood, abs=1e-5)
+
+
+def test_ordinal_slope_is_near_clmms() -> None:
+    """Laplace's approximation, all that R can do with a random slope, is off by a hundredth of the error."""
+    found = depth_rating(table("ordinal.csv").assign(catch=False), equivalence_bound=1.2, scale="ordinal")
+    estimate, error, _ = SAID["clmm_slope_laplace"]
+    assert found.fixations[0].ordinal.estimate == pytest.approx(estimate, abs=0.01 * error)
+    assert found.fixations[0].ordinal.standard_error == pytest.approx(error, rel=0.02)
+
+
+def test_shares_of_time(cube: Necker) -> None:
+    order = ["none", "rigid", "nonrigid"]
+    for gradient, share, whole in zip(order, SAID["share_nonrigid"], SAID["time_nonrigid"], strict=True):
+        own = [each.nonrigid for each in cube.subject_shares if each.gradient == gradient]
+        assert np.mean(own) == pytest.approx(share, rel=1e-8)
+        (found,) = (each for each in cube.shares if (each.gradient, each.percept) == (gradient, "nonrigid"))
+        assert found.time.estimate == pytest.approx(whole, abs=1e-5)  # R's clock was rounded to the millisecond
+
+
+@pytest.mark.parametrize(("number", "gradient"), [(0, "rigid"), (1, "nonrigid")])
+def test_effect_of_a_gradient(cube: Necker, number: int, gradient: str) -> None:
+    effect = cube.effects[number]
+    mean, low, high, p, wilcoxon = SAID[f"paired_{gradient}"]
+    found = effect.share
+    assert (effect.gradient, found.df) == (gradient, 7)
+    assert (found.estimate, found.low, found.high, found.p) == pytest.approx((mean, low, high, p), rel=1e-7)
+    assert effect.wilcoxon_p == pytest.approx(wilcoxon, rel=1e-8)
+    for name, odds in (("gee_time", effect.odds_of_time), ("gee_reports", effect.odds_of_reports)):
+        assert (odds.estimate, odds.standard_error, odds.p) == pytest.approx(SAID[f"{name}_{gradient}"], rel=1e-4)
+
+
+def test_durations(cube: Necker) -> None:
+    """Likelihoods agree to a millionth; what they are flat in, less."""
+    for found in cube.dominance:
+        for family, fit in (("gamma", found.gamma), ("lognormal", found.lognormal)):
+            first, second, log_likelihood = SAID[f"{family}_{found.gradient}_{found.percept}"]
+            shape, scale = (first, second) if family == "gamma" else (second, np.exp(first))
+            assert (fit.shape, fit.scale) == pytest.approx((shape, scale), rel=1e-3)
+            assert fit.log_likelihood == pytest.approx(log_likelihood, abs=1e-5)
+        assert found.better == max(("gamma", "lognormal"), key=lambda name: getattr(found, name).log_likelihood)

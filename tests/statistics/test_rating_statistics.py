@@ -1,0 +1,280 @@
+"""Depth ratings: what was put in comes out, what cannot be told is said, bad tables are refused by row."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import special
+
+from focalgradient import InputError
+from focalgradient.statistics import DepthRating, Effect, Interval, NotDone, as_table, depth_rating
+from focalgradient.statistics.means import bootstrap_interval, paired_effect, within_half_widths
+from focalgradient.statistics.ordinal import _Marginal
+from focalgradient.statistics.slopes import design_matrix, mixed_slope
+
+APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
+
+
+def ratings(subjects: int, near: float, far: float, *, differ: float = 0.1, noise: float = 0.15, seed: int = 1):
+    """Ratings with a mean log rise `near` or `far` at the largest aperture."""
+    rng = np.random.default_rng(seed)
+    rows = [
+        (f"{subject:02}", fixation, aperture, mm, scene, level + own * mm / 8 + rng.normal(0, noise))
+        for subject in range(subjects)
+        for level in [rng.normal(0, 0.2)]
+        for fixation, rise in (("nearest", near), ("farthest", far))
+        for own in [rng.normal(rise, differ)]
+        for aperture, mm in APERTURES.items()
+        for scene in ("room", "terrain", "room", "terrain")
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
+    return table.assign(rating=np.exp(table["rating"]), trial=range(len(table)), catch=False)
+
+
+def analyse(table: pd.DataFrame, **asked) -> DepthRating:
+    return depth_rating(table, **{"equivalence_bound": 1.2} | asked)
+
+
+def test_a_rise_is_found_and_none_is_called_none() -> None:
+    result = analyse(ratings(20, np.log(2.0), 0.0))
+    near, far = result.fixations
+    assert (result.trials, len(result.participants), result.largest_mm) == (640, 20, 8.0)
+    assert near.slope.low < np.log(2) / 8 < near.slope.high
+    assert near.slope.p_holm >= near.slope.p
+    assert near.slope.p_holm < 1e-6
+    assert near.rise.low < 2 < near.rise.high
+    assert near.trend.p < 1e-6
+    assert near.trend.over_subjects.p < 1e-6
+    assert not near.equivalence.equivalent
+    assert far.equivalence.equivalent
+    assert far.trend.p > 0.01
+    assert result.interaction.low < np.log(2) / 8 < result.interaction.high
+    assert result.interaction.p < 1e-6
+    last = result.means[3]
+    assert (last.fixation, last.aperture, last.subjects) == ("nearest", "f/5.6", 20)
+    assert last.ratio.low < 2 < last.ratio.high
+    assert isinstance(near.ordinal, NotDone)
+    assert result.remarks == ()
+
+
+def test_few_subjects_leave_equivalence_open() -> None:
+    """What is not significant is not shown to be nothing."""
+    far = analyse(ratings(4, 0.5, 0.0, differ=0.3)).fixations[1]
+    assert far.slope.p > 0.05
+    assert not far.equivalence.equivalent
+
+
+def test_equivalence_is_a_matter_of_the_bound() -> None:
+    table = ratings(12, 0.5, 0.05)
+    p = [analyse(table, equivalence_bound=bound).fixations[1].equivalence.p for bound in (1.05, 1.1, 1.2, 1.5)]
+    assert p == sorted(p, reverse=True)
+    test = analyse(table, equivalence_bound=1.2).fixations[1].equivalence
+    assert test.equivalent == (-test.bound < test.low and test.high < test.bound)
+
+
+def test_ordinal_answers() -> None:
+    table = ratings(12, np.log(2.5), 0.0)
+    table["rating"] = np.digitize(table["rating"], [0.8, 1.0, 1.4, 2.0]) + 1
+    result = analyse(table, scale="ordinal")
+    near, far = result.fixations
+    assert near.ordinal.low > 0
+    assert near.trend.p < 1e-4
+    assert far.ordinal.low < 0 < far.ordinal.high
+    assert result.means == ()
+    for missing in (near.slope, near.equivalence, near.rise, result.interaction):
+        assert missing == NotDone("The scale is ordinal: its steps have no ratios.")
+    with pytest.raises(InputError, match="whole numbers"):
+        analyse(table.assign(rating=table["rating"] + 0.5), scale="ordinal")
+
+
+def test_answers_in_one_step_or_perfectly_ordered_have_no_ordinal_slope() -> None:
+    table = ratings(6, 0.0, 0.0)
+    same = analyse(table.assign(rating=3), scale="ordinal").fixations[0]
+    assert "All answers are the same" in same.ordinal.reason
+    assert "alike" in same.trend.reason
+    steps = table["aperture"].map({"pinhole": 1, "f/22": 2, "f/11": 3, "f/5.6": 4})
+    assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").fixations[0].ordinal, NotDone)
+
+
+@pytest.mark.parametrize("spread", [0.3, 2.0, 12.0])
+def test_the_ordinal_likelihood_is_the_integral_over_subjects(spread: float) -> None:
+    """By quadrature on a fine grid; with a large spread whole steps of Newton would swing about the mode for ever."""
+    category, subject = np.array([0, 2, 2, 1, 0, 0]), np.array([0, 0, 0, 1, 1, 1])
+    thresholds, level = np.array([-6.0, 7.0]), np.array([0.0, 1.0, -1.0, 0.5, 0.0, 2.0])
+    marginal = _Marginal(category, np.ones((6, 1)), subject, 61)
+    found = marginal.log_likelihood(thresholds, level, np.array([[spread]]))
+    v = np.linspace(-9, 9, 20_001)[:, None]
+    edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
+    eta = level + spread * v
+    p = special.expit(edges[category + 1] - eta) - special.expit(edges[category] - eta)
+    density = np.exp(-(v[:, 0] ** 2) / 2) / np.sqrt(2 * np.pi)
+    wanted = [np.log(np.trapezoid(p[:, subject == one].prod(axis=1) * density, v[:, 0])) for one in (0, 1)]
+    assert found == pytest.approx(sum(wanted), abs=0.02 if spread > 5 else 1e-6)
+
+
+def test_one_subject_is_described_but_not_tested() -> None:
+    result = analyse(ratings(1, 0.5, 0.0))
+    assert result.means[3].ratio.estimate == pytest.approx(result.subject_means[3].ratio)
+    assert result.means[3].ratio == Interval(result.means[3].ratio.estimate, None, None)
+    assert result.means[3].rating.low is None
+    for missing in (
+        result.means[3].against_pinhole,
+        result.interaction,
+        *(getattr(result.fixations[0], name) for name in ("slope", "rise", "trend", "equivalence")),
+    ):
+        assert isinstance(missing, NotDone)
+        assert "two or more" in missing.reason
+
+
+def test_without_pinhole_there_is_a_slope_but_no_ratio() -> None:
+    result = analyse(ratings(8, 0.6, 0.0).query("aperture != 'pinhole'"))
+    assert result.fixations[0].slope.p < 0.05
+    assert all("No pinhole trials" in mean.ratio.reason for mean in result.means)
+    assert all(mean.ratio is None for mean in result.subject_means)
+
+
+def test_equal_answers_have_no_test() -> None:
+    result = analyse(ratings(6, 0.0, 0.0).assign(rating=1.0))
+    assert result.means[3].ratio == Interval(1.0, 1.0, 1.0)
+    assert "All answers are the same" in result.fixations[0].slope.reason
+    assert "same value" in result.interaction.reason
+    assert "alike" in result.fixations[0].trend.reason
+
+
+def test_one_fixation_has_no_interaction() -> None:
+    result = analyse(ratings(6, 0.5, 0.0).query("fixation == 'nearest'"))
+    assert [each.fixation for each in result.fixations] == ["nearest"]
+    assert "farthest" in result.interaction.reason
+
+
+def test_answers_without_noise_have_a_slope() -> None:
+    """As an observer by rule gives them: the noise of the mixed model is then nil."""
+    slope = analyse(ratings(6, 0.5, 0.0, noise=0.0).query("fixation == 'nearest'")).fixations[0].slope
+    assert slope.estimate * 8 == pytest.approx(0.5, abs=0.15)
+    assert slope.p < 1e-3
+
+
+def test_lost_trials_cost_only_what_needs_them() -> None:
+    table = ratings(8, 0.5, 0.0)
+    table = table[~((table["participant_id"] == "03") & (table["aperture"] == "f/11"))]
+    result = analyse(table)
+    assert result.fixations[0].slope.subjects == 8
+    assert result.fixations[0].trend.subjects == 7
+    assert [mean.subjects for mean in result.means[:4]] == [8, 8, 7, 8]
+    assert sum("03" in remark for remark in result.remarks) == 3
+
+
+def test_scenes_that_go_with_apertures_are_not_corrected_for() -> None:
+    result = analyse(ratings(6, 0.5, 0.0).assign(scene=lambda table: table["aperture"]))
+    assert isinstance(result.fixations[0].slope, Effect)
+    assert "cannot be told apart" in result.remarks[0]
+
+
+def test_catch_trials_are_left_out() -> None:
+    table = ratings(6, 0.5, 0.0)
+    catch = table.assign(trial=table["trial"] + 10_000, catch=True, rating=9.0)
+    assert analyse(pd.concat([table, catch], ignore_index=True)) == analyse(table)
+    with pytest.raises(InputError, match="All trials are catch trials"):
+        analyse(catch)
+
+
+def test_neither_order_nor_unit_of_ratings_matters() -> None:
+    table = ratings(6, 0.5, 0.0)
+    result, other = analyse(table), analyse(table.assign(rating=7 * table["rating"]).sample(frac=1, random_state=1))
+    for one, two in zip(result.fixations, other.fixations, strict=True):
+        assert one.slope.p == pytest.approx(two.slope.p, rel=1e-4)
+        assert one.trend == replace(two.trend, over_subjects=one.trend.over_subjects)
+    lows = [mean.ratio.low for mean in other.means]  # what rounding makes of ties moves a bootstrap a little
+    assert [mean.ratio.low for mean in result.means] == pytest.approx(lows, rel=0.005)
+
+
+def test_a_table_of_results() -> None:
+    result = analyse(ratings(4, 0.5, 0.0))
+    means = as_table(result.means)
+    assert list(means["ratio.estimate"]) == [mean.ratio.estimate for mean in result.means]
+    assert as_table(result.subject_means)["trials"].sum() == result.trials
+
+
+BAD = [
+    ({"rating": -1.0}, r"^Row 5 \(participant 00, trial 5\): rating is -1.0, but must be a number above 0"),
+    ({"rating": np.nan}, "Row 5 .*rating is nan"),
+    ({"aperture": "f22"}, 'Row 5 .*aperture is f22, but must be "pinhole" or "f/" and a number'),
+    ({"aperture": "pinhole"}, "Row 5 .*aperture_mm is 2.0, but a pinhole, and only a pinhole, has 0"),
+    ({"aperture_mm": 3.0}, "Row 5 .*aperture_mm is 3.0, but must be the same"),
+    ({"fixation": "middle"}, "Row 5 .*fixation is middle, but must be one of nearest, farthest"),
+    ({"trial": 4}, "Row 5 .*trial is 4, but that trial stands in a row above"),
+    ({"catch": "yes"}, "Row 5 .*catch is yes, but must be true or false"),
+    ({"kind": "simulated"}, "Row 5 .*kind is simulated, .*analyse people and simulated observers apart"),
+    ({"participant_id": None}, "Row 5 .*participant_id is (None|nan)"),
+]
+
+
+@pytest.mark.parametrize(("change", "sentence"), BAD)
+def test_bad_rows_are_named(change: dict[str, object], sentence: str) -> None:
+    table = ratings(3, 0.5, 0.0).assign(kind="human").astype({"catch": object})
+    (column, value), *_ = change.items()
+    table.loc[5, column] = value
+    with pytest.raises(InputError, match=sentence):
+        analyse(table)
+
+
+def test_bad_tables() -> None:
+    table = ratings(3, 0.5, 0.0)
+    with pytest.raises(InputError, match="no column scene, rating: it needs participant_id"):
+        analyse(table.drop(columns=["rating", "scene"]))
+    with pytest.raises(InputError, match="has no rows"):
+        analyse(table.iloc[:0])
+    with pytest.raises(InputError, match="is a list, but must be a pandas DataFrame"):
+        analyse([])
+    with pytest.raises(InputError, match=r"equivalence_bound is 0\.9, but must be a ratio above 1"):
+        analyse(table, equivalence_bound=0.9)
+
+
+def test_an_index_of_files_names_the_file() -> None:
+    table = ratings(3, 0.5, 0.0)
+    table.index = pd.MultiIndex.from_product([["sub-00_beh.tsv"], range(2, len(table) + 2)])
+    table.loc[("sub-00_beh.tsv", 9), ["rating", "trial"]] = [0.0, 1]
+    with pytest.raises(InputError, match=r"^sub-00_beh.tsv, row 9 \(participant 00"):
+        analyse(table.drop_duplicates("trial", keep="last"))
+
+
+def test_raw_data_are_not_touched() -> None:
+    table = ratings(3, 0.5, 0.0)
+    before = table.copy(deep=True)
+    analyse(table)
+    pd.testing.assert_frame_equal(table, before)
+
+
+@given(st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=3, max_size=12), st.floats(-9, 9))
+@settings(max_examples=30, deadline=None)
+def test_within_subject_intervals_of_two_conditions_are_the_paired_test(pairs, shift) -> None:
+    """For two conditions the width is that of the paired difference over sqrt(2), whatever each subject's level."""
+    cells = np.array(pairs)
+    widths = within_half_widths(cells + shift * np.arange(len(cells))[:, None])
+    test = paired_effect(cells[:, 1] - cells[:, 0], "")
+    half = 0.0 if isinstance(test, NotDone) else (test.high - test.low) / 2
+    assert widths == pytest.approx([half / np.sqrt(2)] * 2, abs=1e-9)
+
+
+def test_bootstrap_covers_the_mean_about_as_often_as_it_says() -> None:
+    """With twenty subjects; 150 draws tell the coverage to 1.8 %."""
+    rng = np.random.default_rng(1)
+    intervals = [bootstrap_interval(rng.normal(size=20)) for _ in range(150)]
+    assert 0.88 < np.mean([each.low < 0 < each.high for each in intervals]) < 0.985
+
+
+def test_mixed_slope_is_that_of_the_subjects_own_in_a_balanced_design() -> None:
+    """Where subjects differ more than noise makes them, both give the same interval."""
+    table = ratings(9, 0.5, 0.0, differ=0.4, noise=0.05).query("fixation == 'nearest'")
+    subject = pd.factorize(table["participant_id"])[0]
+    design = design_matrix(table["aperture_mm"].to_numpy(), table["scene"].to_numpy(dtype=object))
+    mixed = mixed_slope(np.log(table["rating"].to_numpy()), design, subject)
+    own = paired_effect(
+        [np.polyfit(g["aperture_mm"], np.log(g["rating"]), 1)[0] for _, g in table.groupby("participant_id")], ""
+    )
+    assert (mixed.estimate, mixed.standard_error, mixed.p) == pytest.approx(
+        (own.estimate, own.standard_error, own.p), rel=1e-4
+    )

@@ -1,0 +1,85 @@
+"""The controls find what is not controlled, pictures moved or blurred otherwise, and see through noise."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from focalgradient.render.rendered import LUMINANCE
+from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged, spectrum
+from focalgradient.stimuli.depth_rating import Pupil
+
+PIXEL = 1e-3
+LENS = Pupil(0.01, 1.0)
+
+
+def texture(seed: int, shape: tuple[int, int]) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return 0.5 + 0.5 * ndimage.gaussian_filter(rng.standard_normal(shape), 1.5)
+
+
+def seen(image: np.ndarray, noise: np.ndarray | float = 0.0, sharp: np.ndarray | None = None) -> dict:
+    """Controls of a picture of a plane in focus."""
+    sharp = image if sharp is None else sharp
+    truth = Sharp(np.repeat(sharp[..., None], 3, axis=2), np.zeros(sharp.shape), np.full(sharp.shape, 1.0), PIXEL)
+    return against_prediction(image, np.broadcast_to(noise, image.shape), truth, [LENS])
+
+
+def test_a_picture_that_is_as_foreseen() -> None:
+    told = seen(texture(1, (96, 128)))
+    assert told["shift_px"] == pytest.approx([0, 0], abs=1e-6)
+    assert told["spectrum"] == pytest.approx([1] * len(told["spectrum"]), rel=1e-5)
+
+
+@pytest.mark.parametrize("move", [(0.25, 0.0), (0.0, -0.4), (0.3, 0.1)])
+def test_a_picture_that_moved_right_and_down(move: tuple[float, float]) -> None:
+    still = ndimage.gaussian_filter(texture(2, (96, 128)), 2.5)
+    moved = ndimage.shift(still, move[::-1], order=5, mode="nearest")
+    assert seen(moved, sharp=still)["shift_px"] == pytest.approx(move, abs=0.03)
+
+
+def test_blur_that_was_not_foreseen() -> None:
+    still = texture(3, (96, 128))
+    ratios = seen(ndimage.gaussian_filter(still, 0.8), sharp=still)["spectrum"]
+    assert ratios[0] < 0.6
+    assert ratios == sorted(ratios)  # the coarser, the less
+
+
+def test_noise_has_no_part() -> None:
+    rng = np.random.default_rng(4)
+    still = 0.5 + 0.2 * ndimage.gaussian_filter(rng.standard_normal((128, 128)), 0.6)
+    halves = still + 0.05 * rng.standard_normal((2, 128, 128))
+    noisy, residual = halves.mean(axis=0), (halves[0] - halves[1]) / 2
+    with_noise, without = (seen(noisy, noise, still)["spectrum"][0] for noise in (0.0, residual))
+    assert with_noise > 1.05
+    assert without == pytest.approx(1, abs=0.03)
+
+
+def test_colours_are_foreseen_each_by_its_own_focus() -> None:
+    still = texture(5, (96, 96))
+    lenses = [Pupil(0.01, 1.0 + more) for more in (-0.3, 0.0, 0.3)]
+    sharp = Sharp(np.repeat(still[..., None], 3, axis=2), np.zeros(still.shape), np.ones(still.shape), PIXEL)
+    ratios = against_prediction(still, np.zeros(still.shape), sharp, lenses)["spectrum"]
+    # Only green is foreseen sharp, and the sharp picture has more than that.
+    assert 1 / LUMINANCE[1] > ratios[0] > 1.1
+
+
+def test_power_of_a_wave_lies_in_its_octave() -> None:
+    x = np.arange(128)
+    for octave, frequency in enumerate((0.36, 0.18, 0.09, 0.045)):
+        power = spectrum(np.sin(2 * np.pi * frequency * x)[:, None] * np.ones(128))
+        assert power.argmax() == octave
+        assert power[octave] > 20 * np.delete(power, octave).max()
+
+
+def test_what_is_beyond_its_limit_is_said() -> None:
+    good = {"mean_luminance_percent": 0.1, "shift_px": [0.01, 0.0], "spectrum": [1.02, 0.99], "noise_steps": 0.2}
+    assert all(one["met"] for one in judged([good, good]).values())
+    for name, bad in (
+        ("mean_luminance_percent", {"mean_luminance_percent": -0.6}),
+        ("shift_px", {"shift_px": [0.08, -0.08]}),
+        ("spectrum_percent", {"spectrum": [1.0, 0.85]}),
+        ("noise_steps", {"noise_steps": 0.7}),
+    ):
+        told = judged([good, {**good, **bad}])
+        assert [key for key, one in told.items() if not one["met"]] == [name]
+        assert told[name]["limit"] == LIMITS[name] < told[name]["worst"]

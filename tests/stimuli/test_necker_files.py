@@ -1,0 +1,135 @@
+"""Frames of the cube as files: a loop without a seam, alike under all conditions but for blur."""
+
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from focalgradient import InputError
+from focalgradient.dataset import check_stimuli
+from focalgradient.scenes import Necker
+from focalgradient.stimuli import make_necker
+from focalgradient.stimulus import Display
+
+CUBE = Necker(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
+ASKED = {"size": 244, "frame_rate": 24.0, "aperture": 0.03}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cube")
+    make_necker(folder, CUBE, **ASKED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def told(made: Path) -> dict:
+    return json.loads((made / "manifest.json").read_text(encoding="utf-8"))
+
+
+def frames(folder: Path, told: dict, gradient: str) -> np.ndarray:
+    return np.array([np.array(Image.open(folder / name)) for name in told["conditions"][gradient]["frames"]])
+
+
+def test_files(made: Path, told: dict) -> None:
+    check_stimuli(made)
+    assert list(told["conditions"]) == ["none", "rigid", "reversed"]
+    for gradient in told["conditions"]:
+        assert frames(made, told, gradient).shape == (12, 244, 244)
+    there = {str(path.relative_to(made)) for path in made.rglob("*") if path.is_file()}
+    assert there == {*told["files"], "manifest.json"}
+
+
+def test_the_loop_has_no_seam(made: Path, told: dict) -> None:
+    for gradient in told["conditions"]:
+        loop = frames(made, told, gradient).astype(int)
+        steps = [np.abs(after - before).mean() for before, after in zip(loop, np.roll(loop, -1, axis=0), strict=True)]
+        assert steps[-1] < 1.2 * max(steps[:-1])
+        assert steps[-1] > 0.5 * min(steps[:-1])
+
+
+def test_light_of_the_lines_is_the_same_under_all_conditions(made: Path, told: dict) -> None:
+    display = Display()
+    light = [display.decode(frames(made, told, gradient)).mean(axis=(1, 2)) for gradient in told["conditions"]]
+    assert np.ptp(light, axis=0).max() / np.mean(light) < 5e-3
+    assert all(one["met"] for one in told["controls"].values())
+    # One white for all: the brightest place of the loop without a gradient.
+    assert frames(made, told, "none").max() == 255
+    assert max(one["clipped"] for one in told["conditions"].values()) == 0
+    # Blur is there, and differs.
+    assert frames(made, told, "rigid").max() < 255
+    assert not np.array_equal(frames(made, told, "rigid"), frames(made, told, "reversed"))
+
+
+def test_what_is_said_of_the_readings(told: dict) -> None:
+    departure = told["departure"]
+    assert departure["rigid"]["whole"] < 1e-9
+    assert 0.1 < departure["reversed"]["whole"] < 0.4
+    assert len(departure["reversed"]["by_frame"]) == 12
+    # Over a quarter turn as over the whole: the cube's edges take each other's places.
+    assert np.sqrt(np.mean(np.square(departure["reversed"]["by_frame"]))) == pytest.approx(
+        departure["reversed"]["whole"]
+    )
+    assert (departure["rigid"]["direction"], departure["reversed"]["direction"]) == ("right", "left")
+    sharp, blurred = (told["conditions"][gradient]["blur_sd_px"] for gradient in ("none", "rigid"))
+    assert sharp == [0, 0]
+    assert blurred[0] == 0 < 1 < blurred[1]
+
+
+def test_the_video_shows_a_whole_turn(made: Path, told: dict) -> None:
+    video = cv2.VideoCapture(str(made / "rigid.mp4"))
+    shown = []
+    while (read := video.read())[0]:
+        shown.append(read[1][..., 1])
+    video.release()
+    loop = frames(made, told, "rigid")
+    assert len(shown) == 48
+    for number in (0, 7, 30):
+        assert np.abs(shown[number].astype(float) - loop[number % 12]).mean() < 3
+
+
+def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dict, tmp_path: Path) -> None:
+    def interrupt(share: float, what: str) -> None:
+        if what == "reversed":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_necker(tmp_path, CUBE, **ASKED, progress=interrupt)
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.png")}
+    assert len(kept) == 24
+    again = make_necker(tmp_path, CUBE, **ASKED)
+    assert again == told
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    before = (tmp_path / "manifest.json").stat().st_mtime_ns
+    make_necker(tmp_path, CUBE, **ASKED)
+    assert (tmp_path / "manifest.json").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"size": 0}, "size is 0"),
+        ({"size": 301}, "size is 301"),
+        ({"size": 200}, "fills 2.. pixels: take that"),
+        ({"size": 1200}, "the display has 1920 x 1080"),
+        ({"gradients": ["sideways"]}, "gradients is .'sideways'"),
+        ({"gradients": []}, "gradients is "),
+        ({"frame_rate": 25.0}, "take 0.520833"),
+        ({"aperture": -1.0}, "aperture is -1.0"),
+        ({"aperture": 0.001}, "smallest step of blur"),
+        ({"focus": "middle"}, "focus is 'middle'"),
+    ],
+)
+def test_bad_input(tmp_path: Path, changed: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        make_necker(tmp_path / "set", CUBE, **{**ASKED, **changed})
+    assert not (tmp_path / "set").exists()
+
+
+def test_lines_too_thin_for_the_pixels(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"line_width is 0\.599 pixels"):
+        make_necker(tmp_path, Necker(size=math.radians(3), speed=0.5, line_width=math.radians(1 / 60)), **ASKED)

@@ -1,0 +1,101 @@
+"""`focalgradient doctor`: its table, its exit codes, and what it says where nothing can be looked at."""
+
+import importlib
+import os
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli.doctor import Check, table
+from focalgradient.cli.program import Program
+
+module = importlib.import_module("focalgradient.cli.doctor")  # the package has the command by that name
+
+SAID = '[{"check": "refresh rate", "measured": "60.00 Hz", "well": true, "remedy": "none"}]'
+
+
+def run(*args: object) -> Result:
+    program = Program("focalgradient", commands=[module.doctor])
+    return CliRunner().invoke(program, ["doctor", *map(str, args)])
+
+
+def answered(folder: Path, monkeypatch: pytest.MonkeyPatch, said: str, wrong: str = "") -> Path:
+    """Let the screen be looked at by something that says this; where it leaves what it was asked."""
+    program, asked = folder / "look.py", folder / "asked.txt"
+    told = f"open({str(asked)!r}, 'w').write(' '.join(sys.argv[1:]))"
+    program.write_text(f"import sys\n{told}\nprint({said!r})\nprint({wrong!r}, file=sys.stderr)\n")
+    monkeypatch.setattr(module, "SCREEN", program)
+    return asked
+
+
+def test_the_table_is_markdown_with_remedies_where_something_is_wrong():
+    text = table([Check("graphics", "card", True, "buy one"), Check("gamma", "not measured", False, "measure it")])
+    assert click.unstyle(text).splitlines()[2:] == [
+        "| ok | graphics | card |  |",
+        "| WRONG | gamma | not measured | measure it |",
+    ]
+    assert text != click.unstyle(text)  # green and red in a terminal
+
+
+def test_all_well_is_exit_code_0(tmp_path, monkeypatch):
+    asked = answered(tmp_path, monkeypatch, f"noise of a library\n{SAID}\n")
+    monkeypatch.setattr(module, "SLOW", 10.0)
+    result = run("--data", tmp_path / "new" / "data", "--monitor", "lab", "--screen", 1, "--windowed")
+    assert result.exit_code == 0, result.output
+    rows = [line.split(" | ")[1] for line in result.stdout.splitlines()[2:]]
+    assert rows == ["refresh rate", "safe writing", "disk space", "versions"]
+    assert "WRONG" not in result.stdout
+    assert not (tmp_path / "new").exists()
+    assert asked.read_text() == "--screen 1 --seconds 10.0 --monitor lab --windowed"
+
+
+def test_a_sentence_of_the_experiments_becomes_a_line(tmp_path, monkeypatch):
+    answered(tmp_path, monkeypatch, "", "PsychoPy is not installed: 'pip install focalgradient[lab]'.\n")
+    result = run("--data", tmp_path)
+    assert result.exit_code == 1
+    assert "| WRONG | screen | PsychoPy is not installed | 'pip install focalgradient[lab]' |" in result.stdout
+
+
+@pytest.mark.parametrize("said", ["", "[1]", '[{"check": 1}]', "{"])
+def test_experiments_that_break_off_are_told(tmp_path, monkeypatch, said):
+    answered(tmp_path, monkeypatch, said)
+    result = run("--data", tmp_path)
+    assert result.exit_code == 1
+    assert "| WRONG | screen | it ended with 0 |" in result.stdout
+
+
+def test_without_the_experiments_or_psychopy(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "SCREEN", Path(tmp_path, "none.py"))
+    monkeypatch.setattr(module, "version", _without_psychopy)
+    result = run("--data", tmp_path)
+    assert result.exit_code == 1
+    assert "install focalgradient from its repository, with experiments/" in result.stdout
+    assert "psychopy missing" in result.stdout
+    assert "pip install 'focalgradient[lab]' |" in result.stdout
+
+
+def _without_psychopy(name: str) -> str:
+    if name.startswith("psycho"):
+        raise module.PackageNotFoundError(name)
+    return "1.0"
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
+    answered(tmp_path, monkeypatch, SAID)
+    tmp_path.chmod(0o500)
+    result = run("--data", tmp_path / "data")
+    tmp_path.chmod(0o700)
+    assert "give --data a folder that you may write in" in result.stdout
+
+
+def test_a_disk_that_is_nearly_full_or_slow(tmp_path, monkeypatch):
+    answered(tmp_path, monkeypatch, SAID)
+    monkeypatch.setattr(module, "ROOM", 1 << 62)
+    monkeypatch.setattr(module, "SLOW", 0.0)
+    result = run("--data", tmp_path)
+    assert result.exit_code == 1
+    assert "make room, or give --data another disk" in result.stdout
+    assert "give --data a folder on a local disk" in result.stdout

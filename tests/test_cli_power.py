@@ -1,0 +1,177 @@
+"""`focalgradient power`: rates that are right where they are known, runs that go on where they were cut off."""
+
+import json
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+from scipy import stats
+
+from focalgradient import InputError, power
+from focalgradient.cli.power import power as command
+from focalgradient.cli.program import Program
+from focalgradient.design import DepthRating
+from focalgradient.plotting.subjects import power_figure
+from focalgradient.power import Model, Study, experiment, run, simulated_ratings
+from focalgradient.statistics import depth_rating, quality
+
+SMALL = DepthRating(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
+
+
+def call(*args: object) -> Result:
+    return CliRunner().invoke(Program("focalgradient", commands=[command]), ["power", "depth-rating", *map(str, args)])
+
+
+@pytest.fixture
+def small(tmp_path) -> list[object]:
+    design = tmp_path / "design.toml"
+    design.write_text('task = "depthrating"\nscenes = ["spheres-01"]\ncatch_trials = 2\npractice_trials = 0\n')
+    return ["--design", design, "--workers", 1]
+
+
+def test_what_is_put_in_comes_out():
+    """Slope, noise and spread over subjects, of 150 subjects."""
+    model = Model(effect=1.5, far_effect=0.9, between=0.2, scenes=0.1, noise=0.25, lapses=0.0)
+    table = simulated_ratings(DepthRating(scenes=["a", "b"], practice_trials=0), 150, model, np.random.default_rng(1))
+    answers = np.log(table["rating"]).where(~table["catch"])
+    assert np.exp(np.log(table["rating"])[table["catch"]].mean()) == pytest.approx(1, abs=0.04)
+    cell = answers.groupby([table["participant_id"], table["fixation"], table["aperture"]]).mean().unstack()
+    rise = (cell["f/5.6"] - cell["pinhole"]).unstack()
+    assert np.exp(rise["nearest"].mean()) == pytest.approx(1.5, rel=0.07)
+    assert np.exp(rise["farthest"].mean()) == pytest.approx(0.9, rel=0.07)
+    assert rise["nearest"].std() == pytest.approx(math.hypot(0.2, 0.25 * math.sqrt(2 / 4)), rel=0.2)
+    same = answers.groupby([table[name] for name in ("participant_id", "fixation", "aperture", "scene")])
+    assert math.sqrt(same.var().mean()) == pytest.approx(0.25, rel=0.05)
+
+
+def test_lapses_and_the_ends_of_the_scale():
+    table = simulated_ratings(SMALL, 50, Model(lapses=0.99, noise=0.0, between=0.0), np.random.default_rng(1))
+    assert stats.kstest(np.log(table["rating"]) / math.log(4), "uniform", args=(-1, 2)).pvalue > 1e-3
+    table = simulated_ratings(SMALL, 5, Model(effect=9.0, noise=0.1), np.random.default_rng(1))
+    assert table["rating"].max() == pytest.approx(4.0)
+
+
+def test_who_sees_blur_is_told_from_who_does_not():
+    """Near fixation raises and far fixation is as good as none within 1.2, stated beforehand; for the blind neither."""
+    design = DepthRating(scenes=[f"s{number}" for number in range(6)], practice_trials=0)
+    found = {}
+    for name, model in (("sees", Model(effect=1.5)), ("blind", Model(effect=1.0, between=0.0))):
+        kept, _ = quality(simulated_ratings(design, 20, model, np.random.default_rng(20)))
+        found[name] = depth_rating(kept, equivalence_bound=1.2)
+    near, far = found["sees"].fixations
+    assert near.slope.p_holm < 1e-4
+    assert near.slope.estimate > 0
+    assert not near.equivalence.equivalent
+    assert far.slope.p > 0.05
+    assert far.equivalence.equivalent
+    assert found["sees"].interaction.p_holm < 1e-3
+    for fixation in found["blind"].fixations:
+        assert fixation.slope.p > 0.05
+        assert fixation.equivalence.equivalent
+    assert found["blind"].interaction.p > 0.05
+
+
+def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
+    """Noncentral t of the subjects’ own slopes; 30 experiments tell a share to 9 %."""
+    model = Model(effect=1.25, between=0.2, scenes=0.0, noise=0.1, lapses=0.0)
+    study = Study(model, DepthRating(scenes=["a"], catch_trials=0, practice_trials=0))
+    (found,) = power.power(run(study, [8], 30, tmp_path / "file.jsonl"))
+    mm = np.repeat([0, 50 / 22, 50 / 11, 50 / 5.6], 2) / (50 / 5.6)
+    own = math.hypot(0.2, 0.1 / math.sqrt(((mm - mm.mean()) ** 2).sum()))
+    shift = math.log(1.25) / own * math.sqrt(8)
+    expected = stats.nct.sf(stats.t.ppf(0.975, 7), 7, shift)
+    assert 0.4 < expected < 0.9
+    assert found.found["near_slope"] == pytest.approx(expected, abs=3 * math.sqrt(expected * (1 - expected) / 30))
+    half = stats.t.ppf(0.975, 7) * own / math.sqrt(8)
+    assert math.log(found.width) == pytest.approx(2 * half, rel=0.15)
+
+
+def test_numbers_do_not_depend_on_workers_or_order(tmp_path):
+    study = Study(Model(), SMALL)
+    one = run(study, [3, 4], 3, tmp_path / "one.jsonl")
+    two = run(study, [4, 3], 3, tmp_path / "two.jsonl", workers=2)
+    pd.testing.assert_frame_equal(one, two)
+
+
+def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
+    """Ctrl-C in the midst, and a line cut short: the same as a run in one go, and nothing is done twice."""
+    study, calls = Study(Model(), SMALL), []
+
+    def counted(*args):
+        calls.append(args[1:])
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return experiment(*args)
+
+    monkeypatch.setattr(power, "experiment", counted)
+    file = tmp_path / "file.jsonl"
+    with pytest.raises(KeyboardInterrupt):
+        run(study, [3], 5, file)
+    with file.open("a") as lines:
+        lines.write('{"subjects": 3, "numb')
+    again = run(study, [3], 5, file)
+    assert len(calls) == 4 + 2
+    monkeypatch.undo()
+    pd.testing.assert_frame_equal(again, run(study, [3], 5, tmp_path / "whole.jsonl"))
+    assert file.read_text() == (tmp_path / "whole.jsonl").read_text()
+    assert json.loads(file.read_text().splitlines()[0])["simulated"] is True
+
+
+def test_another_study_is_refused(tmp_path):
+    run(Study(Model(), SMALL), [3], 1, tmp_path / "file.jsonl")
+    with pytest.raises(InputError, match="experiments of another effect, design, bound, seed or version"):
+        run(Study(Model(effect=1.4), SMALL), [3], 1, tmp_path / "file.jsonl")
+
+
+def test_the_command_writes_table_and_figure(tmp_path, small):
+    out = tmp_path / "power"
+    result = call("--subjects", "4,3", "--experiments", 2, "--out", out, *small)
+    assert result.exit_code == 0, result.output
+    assert {file.name for file in out.iterdir()} == {"experiments.jsonl", "power.csv", "power.png", "power.pdf"}
+    table = pd.read_csv(out / "power.csv")
+    assert list(table["subjects"]) == [3, 4]
+    assert table["simulated"].all()
+    assert "Simulated subjects" in result.stdout
+    assert "(N = 4)" in result.stdout
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
+    def interrupted(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(power, "experiment", interrupted)
+    result = call("--subjects", "3", "--experiments", 2, "--out", tmp_path / "power", *small)
+    assert result.exit_code == 130
+    assert "is kept; the same command goes on" in result.stderr
+    assert (tmp_path / "power" / "experiments.jsonl").exists()
+
+
+def test_the_figure_says_that_subjects_are_simulated(tmp_path):
+    figure = power_figure(power.power(run(Study(Model(), SMALL), [3], 1, tmp_path / "file.jsonl")))
+    assert any(text.get_text() == "simulated subjects" for ax in figure.axes for text in ax.texts)
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (["--subjects", "6,x"], "--subjects is 6,x, but must be whole numbers from 2 to 1000"),
+        (["--subjects", "1"], "--subjects is 1, but"),
+        (["--effect", "-1"], "effect is -1.0, but must be a ratio from 0.1 to 10"),
+        (["--noise", "-1"], "noise is -1.0, but must be a standard deviation"),
+        (["--lapses", "1"], "lapses is 1.0, but must be a share"),
+        (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
+    ],
+)
+def test_bad_options_are_said_in_one_sentence(tmp_path, args, sentence):
+    result = call("--out", tmp_path / "power", *args)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_design_of_something_else_is_refused(tmp_path):
+    (tmp_path / "design.toml").write_text('task = "necker"\n')
+    result = call("--out", tmp_path / "power", "--design", tmp_path / "design.toml")
+    assert "a design of necker, but must be one of depthrating" in result.stderr

@@ -1,0 +1,60 @@
+"""`focalgradient report`: the files that it writes, what it says, and its exit codes."""
+
+import os
+
+import pytest
+from click.testing import CliRunner, Result
+from recorded import edit, rating_file, record_necker, record_ratings
+
+from focalgradient.cli.program import Program
+from focalgradient.cli.report import report
+
+
+def run(*args: object) -> Result:
+    return CliRunner().invoke(Program("focalgradient", commands=[report]), ["report", *map(str, args)])
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return record_ratings(tmp_path_factory.mktemp("data") / "data", 3)
+
+
+def test_the_report_is_written(data, tmp_path):
+    result = run(data, "--out", tmp_path / "new" / "report", "--bound", "1.3")
+    assert result.exit_code == 0, result.output
+    names = set(os.listdir(tmp_path / "new" / "report"))
+    assert {"report.html", "report.md", "depth_rating.png", "depth_rating.pdf", "depth_rating_slopes.csv"} <= names
+    assert not any(name.startswith("necker") for name in names)
+    assert "factor 1.3" in (tmp_path / "new" / "report" / "report.md").read_text(encoding="utf-8")
+    assert result.stdout.splitlines()[-1].startswith("Done: open ")
+
+
+def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
+    root = record_necker(record_ratings(tmp_path / "data", 2), 2)
+    edit(rating_file(root), 4, "fixation", "middle")
+    result = run(root, "--out", tmp_path / "report")
+    assert result.exit_code == 0
+    assert "row 4: fixation is 'middle', but must be one of nearest, farthest" in result.stderr
+    assert (tmp_path / "report" / "necker.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (["--bound", "0.9"], "equivalence_bound is 0.9, but must be a ratio above 1"),
+        (["--bound", "-2"], "--bound is -2, but must be a positive number"),
+        (["--ordinal"], "ratings must be whole numbers"),
+    ],
+)
+def test_bad_options_are_said_in_one_sentence_and_nothing_is_written(data, tmp_path, args, sentence):
+    result = run(data, "--out", tmp_path / "report", *args)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not (tmp_path / "report").exists()
+
+
+def test_a_folder_without_data_set(tmp_path):
+    result = run(tmp_path, "--out", tmp_path / "report")
+    assert result.exit_code == 2
+    assert "give the folder of a data set" in result.stderr

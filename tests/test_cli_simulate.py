@@ -1,0 +1,136 @@
+"""`focalgradient simulate`: what it writes and says."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from click.testing import CliRunner
+
+from focalgradient.cli.program import Program
+from focalgradient.cli.simulate import simulate
+from focalgradient.dataset import Apparatus, Session, validate
+from focalgradient.design import Necker
+from focalgradient.observers import pictures
+from focalgradient.stimuli import make_depth_rating
+from focalgradient.stimulus import Display
+
+RATING = 'task = "depthrating"\nscenes = ["spheres-00"]\nrepetitions = 1\ncatch_trials = 0\npractice_trials = 0\n'
+NECKER = 'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
+
+
+def run(*args):
+    return CliRunner().invoke(Program("focalgradient", commands=[simulate]), ["simulate", *map(str, args)])
+
+
+@pytest.fixture
+def rating(tmp_path):
+    (tmp_path / "rating.toml").write_text(RATING)
+    return tmp_path / "rating.toml"
+
+
+@pytest.fixture
+def necker(tmp_path):
+    (tmp_path / "necker.toml").write_text(NECKER + "catch_trials = 0\npractice_trials = 0\n")
+    return tmp_path / "necker.toml"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv(pictures.CACHE, str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, monkeypatch):
+    def small(out, **how):
+        return make_depth_rating(out, **(how | {"size": 128, "samples": 2, "display": Display(pixel_pitch=1e-3)}))
+
+    monkeypatch.setattr(pictures, "make_depth_rating", small)
+    out = tmp_path / "data"
+    common = ("--observers", 2, "--seed", 4, "--out", out, "--workers", 1)
+    result = run("depth-rating", *common, "--design", rating)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[0] == "Simulated observers (default): 2."
+    assert run("necker", *common, "--design", necker).exit_code == 0
+    found = validate(out, cache / "pictures-1")
+    assert not found.problems
+    assert found.sessions == 4
+
+    monkeypatch.setattr(pictures, "_look", lambda job: pytest.fail("looked again"))
+    result = run("depth-rating", "--observers", 3, *common[2:], "--design", rating)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 were there already."
+
+
+@pytest.mark.parametrize(
+    ("args", "sentence"),
+    [
+        (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blind, opposite"),
+        (("depth-rating", "--stimuli", "nowhere"), "holds no finished set"),
+        (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
+        (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "two ways to share the work"),
+        (("depth-rating", "--design", "{necker}"), "is a design of necker, but depth-rating is to be simulated"),
+        (("necker", "--design", "{broken}"), "directions"),
+        (("necker", "--observers", 0), "--observers"),
+        (("rating",), "'rating' is not one of 'depth-rating', 'necker'"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(tmp_path, necker, args, sentence):
+    (tmp_path / "broken.toml").write_text('task = "necker"\ndirections = ["up"]\n')
+    places = {"necker": necker, "broken": tmp_path / "broken.toml"}
+    given = [str(one).format(**places) for one in args]
+    result = run("--observers", 1, "--seed", 1, "--out", tmp_path / "data", *given)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert sentence in result.stderr
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, necker, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("focalgradient.observers.experiment.WAIT", 0.2)
+    result = run(
+        *("necker", "--observers", 1, "--seed", 1, "--out", tmp_path / "data", "--design", necker),
+        *("--scheduler", "tcp://127.0.0.1:1"),
+    )
+    assert result.exit_code == 2
+    assert "--scheduler tcp://127.0.0.1:1 cannot be reached" in result.stderr
+
+
+def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
+    out = tmp_path / "data"
+    with Session.begin(out, Necker(), "09", apparatus=Apparatus("s")):
+        pass
+    result = run("necker", "--observers", 1, "--seed", 1, "--out", out, "--design", necker, "--workers", 1)
+    assert result.exit_code == 2
+    assert "is a data set of people" in result.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent otherwise there")
+def test_ctrl_c_leaves_with_130_and_what_was_recorded(tmp_path, necker):
+    out = tmp_path / "data"
+    args = [
+        "necker",
+        "--observers",
+        "2000",
+        "--seed",
+        "1",
+        "--out",
+        str(out),
+        "--design",
+        str(necker),
+        "--workers",
+        "1",
+    ]
+    command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "simulate", *args]
+    run = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 120
+    while len(list(out.glob("sub-*/beh/*.tsv"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    run.send_signal(signal.SIGINT)
+    _, told = run.communicate(timeout=120)
+    assert run.returncode == 130, told
+    assert "Interrupted: what is recorded stays" in told
+    assert not validate(out).problems or all("missing" in problem for problem in validate(out).problems)

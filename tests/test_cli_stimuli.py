@@ -1,0 +1,136 @@
+"""`focalgradient stimuli` from the command line: what it makes, what it says, and what it says when it cannot."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli import main
+from focalgradient.stimuli import read_set
+
+CAST = ["--engine", "cast", "--samples", "4", "--size", "128", "--scenes", "1", "--seed", "2"]
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, ["stimuli", *map(str, arguments)])
+
+
+def test_depth_rating(tmp_path: Path) -> None:
+    display = ["--screen", "1280x1024", "--screen-width", "38.4", "--distance", "0.6", "--gamma", "2.2", "--dither"]
+    result = run("depth-rating", "--out", tmp_path, *CAST, *display)
+    assert result.exit_code == 0, result.stderr
+    assert "Pictures: 7" in result.stdout
+    assert "% at most (limit 0.5)\n" in result.stdout
+    assert "steps of 8 bits at most (limit 0.5): NOT met" in result.stdout  # of 4 rays
+    made = read_set(tmp_path)
+    shown = made.display
+    assert (shown.size_px, shown.gamma, shown.dither, shown.distance) == ((1280, 1024), 2.2, True, 0.6)
+    assert shown.pixel_pitch == pytest.approx(0.3e-3)
+    again = run("depth-rating", "--out", tmp_path, *CAST, *display)
+    assert again.exit_code == 0
+    other = run("depth-rating", "--out", tmp_path, *CAST)
+    assert other.exit_code == 2
+    assert "holds another set" in other.stderr
+
+
+def test_necker(tmp_path: Path) -> None:
+    asked = [
+        "--gradient",
+        "reversed",
+        "--edge",
+        3,
+        "--speed",
+        0.5,
+        "--frame-rate",
+        24,
+        "--size",
+        300,
+        "--line-width",
+        4,
+    ]
+    result = run("necker", "--out", tmp_path, *asked, "--aperture", 30, "--direction", "left")
+    assert result.exit_code == 0, result.stderr
+    assert "seen turning left, 2" in result.stdout  # per cent, for the other reading
+    made = json.loads((tmp_path / "manifest.json").read_text())
+    assert list(made["conditions"]) == ["reversed"]
+    assert (tmp_path / "reversed.mp4").stat().st_size > 1000
+    assert len(list((tmp_path / "reversed").glob("*.png"))) == 12
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["depth-rating", "--seed", 1], "Missing option '--out'"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--screen", "wide"], "--screen is wide"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "bright"], "--gamma is bright"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "9"], "gamma is 9.0"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--distance", "-1"], "--distance is -1"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--pixel-pitch", "1", "--screen-width", "50"], "give one of them"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--size", "511"], "size is 511, but must be even"),
+        (["depth-rating", "--out", "x", "--seed", 1, "--engine", "blender"], "Invalid value for '--engine'"),
+        (["depth-rating", "--out", "x", "--seed", -3, "--engine", "cast"], "seed is -3"),
+        (["necker", "--out", "x", "--gradient", "nonrigid"], "Invalid value for '--gradient'"),
+        (["necker", "--out", "x", "--speed", "0.13"], "loop without a seam"),
+        (["necker", "--out", "x", "--perspective", "1.4"], "perspective is 1.4"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(
+    arguments: list, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run(*arguments)
+    assert not os.listdir()
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: ")
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", [["depth-rating", "--seed", "1"], ["necker"]])
+def test_a_file_in_the_folders_place_is_told_before_the_work(tmp_path: Path, command: list[str]) -> None:
+    (tmp_path / "file").write_text("mine")
+    result = run(*command, "--out", tmp_path / "file")
+    assert result.exit_code == 2
+    assert "cannot be written" in result.stderr
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    result = run("depth-rating", "--out", tmp_path, *CAST)
+    assert result.exit_code == 2
+    assert "No space left on device" in result.stderr
+    assert "the same command goes on" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_killed_and_interrupted_it_goes_on(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "stimuli", "depth-rating"]
+    for way, code, seen in ((signal.SIGKILL, -signal.SIGKILL, 2), (signal.SIGINT, 130, 5)):
+        child = subprocess.Popen([*command, "--out", tmp_path, *CAST], stderr=subprocess.PIPE, text=True)
+        with child:
+            deadline = time.monotonic() + 60
+            while len(list(tmp_path.rglob("*.npy"))) < seen and time.monotonic() < deadline:
+                time.sleep(0.01)
+            child.send_signal(way)
+            assert child.stderr is not None
+            said = child.stderr.read()
+        assert child.returncode == code
+        assert ("Interrupted: finished files are valid" in said) == (way == signal.SIGINT)
+    listed = json.loads((tmp_path / "unfinished.json").read_text())["files"]
+    kept = {name: (tmp_path / name).stat().st_mtime_ns for name in listed}
+    result = run("depth-rating", "--out", tmp_path, *CAST)
+    assert result.exit_code == 0, result.stderr
+    assert not list(tmp_path.rglob(".*"))
+    assert {name: (tmp_path / name).stat().st_mtime_ns for name in kept} == kept
+    assert set(kept) < set(json.loads((tmp_path / "manifest.json").read_text())["files"])

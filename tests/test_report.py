@@ -1,0 +1,266 @@
+"""The report of a data set: its numbers are those of the analysis, it holds all it needs, and says what it lacks."""
+
+import hashlib
+import io
+import re
+import shutil
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+from recorded import edit, rating_file, record_necker, record_ratings
+
+from focalgradient import InputError
+from focalgradient.design import DepthRating
+from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
+from focalgradient.power import Model
+from focalgradient.report import analyse_necker, analyse_ratings, make_report
+from focalgradient.report.document import Heading, Table, as_html, as_markdown
+from focalgradient.report.words import rating_findings
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("data") / "data"
+    return record_necker(record_ratings(root, 6), 6)
+
+
+@pytest.fixture(scope="module")
+def made(data):
+    return make_report(data, bound=1.25, bound_stated=True)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("few") / "data"
+    return record_necker(record_ratings(root, 2), 2)
+
+
+@pytest.fixture
+def copy(few, tmp_path) -> Path:
+    """To be spoilt, and without journals, so that tables alone count."""
+    root = Path(shutil.copytree(few, tmp_path / "data"))
+    shutil.rmtree(root / "sourcedata")
+    return root
+
+
+def table(made, name: str) -> pd.DataFrame:
+    return pd.read_csv(io.BytesIO(made.files[name]))
+
+
+def page(made) -> str:
+    return made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
+    result = analyse_ratings(data, bound=1.25).result
+    slopes = table(made, "depth_rating_slopes.csv").set_index(["fixation", "model"])
+    near = result.fixations[0].slope
+    assert slopes.loc[("nearest", "mixed model"), "estimate"] == near.estimate
+    assert slopes.loc[("nearest", "mixed model"), "p_holm"] == near.p_holm
+    means = table(made, "depth_rating_means.csv")
+    assert list(means["ratio.estimate"]) == [mean.ratio.estimate for mean in result.means]
+    assert table(made, "depth_rating_equivalence.csv")["bound"].iloc[0] == pytest.approx(np.log(1.25))
+    assert len(table(made, "depth_rating_subjects.csv")) == 6 * 8
+    cube = analyse_necker(data).result
+    effects = table(made, "necker_effects.csv")
+    assert list(effects["share.p"]) == [effect.share.p for effect in cube.effects]
+    assert len(table(made, "necker_durations.csv")) == 6
+    assert f"t(5) = {near.statistic:.3g}" in page(made)
+    said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
+    assert said | {"depth_rating_subjects.csv", "necker_subjects.csv"} == {
+        name for name in made.files if name.endswith(".csv")
+    }
+
+
+def test_the_page_is_whole_and_needs_nothing_else(made):
+    text = made.files["report.html"].decode()
+    sources, open_tags = [], []
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag, attributes):
+            sources.extend(value for name, value in attributes if name in ("src", "href", "srcset"))
+            if tag not in ("meta", "img"):
+                open_tags.append(tag)
+
+        def handle_endtag(self, tag):
+            assert open_tags.pop() == tag
+
+    Reader().feed(text)
+    assert not open_tags
+    assert len(sources) == 2
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert not re.search(r"https?://|url\(|@import|<script|<link", text)
+
+
+def test_markdown_names_its_figures_and_says_what_html_says(made):
+    text = made.files["report.md"].decode()
+    named = re.findall(r"!\[.*\]\((.*)\)", text)
+    assert named == ["depth_rating.png", "necker.png"]
+    assert all(made.files[name].startswith(b"\x89PNG") for name in named)
+    assert made.files["necker.pdf"].startswith(b"%PDF")
+    cells = {cell for line in text.splitlines() if line.startswith("| ") for cell in line[2:-2].split(" | ")}
+    assert {"sub-06", "p (Holm)", "log-normal: CV", "seed of necker"} <= cells
+
+
+def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
+    text = page(made)
+    for part in (
+        "6 subjects with 192 trials before exclusions",
+        "pinhole, f/22, f/11 and f/5.6",
+        "within a factor 2 of 1",
+        "linear mixed model",
+        "against a factor 1.25",
+        "statsmodels",
+        "seed of depthrating",
+    ):
+        assert part in text, part
+    assert hashlib.sha256(rating_file(data, "03").read_bytes()).hexdigest() in text
+    assert str(data) not in text
+    assert "is the default" not in text
+    assert "is the default: state your own" in page(make_report(few))
+
+
+def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, data):
+    assert "Simulated observers, not people" in page(made)
+    for part, draw in ((analyse_ratings(data), depth_rating_figure), (analyse_necker(data), necker_figure)):
+        assert part.simulated
+        for simulated in (True, False):
+            texts = {text.get_text() for text in draw(part.result, simulated=simulated).findobj(Text)}
+            assert ("simulated observers" in texts) == simulated
+
+
+def test_people_are_not_called_simulated(tmp_path):
+    text = page(make_report(record_ratings(tmp_path / "data", 2, kind="human")))
+    assert "imulated" not in text.split("<h2>Provenance")[0]
+
+
+def test_the_same_data_give_the_same_report(few):
+    assert make_report(few).files == make_report(few).files
+
+
+def test_every_subject_and_the_mean_are_drawn(data):
+    result = analyse_ratings(data).result
+    (ax,) = depth_rating_figure(result, simulated=True).axes
+    heights = [tuple(line.get_ydata()) for line in ax.lines]
+    for fixation in ("nearest", "farthest"):
+        for who in result.participants:
+            own = [m.ratio for m in result.subject_means if (m.participant_id, m.fixation) == (who, fixation)]
+            assert tuple(own) in heights
+        mean = [m.ratio.estimate for m in result.means if m.fixation == fixation]
+        assert tuple(mean) in heights
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["pinhole", "f/22", "f/11", "f/5.6"]
+    low, high = ax.get_ylim()
+    assert low < 1
+    assert high > 3
+
+
+def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
+    made = make_report(record_ratings(tmp_path / "data", 1))
+    assert "two or more" in page(made)
+    assert made.files["depth_rating.png"].startswith(b"\x89PNG")
+
+
+def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
+    design = DepthRating(scenes=["spheres-01"], apertures=["f/22", "f/5.6"], catch_trials=0, practice_trials=0)
+    result = analyse_ratings(record_ratings(tmp_path / "data", 3, design=design)).result
+    assert "No pinhole trials" in result.means[0].ratio.reason
+    (ax,) = depth_rating_figure(result, simulated=True).axes
+    assert ax.get_ylabel() == "rating (geometric mean)"
+    means = [mean.rating.estimate for mean in result.means if mean.fixation == "nearest"]
+    assert tuple(means) in [tuple(line.get_ydata()) for line in ax.lines]
+
+
+def test_equal_answers_are_said_to_be_so(tmp_path):
+    same = Model(effect=1.0, between=0, scenes=0, noise=0, lapses=0)
+    result = analyse_ratings(record_ratings(tmp_path / "data", 3, same)).result
+    told = " ".join(rating_findings(result))
+    assert told.count("there is no test of the slope: All answers are the same") == 2
+    depth_rating_figure(result, simulated=True)
+
+
+def test_ordinal_answers_have_their_own_tables(tmp_path):
+    root = record_ratings(tmp_path / "data", 4)
+    shutil.rmtree(root / "sourcedata")
+    for file in root.glob("sub-*/beh/*.tsv"):
+        rows = pd.read_csv(file, sep="\t", keep_default_na=False, dtype=str)
+        rows["rating"] = np.digitize(rows["rating"].astype(float), [0.8, 1.1, 1.6]) + 1
+        rows.to_csv(file, sep="\t", index=False)
+    made = make_report(root, scale="ordinal")
+    assert "Cumulative-link mixed model" in page(made)
+    assert "depth_rating_means.csv" not in made.files
+
+
+BAD = {
+    "missing column": (("rating", 1, "score"), r"sub-01_task-depthrating_beh\.tsv: there is no column rating"),
+    "unknown level": (("fixation", 4, "middle"), r"sub-01_task-depthrating_beh\.tsv, row 4: fixation is 'middle'"),
+    "duplicate trial": (("trial", 3, "1"), r"sub-01_task-depthrating_beh\.tsv, row 3: its trial stands in a row above"),
+    "no positive rating": (("rating", 5, "0"), r"sub-01_task-depthrating_beh\.tsv, row 5: rating is '0'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_wrong_is_said_with_file_and_row(copy, name):
+    (column, row, text), sentence = BAD[name]
+    edit(rating_file(copy), row, column, text)
+    with pytest.raises(InputError, match=sentence):
+        analyse_ratings(copy)
+
+
+def test_what_can_be_analysed_is(copy):
+    edit(rating_file(copy), 5, "rating", "0")
+    made = make_report(copy)
+    (problem,) = made.problems
+    assert "row 5: rating is '0'" in problem
+    assert "depth_rating.png" not in made.files
+    assert "necker.png" in made.files
+    assert "Problem: sub-01" in page(made)
+
+
+def test_people_and_simulated_observers_are_not_mixed(copy):
+    edit(copy / "participants.tsv", 3, "kind", "human")
+    with pytest.raises(InputError, match=r"sub-02_task-depthrating_beh\.tsv, row 2 .* kind is human"):
+        analyse_ratings(copy)
+    with pytest.raises(InputError, match="analyse people and simulated observers apart"):
+        make_report(copy)
+
+
+def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy):
+    with pytest.raises(InputError, match="give the folder of a data set"):
+        make_report(tmp_path)
+    for file in copy.glob("sub-*/beh/*.tsv"):
+        file.unlink()
+    with pytest.raises(InputError, match="neither depth ratings nor reports on the cube"):
+        make_report(copy)
+
+
+def test_all_excluded_is_said(tmp_path):
+    made = make_report(record_ratings(tmp_path / "data", 2, Model(noise=2.0)))
+    assert "leave out all 2 subjects" in page(made)
+    assert "depth_rating_exclusions.csv" in made.files
+
+
+def test_sessions_left_unfinished_are_told(copy):
+    path = rating_file(copy)
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-3]))
+    made = make_report(copy)
+    assert any("3 of 34 trials of the design are missing" in problem for problem in made.problems)
+    assert "depth_rating.png" in made.files
+
+
+def test_twenty_observers_of_both_experiments_in_well_under_half_a_minute(tmp_path):
+    root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRating(practice_trials=0)), 20)
+    start = time.process_time()
+    made = make_report(root)
+    assert time.process_time() - start < 15
+    assert made.problems == ()
+
+
+def test_documents_escape_what_they_are_given():
+    blocks = [Heading("a < b"), Table("c & d", ["e|f"], [["<g>"]])]
+    assert "<td>&lt;g&gt;</td>" in as_html("t", blocks)
+    assert "| e\\|f |" in as_markdown("t", blocks)

@@ -1,0 +1,111 @@
+"""What a display shows: light to values and back, visual angle, and what its pixels can carry."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from focalgradient import InputError
+from focalgradient.photographs import srgb_to_linear
+from focalgradient.stimulus import Display
+
+DISPLAYS = [Display(), Display(gamma=2.2), Display(gamma=1.0), Display(dither=True), Display(gamma=2.4, dither=True)]
+
+
+@pytest.mark.parametrize("display", DISPLAYS, ids=str)
+def test_every_value_is_shown_as_itself(display: Display) -> None:
+    values = np.arange(256)
+    light = display.decode(values)
+    assert light[0] == 0
+    assert light[255] == pytest.approx(1, abs=1e-12)
+    assert np.array_equal(display.encode(light, seed=3), values)
+
+
+def test_srgb_is_that_of_photographs() -> None:
+    values = np.arange(256)
+    assert np.allclose(Display().decode(values), srgb_to_linear(values / 255), atol=1e-15)
+    # Half the light, from tables of the standard: 187.5.
+    assert Display().encode(0.5) == 188
+
+
+def test_a_power_is_a_power() -> None:
+    assert Display(gamma=2.2).encode([0.5, 0.25]).tolist() == [round(255 * 0.729740), round(255 * 0.532521)]
+
+
+@given(st.floats(0, 1), st.sampled_from(["sRGB", 1.0, 1.8, 2.2]))
+def test_the_value_shown_is_the_nearest(light: float, gamma: float) -> None:
+    display = Display(gamma=gamma)
+    value = int(display.encode(light))
+    low, high = display.decode([max(value - 1, 0), min(value + 1, 255)])
+    assert low <= light + 1e-12
+    assert high >= light - 1e-12
+
+
+def test_dithering_is_right_on_average_and_mixes_neighbours_only() -> None:
+    display = Display(dither=True)
+    light = np.full(100_000, 0.2138)  # between values 127 and 128
+    values = display.encode(light, seed=1)
+    assert set(values.tolist()) == {127, 128}
+    plain = Display().decode(Display().encode(light)).mean()
+    step = np.diff(display.decode([127, 128]))[0]
+    assert abs(display.decode(values).mean() - 0.2138) < 4 * step / 2 / math.sqrt(light.size) < abs(plain - 0.2138)
+    assert np.array_equal(values, display.encode(light, seed=1))
+    assert not np.array_equal(values, display.encode(light, seed=2))
+
+
+def test_light_out_of_range_is_clipped() -> None:
+    assert Display().encode([-0.1, 1.7]).tolist() == [0, 255]
+    assert Display(dither=True).encode([-0.1, 1.7]).tolist() == [0, 255]
+
+
+def test_pixels_per_degree_is_exact_in_the_middle() -> None:
+    display = Display(pixel_pitch=0.3e-3, distance=0.8)
+    angle = math.degrees(math.atan(0.3e-3 / 0.8 * 1e-3)) * 1e3  # of a thousandth of a pixel at the middle
+    assert display.pixels_per_degree == pytest.approx(1 / angle, rel=1e-9)
+    assert display.arcmin(display.pixels_per_degree) == pytest.approx(60)
+
+
+def test_sizes_in_degrees() -> None:
+    display = Display(size_px=(2000, 1000), pixel_pitch=1e-3, distance=1.0)
+    assert display.size_deg == pytest.approx((90.0, 53.13010235))
+    assert Display.of_width(2.0, (2000, 1000), distance=1.0) == display
+
+
+def test_pixels_that_cannot_carry_a_step_are_refused() -> None:
+    display = Display()
+    display.check_steps([4.0, 0.0, 2.0, 1.0])
+    # A disc's spread beside the pixel's own: hypot(d/4, 1/sqrt 12) must be 1.28 times 1/sqrt 12, so d = 0.92 px.
+    display.check_steps([0.0, 0.93])
+    with pytest.raises(InputError, match=r"0 to 0.91 px.*grow by 27%.*28%"):
+        display.check_steps([0.0, 0.91])
+    # On top of another blur it takes more.
+    with pytest.raises(InputError, match=r"10 to 12 px"):
+        display.check_steps([0.0, 10.0, 12.0])
+
+
+def test_steps_that_no_eye_sees_are_refused() -> None:
+    far = Display(distance=2.0)  # 0.48 arcmin a pixel
+    with pytest.raises(InputError, match=r"0 to 1.5 px, is 0.71 arcmin at the viewing distance of 2 m.*0.93"):
+        far.check_steps([0.0, 1.5])
+    far.check_steps([0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Display(size_px=(0, 10)), r"size_px is \(0, 10\)"),
+        (lambda: Display(pixel_pitch=-1e-3), "pixel_pitch is -0.001"),
+        (lambda: Display(distance=math.inf), "distance is inf"),
+        (lambda: Display(white=0.0), "white is 0.0"),
+        (lambda: Display(gamma=0.5), "gamma is 0.5"),
+        (lambda: Display(gamma="rec709"), "gamma is 'rec709'"),
+        (lambda: Display.of_width(0.5, (0, 10)), r"size_px is \(0, 10\)"),
+        (lambda: Display().encode([0.5, math.nan]), "not finite"),
+        (lambda: Display().decode([0, 256]), "beyond 0 to 255"),
+    ],
+)
+def test_bad_input(make, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        make()
