@@ -1,0 +1,101 @@
+"""The pictures of a trial with the Necker cube: one quarter turn, and examples that can be seen in one way only.
+
+The rigid example is the cube with its hidden edges left out, as of a solid: what is near hides what is far. The
+nonrigid one twists, shrinks and tapers as it turns: neither it nor its reversal in depth is rigid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.design import Necker as Design
+from focalgradient.design import NeckerTrial
+from focalgradient.render import necker_loop, wireframe
+from focalgradient.render.wireframe import PIXEL, WIDTH, blur_at
+from focalgradient.scenes import Necker
+from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
+
+__all__ = ["cube_of", "frame_count", "frames_of", "shape_of", "wobbling"]
+
+SHRINK, TWIST = 0.6, 0.5  # of the nonrigid example: share of its sides, and radians of its top and of its bottom
+REACH = 4.0  # standard deviations of the blur that the picture holds beyond the cube
+
+
+def cube_of(design: Design, direction: str = "right") -> Necker:
+    """The cube of a design."""
+    return Necker(
+        size=math.radians(design.size_deg),
+        perspective=design.perspective,
+        distance=design.distance_m,
+        tilt=math.radians(design.tilt_deg),
+        direction="right" if direction == "right" else "left",
+        speed=design.turns_per_s,
+        line_width=math.radians(design.line_width_deg),
+    )
+
+
+def frame_count(design: Design, frame_rate: float) -> int:
+    """Frames of a quarter turn: as many as make the cube's speed, to the nearest whole number."""
+    return max(3, round(SYMMETRY * frame_rate / design.turns_per_s))
+
+
+def shape_of(design: Design, pixel_angle: float) -> tuple[int, int]:
+    """Height and width of the pictures of all trials of a design, in pixels, even."""
+    cube = cube_of(design)
+    wide, high = cube.extent
+    blur = blur_at(cube, [cube.nearest, cube.farthest], aperture=max(design.strengths_mm) / 1000)
+    rim = REACH * (float(np.abs(blur).max()) + cube.line_width)
+    return 2 * math.ceil((high + rim) / pixel_angle), 2 * math.ceil((wide + rim) / pixel_angle)
+
+
+def frames_of(trial: NeckerTrial, design: Design, frames: int, pixel_angle: float) -> Iterator[NDArray[np.float32]]:
+    """Light of each frame of a quarter turn, H x W; 1 is the peak of a sharp line."""
+    cube, shape = cube_of(design, trial.direction), shape_of(design, pixel_angle)
+    if trial.shape == "ambiguous":
+        yield from necker_loop(
+            cube,
+            frames,
+            shape=shape,
+            pixel_angle=pixel_angle,
+            gradient=trial.gradient,
+            aperture=trial.strength / 1000,
+        )
+        return
+    line = cube.line_width / WIDTH / pixel_angle
+    for frame in range(frames):
+        turn = SYMMETRY * frame / frames
+        solid = cube.vertices(turn)
+        points, edges = (solid, EDGES[_in_sight(solid)]) if trial.shape == "rigid" else (wobbling(cube, turn), EDGES)
+        lines = cube.project(points)[edges] / pixel_angle + (np.array(shape[::-1]) - 1) / 2
+        blur = np.zeros(lines.shape[:2])
+        yield wireframe(lines, blur, shape, width=math.sqrt(line**2 + PIXEL), brightness=math.sqrt(2 * math.pi) * line)
+
+
+def wobbling(cube: Necker, turn: float) -> NDArray[np.float64]:
+    """Vertices, 8 x 3 in metres, of the nonrigid example after so many turns."""
+    phase = 2 * math.pi * turn / SYMMETRY
+    angle = 2 * np.pi * turn * (1 if cube.direction == "right" else -1)
+    x, y, z = cube.edge * CORNERS.T
+    angle = angle + TWIST * math.sin(phase) * np.sign(y)
+    level = 1 - SHRINK * (1 - math.sin(phase) * np.sign(y)) / 2  # the top is widest where the bottom is narrowest
+    x, y, z = level * x, y * (1 - SHRINK * (1 - math.cos(phase)) / 2), level * z
+    x, z = x * np.cos(angle) - z * np.sin(angle), x * np.sin(angle) + z * np.cos(angle)
+    y, z = y * math.cos(cube.tilt) - z * math.sin(cube.tilt), y * math.sin(cube.tilt) + z * math.cos(cube.tilt)
+    return np.stack([x, y, cube.distance + z], axis=-1)
+
+
+def _in_sight(vertices: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which of the 12 edges of a solid cube bound a face that is turned to the eye at the origin."""
+    middle = vertices.mean(axis=0)
+    seen = np.zeros(len(EDGES), bool)
+    for axis in range(3):
+        for sign in (-0.5, 0.5):
+            corners = np.flatnonzero(CORNERS[:, axis] == sign)
+            face = vertices[corners].mean(axis=0)
+            if (face - middle) @ face < 0:
+                seen |= np.isin(EDGES, corners).all(axis=1)
+    return seen

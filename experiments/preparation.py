@@ -1,0 +1,270 @@
+"""What is checked before a window opens: the command line, the design, the data, the pictures, the screen's geometry.
+
+Whatever is wrong is said in one sentence. PsychoPy is imported last, and only where all else is right.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from focalgradient.dataset import Session
+from focalgradient.design import Design, check_label, load_design
+from focalgradient.errors import InputError
+from focalgradient.stimuli import StimulusSet, read_set
+from focalgradient.stimulus import Display
+
+if TYPE_CHECKING:
+    from laboratory import Programme
+
+__all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prepare"]
+
+ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
+WINDOW = (1024, 768)  # pixels
+NEAR = 0.01  # by which the degrees of pictures may be wrong
+GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
+
+Hook = Callable[[int, str, float], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What a window can be opened with.
+
+    Parameters
+    ----------
+    options
+        The command line.
+    design, stimuli
+        What is run; the pictures, where it shows any.
+    consent
+        Text to agree to, where there is one.
+    hook
+        Is called at each event.
+    screen
+        The module that knows PsychoPy.
+    display, calibrated
+        The screen's geometry and encoding of light, and whether its size and distance are known.
+    warnings
+        What whoever runs the experiment should know.
+    """
+
+    options: argparse.Namespace
+    design: Design
+    stimuli: StimulusSet | None
+    consent: str | None
+    hook: Hook | None
+    screen: ModuleType
+    display: Display
+    calibrated: bool
+    warnings: Sequence[str]
+
+
+def prepare(programme: Programme, given: Sequence[str] | None) -> Prepared:
+    """Check all that can be known without a window.
+
+    Raises
+    ------
+    InputError
+        If something is wrong: the first is said.
+    """
+    options = _arguments(programme, given)
+    design = load_design(options.design)
+    if design.task != programme.task:
+        raise InputError(f"{options.design} is a design of {design.task!r}, but {programme.task!r} is to be run.")
+    design = check_session(options, design.pilot() if options.pilot else design)
+    stimuli = _stimuli(options, programme, design)
+    consent, hook = _consent(options.consent), _markers(options.markers)
+    screen = import_screen()
+    display, calibrated, warnings = _display(options, screen, stimuli)
+    programme.check(design, display, WINDOW if options.windowed else display.size_px)
+    return Prepared(options, design, stimuli, consent, hook, screen, display, calibrated, warnings)
+
+
+class _Arguments(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message.rstrip('.')}: see --help.")
+
+
+def _arguments(programme: Programme, given: Sequence[str] | None) -> argparse.Namespace:
+    default = Path(__file__).parent / "designs" / f"{Path(sys.argv[0]).stem}.toml"
+    add = (parser := _Arguments(description=programme.about)).add_argument
+    add("--participant", metavar="LABEL", help="letters and digits; asked for on the screen where it is not given")
+    add("--session", metavar="LABEL", help="for participants who come more than once")
+    add("--age", metavar="YEARS", help="for the table of participants, as are the next two")
+    add("--sex", metavar="WORD")
+    add("--handedness", metavar="WORD")
+    add("--data", type=Path, metavar="DIR", help="folder of the data set (default: data; with --pilot: pilot)")
+    add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, made by 'focalgradient stimuli'")
+    add("--design", type=Path, default=default, metavar="FILE", help="settings (default: those of the paper)")
+    add("--consent", type=Path, metavar="FILE", help="text to agree to before all else")
+    add("--resume", action="store_true", help="go on with a session that was cut off")
+    add("--pilot", action="store_true", help="a short run in a small window, to see that all works")
+    add("--windowed", action="store_true", help=f"a window of {WINDOW[0]} x {WINDOW[1]} pixels, not the whole screen")
+    add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
+    add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center, with its size and distance")
+    add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
+    add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
+    add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
+    options = parser.parse_args(given)
+    if options.screen < 0:
+        raise InputError(f"--screen is {options.screen}, but must be 0 or more.")
+    if options.pilot:
+        options.windowed = options.uncalibrated = True
+        options.participant = options.participant or "pilot"
+        if not options.resume:
+            options.session = options.session or datetime.now().strftime("%Y%m%dT%H%M%S")
+    options.data = options.data or Path("pilot" if options.pilot else "data")
+    if options.resume and not options.participant:
+        raise InputError("--resume needs to know whose session to resume: give --participant.")
+    return options
+
+
+def check_session(options: argparse.Namespace, design: Design) -> Design:
+    """Check labels, data and disk for the session that the options ask for: the design that is going to be run."""
+    if options.session is not None:
+        check_label("the session", options.session)
+    if options.participant is None:
+        return design
+    return Session.check(
+        options.data,
+        design,
+        options.participant,
+        options.session,
+        resume=options.resume,
+        stimuli=options.stimuli,
+    )
+
+
+def _stimuli(options: argparse.Namespace, programme: Programme, design: Any) -> StimulusSet | None:
+    """The set of pictures, with all that the design asks for."""
+    needed = programme.pictures(design)
+    if not needed:
+        if options.stimuli is not None:
+            raise InputError("--stimuli is given, but this design shows no pictures of a set: leave it out.")
+        return None
+    if options.stimuli is None:
+        raise InputError("the pictures are missing: make them with 'focalgradient stimuli', and give --stimuli DIR.")
+    stimuli = read_set(options.stimuli)
+    for scene, aperture, fixation in needed:
+        picture = stimuli.picture(scene, aperture, fixation)
+    made, asked = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
+    if None not in (made, asked) and made != asked:
+        raise InputError(
+            f"focal_length_mm is {asked:g} in the design, but the pictures were made with {made:g}: give that."
+        )
+    stimuli.pixels(picture)
+    return stimuli
+
+
+def _consent(path: Path | None) -> str | None:
+    try:
+        text = None if path is None else path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"--consent {path} cannot be read as text ({error}): give a text file in UTF-8.") from error
+    if text == "":
+        raise InputError(f"--consent {path} is empty: give the text that participants are to agree to.")
+    return text
+
+
+def _markers(path: Path | None) -> Hook | None:
+    """The function that a lab wants called at each event."""
+    if path is None:
+        return None
+    try:
+        spec = importlib.util.spec_from_file_location("markers", path)
+        if spec is None or spec.loader is None:
+            raise ImportError("its name does not end in .py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        hook = module.mark
+    except Exception as error:
+        raise InputError(
+            f"--markers {path} gives no function mark(code, name, seconds) ({error!r}): mend it."
+        ) from error
+    return hook
+
+
+def import_screen() -> ModuleType:
+    """Import the module that knows PsychoPy.
+
+    Raises
+    ------
+    InputError
+        If there is no display, or no PsychoPy.
+    """
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        raise InputError("there is no display (DISPLAY is not set): run this on a machine with a screen.")
+    try:
+        import screen
+    except ImportError as error:
+        if error.name is None or not error.name.startswith(("psycho", "pyglet")):
+            raise
+        raise InputError("PsychoPy is not installed: 'pip install focalgradient[lab]'.") from error
+    except Exception as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"no window can be opened ({error or type(error).__name__}): see that a display is there."
+        ) from error
+    return screen
+
+
+def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None) -> tuple[Display, bool, list[str]]:
+    """The screen's geometry and encoding, whether they have been calibrated, and what is to be warned of."""
+    size, gamma, warnings = screen.screen_size(options.screen), None, []
+    pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
+    calibrated = False
+    remedy = "or give --uncalibrated to run all the same, with degrees that are not right"
+    if options.monitor is not None:
+        found = screen.calibration_of(options.monitor)
+        gamma = found.gamma
+        calibrated = bool(found.width and found.distance)
+        if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
+            raise InputError(
+                f"the monitor {options.monitor!r} was calibrated at {found.size_px[0]} x {found.size_px[1]} pixels, "
+                f"but the screen has {size[0]} x {size[1]}: set its resolution, calibrate it anew, {remedy}."
+            )
+        if calibrated:
+            pitch, distance = found.width / size[0], found.distance
+        elif not options.uncalibrated:
+            raise InputError(
+                f"the monitor {options.monitor!r} has no width or no distance: enter them in PsychoPy's Monitor "
+                f"Center, {remedy}."
+            )
+    elif not options.uncalibrated:
+        raise InputError(
+            "the screen's size and distance are not known: enter them in PsychoPy's Monitor Center and give --monitor "
+            f"NAME, {remedy}."
+        )
+    if gamma is None:
+        warnings.append("the screen's gamma has not been measured: light is shown as if its curve were that of sRGB.")
+    display = Display(size, pitch, distance, "sRGB" if gamma is None else gamma)
+    if stimuli is not None:
+        made = stimuli.display
+        ratio = made.pixels_per_degree / display.pixels_per_degree
+        if calibrated and abs(ratio - 1) > NEAR and not options.uncalibrated:
+            raise InputError(
+                f"the pictures were made for {made.pixels_per_degree:.2f} pixels per degree, but the screen has "
+                f"{display.pixels_per_degree:.2f}: sit at {distance * ratio:.3f} m (and say so in the Monitor Center), "
+                f"make the pictures anew, {remedy}."
+            )
+        meant = 2.2 if made.gamma == "sRGB" else made.gamma
+        if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
+            warnings.append(f"the pictures were made for a gamma of {made.gamma}, but the screen's is {gamma:.2f}.")
+        height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
+        room = WINDOW if options.windowed else size
+        if (width > room[0] or height > room[1]) and not options.pilot:
+            raise InputError(
+                f"the pictures have {width} x {height} pixels, but the window only {room[0]} x {room[1]}: leave out "
+                "--windowed, take a larger screen, or make the pictures anew."
+            )
+    return display, calibrated, warnings

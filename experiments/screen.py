@@ -1,0 +1,370 @@
+"""The screen and the keyboard as the experiments use them: frames by a clock, exact pictures, keys with times.
+
+All times are seconds of one clock, PsychoPy's default clock, which frames and keys are counted by alike; the caller
+subtracts where its sitting began. Lengths are in pixels from the middle of the screen, x right and y up, as PsychoPy
+has them. The graphics card's gamma table is left alone: what is shown is encoded for the display before it comes here.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+from statistics import median, quantiles
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from psychopy import logging
+
+logging.console.setLevel(logging.CRITICAL)  # its remarks would stand among ours on standard output
+
+from psychopy import event, monitors, visual  # noqa: E402  after the log is silenced
+from psychopy.hardware.keyboard import Keyboard, keyNames  # noqa: E402
+
+from focalgradient.dataset import Press  # noqa: E402
+from focalgradient.errors import InputError  # noqa: E402
+from focalgradient.stimulus import Display  # noqa: E402
+
+__all__ = ["Again", "Calibration", "Keys", "Quit", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
+
+INK = 0.9
+PATCH = 0.045  # of the screen's height: the square that a photodiode looks at
+PACE = 60.0  # frames a second where the display does not tell when it has shown one
+
+Draw = Callable[[float], object]
+"""Draws one frame, given the seconds since the first."""
+
+
+class Quit(Exception):  # noqa: N818  not an error
+    """The participant, or who runs the experiment, wants to stop."""
+
+
+class Again(Exception):  # noqa: N818  not an error
+    """What was being shown has been interrupted, and is to be shown again from its start."""
+
+
+class Calibration(NamedTuple):
+    """What PsychoPy's Monitor Center knows of a monitor: lengths in metres, None where it does not know."""
+
+    width: float | None
+    distance: float | None
+    size_px: tuple[int, int] | None
+    gamma: float | None
+
+
+def calibration_of(name: str) -> Calibration:
+    """Read a monitor's calibration.
+
+    Raises
+    ------
+    InputError
+        If there is no monitor of that name.
+    """
+    known = monitors.getAllMonitors()
+    if name not in known:
+        listed = ", ".join(sorted(known))
+        raise InputError(
+            f"the monitor {name!r} is not known to PsychoPy, which knows {listed}: make it in its Monitor Center."
+        )
+    monitor = monitors.Monitor(name, autoLog=False)
+    width, distance, size = monitor.getWidth(), monitor.getDistance(), monitor.getSizePix()
+    gamma = None if monitor.gammaIsDefault() else float(np.mean(np.asarray(monitor.getGamma(), float)))
+    return Calibration(
+        width / 100 if width else None,
+        distance / 100 if distance else None,
+        (int(size[0]), int(size[1])) if size and all(size) else None,
+        gamma,
+    )
+
+
+def screen_size(number: int) -> tuple[int, int]:
+    """Width and height in pixels of a screen of this computer.
+
+    Raises
+    ------
+    InputError
+        If there are not so many screens.
+    """
+    import pyglet
+
+    screens = pyglet.canvas.get_display().get_screens()
+    if number >= len(screens):
+        raise InputError(f"--screen is {number}, but this computer's screens are 0 to {len(screens) - 1}.")
+    return screens[number].width, screens[number].height
+
+
+def key_names() -> set[str]:
+    """Names of all keys that this computer's keyboards have."""
+    return set(keyNames.values())
+
+
+class Keys:
+    """The keyboard, as PsychToolbox reads it: every press and release with the time at which it happened."""
+
+    def __init__(self) -> None:
+        self._keyboard = Keyboard(backend="ptb")
+        self.devices = len(self._keyboard.device._devs)
+        if not self.devices:
+            raise InputError("no keyboard was found: plug one in, and see 'focalgradient doctor'.")
+        self._down: list[Any] = []
+
+    def events(self) -> list[Press]:
+        """What was pressed and released since the last call, in order of time."""
+        ended = self._keyboard.getKeys(waitRelease=True, clear=True)
+        still = self._keyboard.getKeys(waitRelease=False, clear=False)
+        new = [key for key in (*ended, *still) if not any(key is one for one in self._down)]
+        self._down = [key for key in (*self._down, *new) if not any(key is one for one in ended)]
+        found = [Press(key.tDown, key.name, True) for key in new]
+        found += [Press(key.tDown + key.duration, key.name, False) for key in ended]
+        return sorted(found, key=lambda press: press.time)
+
+    def clear(self) -> None:
+        """Forget what was pressed up to now; what is held stays held, and its release will be told."""
+        self.events()
+
+
+class Screen:
+    """The window of an experiment.
+
+    Parameters
+    ----------
+    number
+        Of the screen that it is on.
+    size_px
+        Of the window; None: the whole screen.
+    display
+        The screen's geometry and its encoding of light.
+    background
+        From -1, black, to 1, white.
+    patch
+        Corner ("left" or "right", below) of the square for a photodiode, white while a stimulus is shown; None: none.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        size_px: tuple[int, int] | None,
+        display: Display,
+        *,
+        background: float = -1.0,
+        patch: str | None = None,
+    ):
+        whole = screen_size(number)
+        width, height = size_px or whole
+        # A monitor of our own, without gamma: PsychoPy would load a gamma table into the graphics card for it.
+        monitor = monitors.Monitor("focalgradient, of its own", width=1.0, distance=1.0, autoLog=False, currentCalib={})
+        monitor.setGamma(None)
+        monitor.setSizePix(list(whole))
+        self.window = visual.Window(
+            (width, height),
+            fullscr=size_px is None,
+            screen=number,
+            monitor=monitor,
+            units="pix",
+            color=background,
+            allowGUI=size_px is not None,
+            checkTiming=False,
+            autoLog=False,
+            title="focalgradient",
+        )
+        self.size = (int(self.window.size[0]), int(self.window.size[1]))
+        self.display = display
+        self.keys = Keys()
+        self.mouse = event.Mouse(win=self.window, visible=False)
+        self.dropped = 0
+        self.tell: Callable[[str, float], object] = lambda event, time: None
+        """Is told the name and the time of each event, as soon as it is on the screen."""
+        self._patch = self._make_patch(patch)
+        self._last = 0.0
+        self.refresh_hz = self._measure()
+        self.frame_s = 1 / (self.refresh_hz or PACE)
+        self.keys.clear()
+
+    def close(self) -> None:
+        """Give the screen back."""
+        self.window.close()
+
+    def _make_patch(self, corner: str | None) -> Any:
+        if corner is None:
+            return None
+        side = round(PATCH * self.size[1])
+        x = (self.size[0] - side) / 2 * (-1 if corner == "left" else 1)
+        return visual.Rect(self.window, side, side, pos=(x, (side - self.size[1]) / 2), lineWidth=0, autoLog=False)
+
+    def _measure(self, frames: int = 40) -> float | None:
+        """Frames a second; None where frames come irregularly or faster than any display: nothing waits for it then."""
+        times = [self.window.flip() for _ in range(frames + 10)][10:]
+        steps = [later - sooner for sooner, later in pairwise(times)]
+        quarter, middle, three = quantiles(steps, n=4)
+        regular = three - quarter < 0.1 * middle and middle > 1 / 500
+        return 1 / median(steps) if regular else None
+
+    # --- Frames ------------------------------------------------------------------------------------------------------
+
+    def frame(self, lit: bool = False) -> float:
+        """Show what was drawn: the time at which it is on the screen. `lit`: the photodiode's patch is white."""
+        if self._patch is not None:
+            self._patch.fillColor = 1.0 if lit else -1.0
+            self._patch.draw()
+        if self.refresh_hz is None and (rest := self._last + self.frame_s - self.now()) > 0:
+            time.sleep(rest)
+        self._last = self.window.flip()
+        return self._last
+
+    def now(self) -> float:
+        """The time."""
+        return logging.defaultClock.getTime()
+
+    def play(
+        self, draw: Draw, seconds: float, event: str, *, lit: bool = True, presses: list[Press] | None = None
+    ) -> float:
+        """Show frames for so long, and say when the first was on the screen.
+
+        The last one stays until the caller shows something else, which is to be at once. Frames that came late are
+        counted in `dropped`.
+
+        Parameters
+        ----------
+        draw
+            Draws a frame, given the seconds since the first.
+        seconds
+            How long, to the nearest frame.
+        event
+            Name for the markers.
+        lit
+            Whether the photodiode's patch is white.
+        presses
+            Takes what was pressed and released, with times of the clock.
+
+        Raises
+        ------
+        Quit, Again
+            If escape was pressed, by what was answered to the question whether to stop.
+        """
+        draw(0.0)
+        onset = self.frame(lit)
+        self.tell(event, onset)
+        before = onset
+        while before + 1.5 * self.frame_s < onset + seconds:  # the next frame is still to be shown
+            found = self.keys.events()
+            if presses is not None:
+                presses += found
+            self.stop_if_asked(found)
+            draw(before + self.frame_s - onset)
+            now = self.frame(lit)
+            self.dropped += max(round((now - before) / self.frame_s) - 1, 0)
+            before = now
+        return onset
+
+    def warm(self, *parts: Any) -> None:
+        """Draw something where nobody sees it: the first time takes longest, and is not to delay a frame."""
+        for part in parts:
+            part.draw()
+        self.window.clearBuffer()
+
+    def blank(self) -> float:
+        """Clear the screen."""
+        return self.frame()
+
+    def wait(self, draw: Callable[[], object], keys: Sequence[str], event: str) -> Press:
+        """Show something until one of the keys is pressed: which, and when."""
+        self.keys.clear()
+        draw()
+        self.tell(event, self.frame())
+        while True:
+            found = self.keys.events()
+            self.stop_if_asked(found)
+            pressed = next((press for press in found if press.down and press.key in keys), None)
+            if pressed is not None:
+                return pressed
+            draw()
+            self.frame()
+
+    def stop_if_asked(self, found: Iterable[Press]) -> None:
+        """Where escape is among the keys, ask whether to stop."""
+        if not any(press.key == "escape" and press.down for press in found):
+            return
+        self.tell("quit?", self.now())
+        title = self.text("Stop here?", height=0.05, y=0.12)
+        about = self.text("All finished trials are saved. The session can be resumed later.", y=0.02)
+        keys = self.text("Y   stop            N   go on", y=-0.12, bold=True)
+        while True:
+            for part in (title, about, keys):
+                part.draw()
+            self.frame()
+            for press in self.keys.events():
+                if press.down and press.key in ("y", "n"):
+                    raise Quit if press.key == "y" else Again
+
+    # --- What is drawn -----------------------------------------------------------------------------------------------
+
+    def text(self, text: str, *, height: float = 0.03, x: float = 0.0, y: float = 0.0, **how: Any) -> Any:
+        """Text about a place; `height`, `x` and `y` are shares of the screen's height."""
+        unit = self.size[1]
+        wrap = min(1.3 * unit, 0.92 * self.size[0])
+        how = {"color": INK, "wrapWidth": wrap, **how}
+        return visual.TextStim(self.window, text, pos=(x * unit, y * unit), height=height * unit, autoLog=False, **how)
+
+    def picture(self, pixels: NDArray[np.uint8]) -> Any:
+        """A picture in the middle of the screen, H x W (grey) or H x W x 3, one pixel on one of the screen's."""
+        height, width = pixels.shape[:2]
+        # Where one side is odd and the other even, the middle of the screen lies between pixels.
+        place = ((self.size[0] - width) % 2 / 2, (self.size[1] - height) % 2 / 2)
+        image = Image.fromarray(np.ascontiguousarray(pixels))
+        return visual.ImageStim(
+            self.window, image, size=(width, height), pos=place, units="pix", interpolate=False, autoLog=False
+        )
+
+    def fixation(self, x: float, y: float) -> Any:
+        """A mark to look at: a bull's eye with a cross, 0.6 degrees wide."""
+        radius = self.display.pixels_per_degree * 0.3
+        dark = {"fillColor": -1.0, "lineWidth": 0, "pos": (x, y), "autoLog": False}
+        light = {**dark, "fillColor": 1.0}
+        arm = radius / 3
+        parts = [
+            visual.Circle(self.window, radius, edges=48, **dark),
+            visual.Rect(self.window, 2 * radius, arm, **light),
+            visual.Rect(self.window, arm, 2 * radius, **light),
+            visual.Circle(self.window, arm / 2 * 1.2, edges=24, **dark),
+        ]
+        return _Group(parts)
+
+    def whole(self, light: float) -> Any:
+        """The whole screen in one grey, from -1 to 1."""
+        return visual.Rect(self.window, *self.size, fillColor=light, lineWidth=0, autoLog=False)
+
+    def line(self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0) -> Any:
+        """A straight line."""
+        return visual.Line(self.window, start, end, lineColor=INK, lineWidth=width, autoLog=False)
+
+    def triangle(self, size: float, **how: Any) -> Any:
+        """A triangle that points down at its place."""
+        corners = [(0, 0), (-size / 2, size), (size / 2, size)]
+        return visual.ShapeStim(self.window, vertices=corners, fillColor=INK, lineWidth=0, autoLog=False, **how)
+
+
+class _Group:
+    """Shapes that stand at one place."""
+
+    def __init__(self, parts: Sequence[Any]):
+        self.parts = parts
+
+    def move(self, x: float, y: float) -> None:
+        for part in self.parts:
+            part.pos = (x, y)
+
+    def draw(self) -> None:
+        for part in self.parts:
+            part.draw()
+
+
+def versions() -> dict[str, str]:
+    """Versions of what is used here, and what draws; a window must be open."""
+    from importlib.metadata import version
+
+    from pyglet.gl import gl_info
+
+    names = ("psychopy", "psychtoolbox", "pyglet")
+    return {name: version(name) for name in names} | {"opengl": " ".join(gl_info.get_renderer().split())}

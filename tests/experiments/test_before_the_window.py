@@ -1,0 +1,272 @@
+"""The experiments without a window: what is refused in one sentence, the pictures of the cube, scales, the tube."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import cube
+import depth_rating
+import necker_rotation
+import numpy as np
+import pinhole_demonstration
+import preparation
+import pytest
+from headless import EXPERIMENTS, make_set, psychopy_here
+from laboratory import EVENTS, run
+from questions import Scale
+
+from focalgradient.dataset import Apparatus, Session
+from focalgradient.design import Necker, load_design
+from focalgradient.errors import InputError
+from focalgradient.scenes import departure_from_rigid
+from focalgradient.stimuli import read_set
+from focalgradient.stimulus import Display
+
+PROGRAMS = {
+    "depth_rating": depth_rating.PROGRAMME,
+    "necker_rotation": necker_rotation.PROGRAMME,
+    "pinhole_demonstration": pinhole_demonstration.PROGRAMME,
+}
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, without a display."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    make_set(tmp_path / "set", ["spheres-00", "spheres-01"], (40, 30))
+    (tmp_path / "short.toml").write_text('task = "depthrating"\nscenes = ["spheres-01"]\nrepetitions = 1\n')
+    return tmp_path
+
+
+def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) -> str:
+    """The sentence with which a program refuses to run."""
+    design = EXPERIMENTS / "designs" / f"{program}.toml"
+    given = list(map(str, options))
+    given += [] if "--design" in given else ["--design", str(design)]
+    assert run(PROGRAMS[program], given) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("Error: ")
+    assert said.err.count("\n") == 1
+    return said.err
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("--participant 0_1", "the participant label is '0_1', but must be letters and digits alone"),
+        ("--participant 01 --session a-b", "the session label is 'a-b', but must be letters and digits alone"),
+        ("--participant 01 --resume", "there is no such session to resume; begin it"),
+        ("--resume", "--resume needs to know whose session to resume: give --participant"),
+        ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
+        ("--participant", "argument --participant: expected one argument: see --help"),
+        ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
+        ("--participant 01 --design set", "set cannot be read (Is a directory)"),
+        ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but 'necker' is to be run"),
+        ("--participant 01 --consent no.txt", "--consent no.txt cannot be read as text"),
+        ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds)"),
+        ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
+        ("--participant 01 --data set", "set holds files but is no data set: give a new or an empty folder"),
+        ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),
+    ],
+)
+def test_what_is_wrong_is_said_before_a_window_opens(place, capsys, given, sentence):
+    assert sentence in refused(capsys, "necker_rotation", *given.split())
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ('keys = ["f", "F"]', "keys maps 'f' to both percepts: name two different keys"),
+        ('keys = ["f", "escape"]', "keys names 'escape', which ends the experiment"),
+        ("repetitions = 0", "repetitions is 0, but must be a whole number from 1 to 100"),
+        ("repetitions = 100\ncatch_trials = 1000", "catch_trials is 1000, but must be less than the other trials"),
+    ],
+)
+def test_designs_that_cannot_be_run(place, capsys, settings, sentence):
+    (place / "mine.toml").write_text(f'task = "necker"\n{settings}\n')
+    given = ["--participant", "01", "--design", "mine.toml"]
+    assert sentence in refused(capsys, "necker_rotation", *given)
+
+
+def test_pictures_that_are_missing_or_changed(place, capsys):
+    given = ["--participant", "01", "--design", "short.toml"]
+    assert "give --stimuli DIR" in refused(capsys, "depth_rating", *given)
+    given += ["--stimuli", "set"]
+    assert "there is no display" in refused(capsys, "depth_rating", *given)
+    more = ["--participant", "01", "--stimuli", "set"]
+    assert "the set in set has no picture of 'spheres-02'" in refused(capsys, "depth_rating", *more)
+    (place / "mm.toml").write_text((place / "short.toml").read_text() + "focal_length_mm = 28.0\n")
+    assert "the pictures were made with 50: give that" in refused(capsys, "depth_rating", *given, "--design", "mm.toml")
+    picture = place / "set" / "spheres-01" / "pinhole.png"
+    whole = picture.read_bytes()
+    picture.write_bytes(whole[:-1])
+    assert "pinhole.png has changed since the manifest was written" in refused(capsys, "depth_rating", *given)
+    picture.unlink()
+    assert "pinhole.png is in the manifest but cannot be read" in refused(capsys, "depth_rating", *given)
+    (place / "set" / "manifest.json").unlink()
+    assert "manifest.json cannot be read" in refused(capsys, "depth_rating", *given)
+
+
+def test_a_session_that_is_there_is_never_overwritten(place, capsys):
+    design = load_design(place / "short.toml")
+    more = {"apparatus": Apparatus("seconds"), "stimuli": place / "set"}
+    Session.begin(place / "data", design, "01", **more)._journal.close()
+    given = ["--participant", "01", "--design", "short.toml", "--stimuli", "set"]
+    said = refused(capsys, "depth_rating", *given)
+    assert "holds a session of sub-01 already, which is never overwritten: resume it (--resume)" in said
+    assert "there is no display" in refused(capsys, "depth_rating", *given, "--resume")
+    assert "there is no display" in refused(capsys, "depth_rating", *given, "--session", "2")
+    manifest = json.loads((place / "set" / "manifest.json").read_text())
+    (place / "set" / "manifest.json").write_text(json.dumps(manifest | {"seed": 2}))
+    assert "is not what the session began with" in refused(capsys, "depth_rating", *given, "--resume")
+
+
+@psychopy_here
+def test_a_display_that_does_not_answer(place):
+    program = EXPERIMENTS / "necker_rotation.py"
+    environment = {**os.environ, "DISPLAY": ":4095", "HOME": str(place)}
+    command = [sys.executable, str(program), "--participant", "01"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=place)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("Error: no window can be opened (")
+    assert not (place / "data").exists()
+
+
+MONITORS = {
+    "lab": (0.531, 0.57, (1920, 1080), 2.2),
+    "bare": (None, None, None, None),
+    "old": (0.4, 0.57, (1280, 1024), None),
+    "far": (0.531, 0.80, (1920, 1080), 1.0),
+}
+
+
+def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
+    """What is known of a screen of 1920 x 1080 pixels, by the options."""
+    screen = types.SimpleNamespace(
+        screen_size=lambda number: (1920, 1080),
+        calibration_of=lambda name: types.SimpleNamespace(
+            **dict(zip(("width", "distance", "size_px", "gamma"), MONITORS[name], strict=True))
+        ),
+    )
+    options = preparation._arguments(PROGRAMS["depth_rating"], given.split())
+    return preparation._display(options, screen, read_set(folder / "set"))
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (
+            "",
+            "the screen's size and distance are not known: enter them in PsychoPy's Monitor Center and give --monitor",
+        ),
+        ("--monitor bare", "'bare' has no width or no distance: enter them in PsychoPy's Monitor Center"),
+        ("--monitor old", "'old' was calibrated at 1280 x 1024 pixels, but the screen has 1920 x 1080"),
+        ("--monitor far", r"the screen has 50\.\d\d: sit at 0\.5\d\d m"),
+        ("--uncalibrated --windowed", "the pictures have 1100 x 100 pixels, but the window only 1024 x 768"),
+    ],
+)
+def test_screens_that_are_not_calibrated_or_too_small_are_refused(tmp_path, given, sentence):
+    make_set(tmp_path / "set", ["spheres-00"], (1100, 100), pixel_pitch_mm=0.2766)
+    with pytest.raises(InputError, match=sentence):
+        display_of(tmp_path, given)
+
+
+def test_screens_that_are_calibrated_give_degrees_and_gamma(tmp_path):
+    make_set(tmp_path / "set", ["spheres-00"], (1100, 100), pixel_pitch_mm=0.2766)
+    display, calibrated, warnings = display_of(tmp_path, "--monitor lab")
+    assert calibrated
+    assert display.gamma == 2.2
+    assert display.pixels_per_degree == pytest.approx(57 * math.tan(math.radians(1)) / (53.1 / 1920), rel=0.001)
+    assert warnings == []
+    display, calibrated, warnings = display_of(tmp_path, "--monitor far --uncalibrated")
+    assert warnings == ["the pictures were made for a gamma of sRGB, but the screen's is 1.00."]
+    display, calibrated, warnings = display_of(tmp_path, "--pilot")
+    assert not calibrated
+    assert warnings == ["the screen's gamma has not been measured: light is shown as if its curve were that of sRGB."]
+
+
+def test_every_event_has_a_code_of_its_own():
+    assert len(set(EVENTS.values())) == len(EVENTS)
+    assert all(0 < code < 256 for code in EVENTS.values())  # as a parallel port takes them
+
+
+def test_scales_are_even_in_ratios_or_in_differences():
+    depth = Scale("", "", 0.25, 4.0)
+    assert depth.value(0.5) == pytest.approx(1.0)
+    assert depth.ticks() == [0.25, 0.5, 1.0, 2.0, 4.0]
+    assert [depth.share(tick) for tick in depth.ticks()] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    assert Scale("", "", 0.3, 3.0).ticks() == [0.5, 1.0, 2.0]
+    assert 1.0 in Scale("", "", 0.001, 1000.0).ticks()
+    assert len(Scale("", "", 0.001, 1000.0).ticks()) < 10
+    sure = Scale("", "", 0.0, 1.0, ratios=False)
+    assert sure.ticks() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert sure.share(sure.value(0.3)) == pytest.approx(0.3)
+
+
+PIXEL = math.radians(1 / 30)
+SHORT = Necker(turns_per_s=0.5, size_deg=4.0, line_width_deg=0.1)
+
+
+def example(shape: str):
+    return next(trial for trial in SHORT.trials("01") if trial.shape == shape)
+
+
+def test_the_rigid_example_hides_what_is_behind():
+    solid = cube.cube_of(SHORT)
+    counts = {int(cube._in_sight(solid.vertices(turn)).sum()) for turn in np.arange(0, 0.25, 0.01)}
+    assert counts <= {7, 9}  # edges of two faces, or of three
+    wires = {trial.shape: trial for trial in SHORT.trials("01")}
+    drawn = {
+        shape: sum(float(light.sum()) for light in cube.frames_of(trial, SHORT, 6, PIXEL))
+        for shape, trial in wires.items()
+    }
+    assert 0.6 < drawn["rigid"] / drawn["ambiguous"] < 0.85
+
+
+def test_the_nonrigid_example_is_rigid_in_no_reading():
+    solid, turns = cube.cube_of(SHORT), np.arange(120) / 120
+    shape = np.stack([cube.wobbling(solid, turn) for turn in turns])
+    mirrored = shape * (2 * solid.distance - shape[..., 2:]) / shape[..., 2:]
+    price = departure_from_rigid(np.stack([solid.reversed(turn) for turn in turns])).whole
+    assert departure_from_rigid(shape).whole > price
+    assert departure_from_rigid(mirrored).whole > price
+
+
+@pytest.mark.parametrize("shape", ["ambiguous", "rigid", "nonrigid"])
+def test_a_quarter_turn_closes_without_a_seam(shape):
+    frames = [*cube.frames_of(example(shape), SHORT, 60, PIXEL)]
+    after = [*frames[1:], frames[0]]
+    steps = [float(np.abs(later - sooner).mean()) for sooner, later in zip(frames, after, strict=True)]
+    assert steps[-1] < 1.5 * max(steps[:-1])
+    assert all(light.shape == cube.shape_of(SHORT, PIXEL) for light in frames)
+    rim = max(float(np.concatenate([light[0], light[-1], light[:, 0], light[:, -1]]).max()) for light in frames)
+    assert rim < 0.01  # the picture holds all of it
+
+
+def test_the_cube_turns_at_its_speed_on_any_display():
+    assert cube.frame_count(Necker(), 60.0) == 120
+    assert cube.frame_count(Necker(), 59.94) == 120
+    assert cube.frame_count(Necker(), 143.98) == 288
+
+
+def test_a_field_that_does_not_fit_is_refused():
+    display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
+    pinhole_demonstration.check(pinhole_demonstration.Pinhole(), display, (1024, 768))
+    with pytest.raises(InputError, match="field_deg is 20, which takes 846 pixels of a window of 1024 x 768"):
+        pinhole_demonstration.check(pinhole_demonstration.Pinhole(field_deg=20.0), display, (1024, 768))
+
+
+def test_the_tube_leaves_a_round_field_of_the_right_angle():
+    display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
+    wide = pinhole_demonstration._field_px(pinhole_demonstration.Pinhole(field_deg=10.0), display)
+    field = pinhole_demonstration.through_tube(np.full((700, 801, 3), 9, np.uint8), (300.0, 350.0), wide) > 0
+    assert display.degrees(field[350, :, 0].sum()) == pytest.approx(10, rel=0.01)
+    assert field[..., 1].sum() == pytest.approx(math.pi * wide**2 / 4, rel=0.01)
+    columns = np.flatnonzero(field.any(axis=(0, 2)))
+    assert (columns[0] + columns[-1] + 1) / 2 == pytest.approx(300, abs=0.5)
