@@ -174,7 +174,8 @@ def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
 def spectra() -> Any:
     """The library colour-science, which has the spectra."""
     try:
-        import colour
+        with np.printoptions():  # colour-science changes how all arrays are printed: not here
+            import colour
     except ImportError as error:
         raise InputError(
             "the colours that cones see need the package colour-science, which is not installed: "
