@@ -31,8 +31,9 @@ def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def panels(radians: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Nodes and weights on 0 to 1 for a wave whose phase runs through so many `radians` at most.
 
+    >>> import math
     >>> nodes, weights = panels(1000.0)
-    >>> round(float(weights @ np.cos(1000 * nodes)), 12) == round(np.sin(1000) / 1000, 12)
+    >>> round(float(weights @ np.cos(1000 * nodes)), 12) == round(math.sin(1000) / 1000, 12)
     True
     """
     count = 1 + int(radians / RADIANS)

@@ -32,7 +32,7 @@ def score(
     >>> read, seen = np.array([1.2, 0.7, 1.4]), np.array([1.0, 1 / 0.8, 2.0])
     >>> found = score(read, read > 0, seen, fixation=1.0)
     >>> [round(found[name], 2) for name in ("median_error_D", "side_right")]
-    [0.2, 0.0]
+    [0.2, 0.5]
     """
     truth = 1 / distance
     error = (vergence - truth)[valid]
