@@ -206,7 +206,7 @@ def _draw(
         bars.set(xlim=(0, 1.15), xlabel="share of its wrong answers")
         bars.set_xticks([0, 0.5, 1])
         bars.invert_yaxis()
-        bars.set_title("Refused by the default method")
+        bars.set_title("Refused by the default")
         figure.draw_without_rendering()
     return figure
 
