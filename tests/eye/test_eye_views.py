@@ -18,7 +18,7 @@ from focalgradient.eye import (
     eye_views,
     score,
 )
-from focalgradient.scenes import plane, spheres, terrain
+from focalgradient.scenes import Scene, plane, spheres, terrain
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -124,6 +124,7 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
         (1.0, {"correlation": 1.2}, "between -1 and 1"),
         (1.0, {"noise": -0.1}, "noise"),
         (terrain(0), {}, "meshes"),
+        (Scene(()), {}, "no depth to see"),
     ],
 )
 def test_bad_input_is_refused(scene, asked, said) -> None:

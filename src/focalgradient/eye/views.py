@@ -200,6 +200,8 @@ def _by_rays(
             for eye in cones.eyes():
                 rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
                 image += weight / len(cones.lines) * rendered.view.image
+    if not np.isfinite(rendered.distance).any():
+        raise InputError("the scene has nothing in the frame, and so no depth to see: put objects before the eye.")
     if np.isfinite(cones.finest_cpd):
         image = _filtered(image, pixel_angle, lambda frequency: sampling(frequency, cones.finest_cpd))
     return cones, image, rendered.distance
