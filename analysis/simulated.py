@@ -39,7 +39,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
     report = progress or (lambda share: None)
     rating = DepthRating() if full else DepthRating(scenes=FEW)
     pictures = small_set(1 + len(rating.scenes), lambda share, what: report(0.5 * share))
-    turning = Necker()
+    turning = Necker(strengths_mm=(4.0, 12.0))  # the second is as strong as the rigidity of the cube
     with processes(os.cpu_count() or 1) as pool:
         seen = looks(pictures, pool, lambda share: report(0.5 + 0.2 * share))
         simulate(

@@ -112,14 +112,18 @@ class Spectra:
         for row, spectrum in zip(filters, self.values, strict=True):
             total += np.interp(samples, np.arange(RADIAL), row).astype(np.float32)[self.position] * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
-        image: Image = fft.irfft2(total, self.size, workers=-1, overwrite_x=True)[inside]
+        image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
         return image
 
     def stack(self, filters: FloatArray) -> Image:
         """One filtered image for each of `filters` (r x n x F): r x H x W."""
         images = np.empty((len(filters), *self.shape), np.float32)
-        for image, rows in zip(images, filters, strict=True):
-            image[:] = self.filtered(rows)
+
+        def some(first: int, last: int) -> None:
+            for number in range(first, last):
+                images[number] = self.filtered(filters[number])
+
+        kernels.share_rows(len(filters), some)
         return images
 
 

@@ -25,6 +25,9 @@ __all__ = ["Settled", "settle", "shift_by_gain"]
 ROUNDS, STEPS = 2, 3
 """Times that noise is found, and each time the gain in steps, at most."""
 
+ALIKE = 0.05
+"""Logarithm of a gain that is too little to find the noise once more with it."""
+
 STEP = 0.05
 """Share of the gain by which it is changed to see what that does."""
 
@@ -119,6 +122,8 @@ def settle(
         for _ in range(STEPS):
             if improve(coarse, own) < 0.5:
                 break
+        if np.abs(np.log(gain)).max() < ALIKE:
+            break  # the gain supposed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
     return Settled(Shares(light, gain, own), sd.tolist(), gain_sd)
 
