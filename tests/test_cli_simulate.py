@@ -133,4 +133,11 @@ def test_ctrl_c_leaves_with_130_and_what_was_recorded(tmp_path, necker):
     _, told = run.communicate(timeout=120)
     assert run.returncode == 130, told
     assert "Interrupted: what is recorded stays" in told
-    assert not validate(out).problems or all("missing" in problem for problem in validate(out).problems)
+    # At most one observer was cut off, and the same command goes on with that one.
+    problems = validate(out).problems
+    assert len(problems) <= 1
+    assert all("resume the session" in problem for problem in problems)
+    args[2] = str(len(list((out / "sourcedata").glob("sub-*"))))
+    again = subprocess.run([*command[:3], "simulate", *args], capture_output=True, text=True, timeout=120, check=False)
+    assert again.returncode == 0, again.stderr
+    assert not validate(out).problems
