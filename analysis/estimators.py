@@ -18,6 +18,7 @@ from report import Progress, Shown, alone
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.depth.limits import edge_bound, texture_bound
 from focalgradient.depth.recover import MethodName
+from focalgradient.photographs.images import srgb_to_linear
 from focalgradient.plotting import GREY, new_figure, style
 from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer
 
@@ -113,7 +114,7 @@ def _photograph(side: int, random: np.random.Generator) -> FloatArray:
     from skimage.data import stereo_motorcycle
 
     encoded = stereo_motorcycle()[0].mean(axis=2) / 255  # type: ignore[no-untyped-call]
-    picture = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    picture = srgb_to_linear(encoded)
     top, left = (random.integers(n - side + 1) for n in picture.shape)
     return np.asarray(picture[top : top + side, left : left + side])
 

@@ -20,6 +20,7 @@ from scipy import ndimage, special
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.limits import texture_bound
 from focalgradient.depth.recover import MethodName
+from focalgradient.photographs.images import srgb_to_linear
 from focalgradient.plotting import depth_figure
 from focalgradient.render import noisy
 
@@ -53,9 +54,7 @@ def photograph() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.b
     from skimage.data import stereo_motorcycle
 
     colour, _, disparity = stereo_motorcycle()  # type: ignore[no-untyped-call]
-    encoded = colour / 255
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    luminance = linear @ np.array([0.2126, 0.7152, 0.0722])
+    luminance = srgb_to_linear(colour / 255) @ np.array([0.2126, 0.7152, 0.0722])
     known = np.isfinite(disparity)
     filled = np.where(known, disparity, np.inf)
     sides = []

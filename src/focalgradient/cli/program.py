@@ -17,7 +17,7 @@ import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError
 
-__all__ = ["Program", "fail", "progress", "strict", "warnings_told", "writable", "write"]
+__all__ = ["Program", "fail", "progress", "resumable", "strict", "warnings_told", "writable", "write"]
 
 
 class Program(click.Group):
@@ -87,6 +87,25 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
             bar.refresh()
 
         yield say
+
+
+@contextmanager
+def resumable(left: str) -> Iterator[Callable[[float, str], object]]:
+    """Show a bar of the share done with the time left; Ctrl-C says what is `left`, and leaves with exit code 130."""
+    from tqdm import tqdm
+
+    layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
+    try:
+        with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
+
+            def say(share: float, what: str) -> None:
+                bar.set_description_str(what, refresh=False)
+                bar.update(share - bar.n)
+
+            yield say
+    except KeyboardInterrupt:
+        click.echo(f"Interrupted: {left}", err=True)
+        click.get_current_context().exit(130)
 
 
 def strict(value: Any) -> Any:

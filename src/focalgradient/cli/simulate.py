@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.program import warnings_told
+from focalgradient.cli.program import resumable, warnings_told
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["simulate"]
 
 TASKS = {"depth-rating": "depthrating", "necker": "necker"}
+
+LEFT = "what is recorded stays, and the same command goes on from it."
 
 Say = Callable[[float, str], object]
 
@@ -86,7 +87,12 @@ def simulate(
     observer_named(observer)
     chosen = _design(experiment, design)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    with _bar() as say, warnings_told(), local(workers or cores) as pool, _cluster(scheduler, pool) as executor:
+    with (
+        resumable(LEFT) as say,
+        warnings_told(),
+        local(workers or cores) as pool,
+        _cluster(scheduler, pool) as executor,
+    ):
         run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
         new = _run(chosen, out, stimuli, pool, say, run)
     kept = f"; {observers - new} were there already" if new < observers else ""
@@ -139,22 +145,3 @@ def _cluster(address: str | None, pool: Executor | None) -> Iterator[Executor | 
 
     with nullcontext(pool) if address is None else scheduler(address) as executor:
         yield executor
-
-
-@contextmanager
-def _bar() -> Iterator[Say]:
-    """Show a bar with the time left, on standard error where that is a terminal; Ctrl-C says that all can go on."""
-    from tqdm import tqdm
-
-    layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
-    try:
-        with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
-
-            def say(share: float, what: str) -> None:
-                bar.set_description_str(what, refresh=False)
-                bar.update(share - bar.n)
-
-            yield say
-    except KeyboardInterrupt:
-        click.echo("Interrupted: what is recorded stays, and the same command goes on from it.", err=True)
-        click.get_current_context().exit(130)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import warnings_told, writable
+from focalgradient.cli.program import resumable, warnings_told, writable
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
     from focalgradient.stimulus import Display
 
 __all__ = ["stimuli"]
+
+LEFT = "finished files are valid, and the same command goes on from them."
 
 CONTROLS = {
     "mean_luminance_percent": "Mean luminance, between conditions of a scene: {:.2g} %",
@@ -113,25 +113,6 @@ def _display(
     return Display((width, height), (pixel_pitch or 0.2767) * 1e-3, **others)
 
 
-@contextmanager
-def _bar() -> Iterator[Callable[[float, str], object]]:
-    """Show a bar with the time left, on standard error where that is a terminal; Ctrl-C says that all can go on."""
-    from tqdm import tqdm
-
-    layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
-    try:
-        with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
-
-            def say(share: float, what: str) -> None:
-                bar.set_description_str(what, refresh=False)
-                bar.update(share - bar.n)
-
-            yield say
-    except KeyboardInterrupt:
-        click.echo("Interrupted: finished files are valid, and the same command goes on from them.", err=True)
-        click.get_current_context().exit(130)
-
-
 @stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @click.option("--seed", required=True, type=int, metavar="N", help="The same seed gives the same files.")
@@ -164,7 +145,7 @@ def depth_rating(
     writable(out, ())
     from focalgradient.stimuli import make_depth_rating
 
-    with warnings_told(), _bar() as say:
+    with warnings_told(), resumable(LEFT) as say:
         made = make_depth_rating(
             out,
             seed=seed,
@@ -275,7 +256,7 @@ def necker(
         speed=speed,
         line_width=math.radians(line_width / 60),
     )
-    with warnings_told(), _bar() as say:
+    with warnings_told(), resumable(LEFT) as say:
         made = make_necker(
             out,
             cube,

@@ -19,11 +19,11 @@ from scipy import stats
 
 from focalgradient.depth import kernels
 from focalgradient.depth.asked import Asked
-from focalgradient.depth.compare import _noise
+from focalgradient.depth.compare import measured_noise
 from focalgradient.depth.filters import RADIAL, FloatArray
 from focalgradient.depth.patches import RADII, Bands, Compared, Supposed, compare, scene_power
 from focalgradient.depth.placed import Placed
-from focalgradient.depth.recover import _check_views as check_usable
+from focalgradient.depth.recover import check_usable
 from focalgradient.depth.search import Search
 from focalgradient.psf import DISC_K, PsfName, transfer
 from focalgradient.view import View
@@ -314,7 +314,7 @@ def check_views(
     check_usable(views, "spectra")
     search = Search.over(views, near, far)
     placed = Placed.of(views, align)
-    noise_sd = _noise(asked, placed, search)[0]
+    noise_sd = measured_noise(asked, placed, search.blurs(asked.psf, asked.k))[0]
     reading = Differences.of(placed, search, noise_sd, psf, k, window).read()
     freedom = len(views) - 2
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.asked import Asked
 from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.equalise import GROWTH, Equalised, Nodes, equalise
+from focalgradient.depth.equalise import GROWTH, Blurs, Equalised, Nodes, equalise
 from focalgradient.depth.filters import fine_noise
 from focalgradient.depth.placed import Placed
 from focalgradient.depth.search import Search
@@ -24,7 +24,7 @@ from focalgradient.depth.unlike import settle, shift_by_gain
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.view import View
 
-__all__ = ["recover"]
+__all__ = ["measured_noise", "recover"]
 
 CHECK_SIDE = 5
 """Side in pixels of the squares in which the views' agreement is tested."""
@@ -59,11 +59,11 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     blurs, settled = search.blurs(asked.psf, asked.k), None
     raisable: float | None
     if unlike:
-        given = None if asked.noise is None else _noise(asked, placed, search)[0]
+        given = None if asked.noise is None else measured_noise(asked, placed, blurs)[0]
         settled = settle(search.lights, placed.busiest(256), blurs, asked.window, given)
         noise_sd, raisable = settled.noise_sd, LENIENCE**2
     else:
-        noise_sd, raisable = _noise(asked, placed, search)
+        noise_sd, raisable = measured_noise(asked, placed, blurs)
     asked.say("equalising blur")
     shares = None if settled is None else settled.shares
     equalised = equalise(placed.images, blurs, noise_sd, window=asked.window, shares=shares)
@@ -104,7 +104,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     return DepthMap(vergence, vergence_sd, valid, side_known, details)
 
 
-def _noise(asked: Asked, placed: Placed, search: Search) -> tuple[list[float], float | None]:
+def measured_noise(asked: Asked, placed: Placed, blurs: Blurs) -> tuple[list[float], float | None]:
     """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part.
 
     Also returns by how much its variance may still be raised, as the whole frame may ask for; None where it is given.
@@ -112,7 +112,7 @@ def _noise(asked: Asked, placed: Placed, search: Search) -> tuple[list[float], f
     if asked.noise is not None:
         given = np.broadcast_to(np.asarray(asked.noise, float), len(placed.images))
         return [float(sd / gain) for sd, gain in zip(given, placed.gains, strict=True)], None
-    part, blurs = placed.busiest(192), search.blurs(asked.psf, asked.k)
+    part = placed.busiest(192)
     spread = float(np.mean([image.std() for image in part.images]))
     floor = 2e-4 * spread  # storage and rounding leave at least this
     gains = np.array(placed.gains)

@@ -13,7 +13,7 @@ from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, PsfName
 from focalgradient.view import View
 
-__all__ = ["METHODS", "Method", "MethodName", "recover_depth"]
+__all__ = ["METHODS", "Method", "MethodName", "check_usable", "recover_depth"]
 
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
@@ -126,7 +126,7 @@ def recover_depth(
     say = progress or (lambda stage: None)
     asked = Asked(method, near, far, psf, k, window, noise, align, false_alarm, say)
     asked.check(len(views))
-    _check_views(views, method)
+    check_usable(views, method)
     if window > min(views[0].shape) / 4:
         raise InputError(
             f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
@@ -137,7 +137,7 @@ def recover_depth(
     return recover(views, asked)
 
 
-def _check_views(views: Sequence[View], method: str) -> None:
+def check_usable(views: Sequence[View], method: str) -> None:
     """Refuse views that the method cannot use, or that tell nothing of depth."""
     least, most = METHODS[method].least, METHODS[method].most
     if len(views) < least:

@@ -18,7 +18,7 @@ from scipy import stats
 
 from focalgradient.depth.asked import Asked
 from focalgradient.depth.check import Differences
-from focalgradient.depth.compare import _noise
+from focalgradient.depth.compare import measured_noise
 from focalgradient.depth.depthmap import DepthMap
 from focalgradient.depth.filters import RADIAL, FloatArray
 from focalgradient.depth.patches import RADII, Bands, Patches, Supposed, compare, scene_power
@@ -43,7 +43,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     asked.say("placing the views")
     placed = Placed.of(views, asked.align)
     asked.say("measuring noise")
-    noise_sd, _ = _noise(asked, placed, search)
+    noise_sd, _ = measured_noise(asked, placed, search.blurs(asked.psf, asked.k))
     asked.say("comparing spectra")
     reading = Differences.of(placed, search, noise_sd, asked.psf, asked.k, asked.window).read()
     asked.say("reading depth")
