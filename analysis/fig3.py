@@ -16,7 +16,7 @@ from report import Progress, Shown, images, numbers_json
 from focalgradient import InputError
 from focalgradient.plotting.subjects import depth_rating_figure
 from focalgradient.report import BOUND, analyse_ratings
-from focalgradient.statistics import Effect, Equivalence, Interval, NotDone
+from focalgradient.statistics import Effect, Equivalence, Interval, NotComputed
 
 __all__ = ["main", "make", "shown"]
 
@@ -31,7 +31,7 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
     """
     part = analyse_ratings(dataset, bound=bound)
     result = part.result
-    if isinstance(result, NotDone):
+    if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"
     summary: dict[str, Any] = {

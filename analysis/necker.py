@@ -12,7 +12,7 @@ from report import Progress, Shown
 from focalgradient import InputError
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report import analyse_necker
-from focalgradient.statistics import DurationFit, Effect, NotDone
+from focalgradient.statistics import DurationFit, Effect, NotComputed
 
 __all__ = ["make", "shown"]
 
@@ -27,7 +27,7 @@ def shown(dataset: Path) -> Shown:
     """
     part = analyse_necker(dataset)
     result = part.result
-    if isinstance(result, NotDone):
+    if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"
     summary: dict[str, Any] = {

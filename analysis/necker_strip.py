@@ -12,12 +12,12 @@ from report import Progress, Shown, alone
 
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.render.wireframe import Gradient, blur_at, necker_frame
-from focalgradient.scenes.necker import EDGES, Necker, Reading, departure_from_rigid, edge_lengths
+from focalgradient.scenes.necker import EDGES, NeckerCube, Reading, departure_from_rigid, edge_lengths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CUBE = Necker(size=0.4, perspective=0.4, distance=0.5, line_width=0.0075)  # at its natural size
+CUBE = NeckerCube(size=0.4, perspective=0.4, distance=0.5, line_width=0.0075)  # at its natural size
 APERTURE = 0.025  # m, of a 50 mm lens at f/2
 FIELD = 0.78  # rad, of a frame
 MOMENTS = (0.0, 0.05, 0.1, 0.15, 0.2)  # turns; at 0.25 the picture is that of 0
@@ -49,7 +49,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report(0.5)
     shapes: dict[Reading, NDArray[np.float64]] = {reading: CUBE.seen(TURN, reading) for reading in COLOUR}
     departure = {reading: departure_from_rigid(shape) for reading, shape in shapes.items()}
-    whole = np.array([departure_from_rigid(Necker(perspective=p).reversed(TURN)).whole for p in PERSPECTIVES])
+    whole = np.array([departure_from_rigid(NeckerCube(perspective=p).reversed(TURN)).whole for p in PERSPECTIVES])
     lengths = edge_lengths(shapes["nonrigid"]) / CUBE.edge
     # Of the cube's own edges, which do not all reach the limits of the turn's depth.
     sigma = [blur_at(CUBE, CUBE.seen(turn, reading)[:, 2], aperture=APERTURE) for turn in MOMENTS for reading in COLOUR]

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
+from focalgradient.display import Display
 from focalgradient.observers import OBSERVERS, Look, look_at, perceived_depth, relief
 from focalgradient.observers.perception import READ_PER_RADIUS
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.stimuli import StimulusSet, make_depth_rating
-from focalgradient.stimulus import Display
 
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 FIXATIONS = ("nearest", "farthest")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from report import Progress
 
-from focalgradient.design import DepthRating, Necker
+from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import cubes, looks, processes, simulate, small_set
 
 __all__ = ["OBSERVERS", "SEED", "take_part"]
@@ -37,9 +37,9 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
         The folder.
     """
     report = progress or (lambda share: None)
-    rating = DepthRating() if full else DepthRating(scenes=FEW)
+    rating = DepthRatingDesign() if full else DepthRatingDesign(scenes=FEW)
     pictures = small_set(1 + len(rating.scenes), lambda share, what: report(0.5 * share))
-    turning = Necker(strengths_mm=(4.0, 12.0))  # the second is as strong as the rigidity of the cube
+    turning = NeckerDesign(strengths_mm=(4.0, 12.0))  # the second is as strong as the rigidity of the cube
     with processes(os.cpu_count() or 1) as pool:
         seen = looks(pictures, pool, lambda share: report(0.5 + 0.2 * share))
         simulate(

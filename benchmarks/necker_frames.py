@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from focalgradient.render.wireframe import PIXEL, WIDTH, Gradient, blur_at, necker_frame
-from focalgradient.scenes.necker import EDGES, Necker
+from focalgradient.scenes.necker import EDGES, NeckerCube
 
-CUBE = Necker(line_width=math.radians(0.07))
+CUBE = NeckerCube(line_width=math.radians(0.07))
 SHAPE = (512, 512)
 PIXEL_ANGLE = math.radians(16) / 512  # the frame holds the whole cube
 FRAMES = 24  # of a quarter turn, to one run

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 
+from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.stimulus import Display
 
 if TYPE_CHECKING:
     from screen import Calibration, Screen

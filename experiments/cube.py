@@ -12,11 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.design import Necker as Design
-from focalgradient.design import NeckerTrial
+from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.render import necker_loop, wireframe
 from focalgradient.render.wireframe import PIXEL, WIDTH, blur_at
-from focalgradient.scenes import Necker
+from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
 __all__ = ["cube_of", "frame_count", "frames_of", "shape_of", "wobbling"]
@@ -25,9 +24,9 @@ SHRINK, TWIST = 0.6, 0.5  # of the nonrigid example: share of its sides, and rad
 REACH = 4.0  # standard deviations of the blur that the picture holds beyond the cube
 
 
-def cube_of(design: Design, direction: str = "right") -> Necker:
+def cube_of(design: NeckerDesign, direction: str = "right") -> NeckerCube:
     """The cube of a design."""
-    return Necker(
+    return NeckerCube(
         size=math.radians(design.size_deg),
         perspective=design.perspective,
         distance=design.distance_m,
@@ -38,12 +37,12 @@ def cube_of(design: Design, direction: str = "right") -> Necker:
     )
 
 
-def frame_count(design: Design, frame_rate: float) -> int:
+def frame_count(design: NeckerDesign, frame_rate: float) -> int:
     """Frames of a quarter turn: as many as make the cube's speed, to the nearest whole number."""
     return max(3, round(SYMMETRY * frame_rate / design.turns_per_s))
 
 
-def shape_of(design: Design, pixel_angle: float) -> tuple[int, int]:
+def shape_of(design: NeckerDesign, pixel_angle: float) -> tuple[int, int]:
     """Height and width of the pictures of all trials of a design, in pixels, even."""
     cube = cube_of(design)
     wide, high = cube.extent
@@ -52,7 +51,9 @@ def shape_of(design: Design, pixel_angle: float) -> tuple[int, int]:
     return 2 * math.ceil((high + rim) / pixel_angle), 2 * math.ceil((wide + rim) / pixel_angle)
 
 
-def frames_of(trial: NeckerTrial, design: Design, frames: int, pixel_angle: float) -> Iterator[NDArray[np.float32]]:
+def frames_of(
+    trial: NeckerTrial, design: NeckerDesign, frames: int, pixel_angle: float
+) -> Iterator[NDArray[np.float32]]:
     """Light of each frame of a quarter turn, H x W; 1 is the peak of a sharp line."""
     cube, shape = cube_of(design, trial.direction), shape_of(design, pixel_angle)
     if trial.shape == "ambiguous":
@@ -75,7 +76,7 @@ def frames_of(trial: NeckerTrial, design: Design, frames: int, pixel_angle: floa
         yield wireframe(lines, blur, shape, width=math.sqrt(line**2 + PIXEL), brightness=math.sqrt(2 * math.pi) * line)
 
 
-def wobbling(cube: Necker, turn: float) -> NDArray[np.float64]:
+def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
     """Vertices, 8 x 3 in metres, of the nonrigid example after so many turns."""
     phase = 2 * math.pi * turn / SYMMETRY
     angle = 2 * np.pi * turn * (1 if cube.direction == "right" else -1)

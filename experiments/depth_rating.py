@@ -13,12 +13,12 @@ from itertools import product
 from laboratory import GREY, Programme, Sitting, run
 
 from focalgradient.dataset import Rated
-from focalgradient.design import DepthRating, DepthTrial
+from focalgradient.design import DepthRatingDesign, DepthTrial
 
 
 def instructions(sitting: Sitting) -> Sequence[str]:
     """What the participant is told."""
-    design: DepthRating = sitting.design
+    design: DepthRatingDesign = sitting.design
     answer = (
         "type a number and press ENTER"
         if design.answer == "typed"
@@ -38,7 +38,7 @@ def instructions(sitting: Sitting) -> Sequence[str]:
     )
 
 
-def pictures(design: DepthRating) -> Sequence[tuple[str, str, str]]:
+def pictures(design: DepthRatingDesign) -> Sequence[tuple[str, str, str]]:
     """All that the design can show."""
     scenes = (*design.scenes, design.standard_scene)
     standard = [(design.standard_scene, "pinhole", fixation) for fixation in design.fixations]
@@ -49,7 +49,7 @@ def show_standard(sitting: Sitting) -> None:
     """Show the picture that counts as 1."""
     from questions import pages
 
-    design: DepthRating = sitting.design
+    design: DepthRatingDesign = sitting.design
     screen = sitting.screen
     _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
     text = "The standard\nThe next picture is the standard. How deep it looks counts as 1.\n\nLook around in it freely."
@@ -62,7 +62,7 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
     """Show one picture and ask."""
     from questions import Scale, ask
 
-    design: DepthRating = sitting.design
+    design: DepthRatingDesign = sitting.design
     screen = sitting.screen
     if trial.standard_before and trial.trial > 1:
         show_standard(sitting)

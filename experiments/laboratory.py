@@ -19,9 +19,9 @@ from preparation import WINDOW, Hook, Prepared, check_session, prepare
 
 from focalgradient.dataset import Answer, Apparatus, Session
 from focalgradient.design import Trial
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import Picture, StimulusSet
-from focalgradient.stimulus import Display
 
 if TYPE_CHECKING:
     from screen import Screen

@@ -15,9 +15,9 @@ from cube import frame_count, frames_of, shape_of
 from laboratory import Programme, Sitting, run
 
 from focalgradient.dataset import Press, Watched, percepts
-from focalgradient.design import Necker, NeckerTrial
+from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.stimulus import Display
 
 LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
 SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
@@ -26,7 +26,7 @@ WORDS = {"rigid": "rigid", "nonrigid": "wobbling"}
 
 def instructions(sitting: Sitting) -> Sequence[str]:
     """What the participant is told."""
-    design: Necker = sitting.design
+    design: NeckerDesign = sitting.design
     keys = design.keys_of(sitting.participant)
     return (
         "The turning cube\n"
@@ -42,7 +42,7 @@ def instructions(sitting: Sitting) -> Sequence[str]:
     )
 
 
-def check(design: Necker, display: Display, room: tuple[int, int]) -> None:
+def check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> None:
     """Refuse what cannot be shown on this display, in a window of `room` pixels, or pressed."""
     from screen import key_names
 
@@ -85,7 +85,7 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
 
 def _reminder(sitting: Sitting) -> list[Any]:
     """Which key is for what, each on the side where it lies."""
-    design: Necker = sitting.design
+    design: NeckerDesign = sitting.design
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
     return [
         sitting.screen.text(f"{key.upper()}   {WORDS[of_key[key]]}", height=0.028, x=side * 0.3, y=-0.46)

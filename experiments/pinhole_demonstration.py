@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset import Rated
 from focalgradient.design import Pinhole, PinholeTrial
+from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.stimulus import Display
 
 FIXATION = "nearest"  # in focus in the pictures, and marked before them
 MARK_S = 1.0

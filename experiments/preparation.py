@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from focalgradient.dataset import Session
 from focalgradient.design import Design, check_label, load_design
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
-from focalgradient.stimulus import Display
 
 if TYPE_CHECKING:
     from laboratory import Programme

@@ -24,8 +24,8 @@ from psychopy import event, monitors, visual  # noqa: E402  after the log is sil
 from psychopy.hardware.keyboard import Keyboard, keyNames  # noqa: E402
 
 from focalgradient.dataset import Press  # noqa: E402
+from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
-from focalgradient.stimulus import Display  # noqa: E402
 
 __all__ = ["Again", "Calibration", "Keys", "Quit", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
 

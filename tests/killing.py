@@ -17,10 +17,10 @@ from collections import Counter
 from pathlib import Path
 
 from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, read_dataset, read_journal, validate
-from focalgradient.design import DepthRating, Pinhole
+from focalgradient.design import DepthRatingDesign, Pinhole
 from focalgradient.errors import InputError
 
-DESIGNS = {"short": Pinhole(), "long": DepthRating()}
+DESIGNS = {"short": Pinhole(), "long": DepthRatingDesign()}
 
 
 def run(root: Path, length: str, participant: str) -> None:

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched
-from focalgradient.design import DepthRating, Necker
+from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.power import Model, simulated_ratings
 
 APPARATUS = Apparatus("seconds of the simulation, from the start of the sitting")
-RATING = DepthRating(scenes=["spheres-01", "spheres-02"], catch_trials=2, practice_trials=0)
-CUBE = Necker(strengths_mm=[4.0], practice_trials=0, trial_s=20.0)
+RATING = DepthRatingDesign(scenes=["spheres-01", "spheres-02"], catch_trials=2, practice_trials=0)
+CUBE = NeckerDesign(strengths_mm=[4.0], practice_trials=0, trial_s=20.0)
 
 
 def record_ratings(

@@ -18,6 +18,7 @@ PACKAGE = ROOT / "src" / "focalgradient"
 # and only the front door (`import focalgradient`) and the command line see several rooms.
 ROOMS = {
     "errors": set(),
+    "progress": set(),
     "optics": {"errors"},
     "psf": {"errors"},
     "view": {"errors", "optics"},
@@ -25,12 +26,12 @@ ROOMS = {
     "scenes": {"errors"},
     "render": {"errors", "optics", "psf", "scenes", "view"},
     "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
-    "stimulus": {"errors"},
-    "stimuli": {"errors", "eye", "optics", "plotting", "render", "scenes", "stimulus"},
+    "display": {"errors"},
+    "stimuli": {"errors", "eye", "optics", "plotting", "render", "scenes", "display"},
     "tables": {"errors"},
     "design": {"errors", "tables"},
     "dataset": {"design", "errors"},
-    "observers": {"dataset", "depth", "design", "errors", "eye", "render", "scenes", "stimuli", "stimulus"},
+    "observers": {"dataset", "depth", "design", "errors", "eye", "render", "scenes", "stimuli", "display"},
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "errors", "optics", "tables", "view"},
     "video": {"errors"},
@@ -40,7 +41,7 @@ ROOMS = {
     "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "optics", "photographs", "plotting", "psf"),
-        *("design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli", "stimulus"),
+        *("design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli", "display"),
         *("video", "view"),
     },
     "__init__": {"depth", "errors", "optics", "view"},

@@ -12,12 +12,12 @@ from scipy import stats
 from focalgradient import InputError, power
 from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
-from focalgradient.design import DepthRating
+from focalgradient.design import DepthRatingDesign
 from focalgradient.plotting.subjects import power_figure
 from focalgradient.power import Model, Study, experiment, run, simulated_ratings
 from focalgradient.statistics import depth_rating, quality
 
-SMALL = DepthRating(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
+SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
 
 
 def call(*args: object) -> Result:
@@ -34,7 +34,9 @@ def small(tmp_path) -> list[object]:
 def test_what_is_put_in_comes_out():
     """Slope, noise and spread over subjects, of 150 subjects."""
     model = Model(effect=1.5, far_effect=0.9, between=0.2, scenes=0.1, noise=0.25, lapses=0.0)
-    table = simulated_ratings(DepthRating(scenes=["a", "b"], practice_trials=0), 150, model, np.random.default_rng(1))
+    table = simulated_ratings(
+        DepthRatingDesign(scenes=["a", "b"], practice_trials=0), 150, model, np.random.default_rng(1)
+    )
     answers = np.log(table["rating"]).where(~table["catch"])
     assert np.exp(np.log(table["rating"])[table["catch"]].mean()) == pytest.approx(1, abs=0.04)
     cell = answers.groupby([table["participant_id"], table["fixation"], table["aperture"]]).mean().unstack()
@@ -55,7 +57,7 @@ def test_lapses_and_the_ends_of_the_scale():
 
 def test_who_sees_blur_is_told_from_who_does_not():
     """Near fixation raises and far fixation is as good as none within 1.2, stated beforehand; for the blind neither."""
-    design = DepthRating(scenes=[f"s{number}" for number in range(6)], practice_trials=0)
+    design = DepthRatingDesign(scenes=[f"s{number}" for number in range(6)], practice_trials=0)
     found = {}
     for name, model in (("sees", Model(effect=1.5)), ("blind", Model(effect=1.0, between=0.0))):
         kept, _ = quality(simulated_ratings(design, 20, model, np.random.default_rng(20)))
@@ -76,7 +78,7 @@ def test_who_sees_blur_is_told_from_who_does_not():
 def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
     """Noncentral t of the subjects’ own slopes; 30 experiments tell a share to 9 %."""
     model = Model(effect=1.25, between=0.2, scenes=0.0, noise=0.1, lapses=0.0)
-    study = Study(model, DepthRating(scenes=["a"], catch_trials=0, practice_trials=0))
+    study = Study(model, DepthRatingDesign(scenes=["a"], catch_trials=0, practice_trials=0))
     (found,) = power.power(run(study, [8], 30, tmp_path / "file.jsonl"))
     mm = np.repeat([0, 50 / 22, 50 / 11, 50 / 5.6], 2) / (50 / 5.6)
     own = math.hypot(0.2, 0.1 / math.sqrt(((mm - mm.mean()) ** 2).sum()))

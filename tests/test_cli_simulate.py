@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from focalgradient.cli.program import Program
 from focalgradient.cli.simulate import simulate
 from focalgradient.dataset import Apparatus, Session, validate
-from focalgradient.design import Necker
+from focalgradient.design import NeckerDesign
+from focalgradient.display import Display
 from focalgradient.observers import pictures
 from focalgradient.stimuli import make_depth_rating
-from focalgradient.stimulus import Display
 
 RATING = 'task = "depthrating"\nscenes = ["spheres-00"]\nrepetitions = 1\ncatch_trials = 0\npractice_trials = 0\n'
 NECKER = 'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
@@ -101,7 +101,7 @@ def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, necker, monkeypatch)
 
 def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
     out = tmp_path / "data"
-    with Session.begin(out, Necker(), "09", apparatus=Apparatus("s")):
+    with Session.begin(out, NeckerDesign(), "09", apparatus=Apparatus("s")):
         pass
     result = run("necker", "--observers", 1, "--seed", 1, "--out", out, "--design", necker, "--workers", 1)
     assert result.exit_code == 2

@@ -24,7 +24,7 @@ from focalgradient.dataset import (
     read_dataset,
     validate,
 )
-from focalgradient.design import DepthRating, Necker, Pinhole
+from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
 KEYS = {"rigid": "f", "nonrigid": "j"}
@@ -36,8 +36,8 @@ APPARATUS = Apparatus(
     refresh_hz=59.95,
     versions={"psychopy": "2026.2.5"},
 )
-RATING = DepthRating(scenes=["a", "b"], catch_trials=2, practice_trials=2)
-CUBE = Necker(repetitions=1, strengths_mm=[4.0])
+RATING = DepthRatingDesign(scenes=["a", "b"], catch_trials=2, practice_trials=2)
+CUBE = NeckerDesign(repetitions=1, strengths_mm=[4.0])
 DEMONSTRATION = Pinhole(repetitions=1)
 
 
@@ -220,7 +220,7 @@ def test_columns_that_a_lab_adds_to_the_participants_stay(data, pictures):
 
 def test_ten_thousand_trials_are_read_and_validated_in_two_seconds(tmp_path):
     root = tmp_path / "data"
-    many = DepthRating(scenes=[f"s{number}" for number in range(40)], repetitions=6, catch_trials=80)
+    many = DepthRatingDesign(scenes=[f"s{number}" for number in range(40)], repetitions=6, catch_trials=80)
     for number in range(1, 6):
         with Session.begin(root, many, f"{number:02}", apparatus=APPARATUS, kind="simulated") as session:
             for count, trial in enumerate(session.remaining()):

@@ -15,13 +15,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from focalgradient.design import DepthRating, Necker, Pinhole, check_design, load_design
+from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, load_design
 from focalgradient.design.draws import Draws
 from focalgradient.design.order import in_order
 from focalgradient.errors import InputError
 
 DESIGNS = Path(__file__).parents[1] / "experiments" / "designs"
-DEFAULTS = {"depth_rating": DepthRating(), "necker_rotation": Necker(), "pinhole_demonstration": Pinhole()}
+DEFAULTS = {"depth_rating": DepthRatingDesign(), "necker_rotation": NeckerDesign(), "pinhole_demonstration": Pinhole()}
 
 labels = st.text("0123456789abcXYZ", min_size=1, max_size=4)
 
@@ -57,7 +57,7 @@ def test_lists_are_the_same_on_every_machine(name, participant, session):
 
 
 def test_a_list_can_be_read_here():
-    told = [(trial.scene, trial.aperture, trial.fixation) for trial in main(DepthRating().trials("01"))[:4]]
+    told = [(trial.scene, trial.aperture, trial.fixation) for trial in main(DepthRatingDesign().trials("01"))[:4]]
     assert told == [
         ("spheres-06", "pinhole", "farthest"),
         ("spheres-11", "f/5.6", "farthest"),
@@ -68,11 +68,12 @@ def test_a_list_can_be_read_here():
 
 def test_lists_need_no_window_and_no_luck():
     program = (
-        "import sys; from focalgradient.design import Necker; print([t.gradient for t in Necker().trials('05')]); "
+        "import sys; from focalgradient.design import NeckerDesign as Design; "
+        "print([t.gradient for t in Design().trials('05')]); "
         "assert not {'psychopy', 'pandas', 'matplotlib', 'cv2'} & set(sys.modules)"
     )
     told = {subprocess.check_output([sys.executable, "-I", "-c", program], text=True) for _ in range(2)}
-    assert told == {f"{[trial.gradient for trial in Necker().trials('05')]}\n"}
+    assert told == {f"{[trial.gradient for trial in NeckerDesign().trials('05')]}\n"}
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
@@ -84,7 +85,7 @@ def test_the_files_hold_the_defaults(name):
 
 
 def test_the_experiments_of_the_paper_are_the_default():
-    trials = ordinary(DepthRating().trials("01"))
+    trials = ordinary(DepthRatingDesign().trials("01"))
     counts = Counter((trial.aperture, trial.fixation) for trial in trials)
     assert counts == {
         (aperture, fixation): 24
@@ -97,7 +98,7 @@ def test_the_experiments_of_the_paper_are_the_default():
         "f/11": 4.545,
         "f/5.6": 8.929,
     }
-    cubes = ordinary(Necker().trials("01"))
+    cubes = ordinary(NeckerDesign().trials("01"))
     assert Counter(trial.gradient for trial in cubes) == {"none": 4, "rigid": 8, "nonrigid": 8}
     assert all(30 <= trial.trial_s <= 60 and trial.shape == "ambiguous" for trial in cubes)
     assert {(trial.gradient == "none") == (trial.strength == 0) for trial in cubes} == {True}
@@ -114,7 +115,7 @@ def longest_runs(trials) -> list[int]:
 @settings(max_examples=40, deadline=None)
 @given(st.data(), labels, st.one_of(st.none(), labels))
 def test_every_list_keeps_to_its_design(data, participant, session):
-    design = DepthRating(
+    design = DepthRatingDesign(
         seed=data.draw(st.integers(0, 10**12)),
         scenes=[f"s{number}" for number in range(data.draw(st.integers(2, 6)))],
         apertures=data.draw(st.sampled_from([["pinhole", "f/8"], ["pinhole", "f/22", "f/11", "f/5.6"]])),
@@ -157,15 +158,15 @@ def test_each_trial_stands_in_the_middle_over_a_pair_of_participants(design):
 
 
 def test_keys_are_counterbalanced_and_apart_from_the_order():
-    given_keys = Counter(tuple(Necker().keys_of(f"{number:02}").values()) for number in range(1, 41))
+    given_keys = Counter(tuple(NeckerDesign().keys_of(f"{number:02}").values()) for number in range(1, 41))
     assert given_keys == {("f", "j"): 20, ("j", "f"): 20}
-    assert [Necker().keys_of(f"{number}")["rigid"] for number in (1, 2, 3, 4)] == ["f", "f", "j", "j"]
-    named = Counter(Necker().keys_of(f"p{number}")["rigid"] for number in range(400))
+    assert [NeckerDesign().keys_of(f"{number}")["rigid"] for number in (1, 2, 3, 4)] == ["f", "f", "j", "j"]
+    named = Counter(NeckerDesign().keys_of(f"p{number}")["rigid"] for number in range(400))
     assert 160 < named["f"] < 240
 
 
 def test_blocked_fixations_come_one_after_the_other_in_turn_over_participants():
-    design = DepthRating(fixation_order="blocked", repetitions=1, longest_run=3)
+    design = DepthRatingDesign(fixation_order="blocked", repetitions=1, longest_run=3)
     first = {}
     for label in ("01", "02"):
         fixations = [trial.fixation for trial in ordinary(design.trials(label))]
@@ -180,7 +181,7 @@ def test_a_pilot_is_short_and_has_every_kind_of_trial():
         trials = short.trials("01")
         assert len(trials) <= 12
         assert {trial.phase for trial in trials} == {trial.phase for trial in design.trials("01")}
-    assert {trial.trial_s for trial in Necker().pilot().trials("01")} == {5.0}
+    assert {trial.trial_s for trial in NeckerDesign().pilot().trials("01")} == {5.0}
 
 
 def test_draws_are_fair():
@@ -259,6 +260,6 @@ def test_files_that_are_no_designs_are_refused(tmp_path):
 @pytest.mark.parametrize("label", ["", "0 1", "01_a", "é", "../01", "0-1"])
 def test_labels_that_cannot_be_file_names_are_refused(label):
     with pytest.raises(InputError, match=r"participant label is .* letters and digits alone"):
-        Necker().trials(label)
+        NeckerDesign().trials(label)
     with pytest.raises(InputError, match="session label is"):
-        Necker().trials("01", label)
+        NeckerDesign().trials("01", label)

@@ -22,7 +22,7 @@ from focalgradient.dataset import (
     validate,
 )
 from focalgradient.dataset import journal as journals
-from focalgradient.design import Necker, Pinhole
+from focalgradient.design import NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
 APPARATUS = Apparatus("seconds from the start of the sitting", refresh_hz=60.0)
@@ -294,7 +294,7 @@ def test_folders_that_cannot_be_written_are_said(tmp_path):
 
 
 def test_a_cube_is_resumed_with_the_same_keys(tmp_path):
-    design = Necker().pilot()
+    design = NeckerDesign().pilot()
     with Session.begin(tmp_path / "data", design, "03", apparatus=APPARATUS) as session:
         trial = session.remaining()[0]
         session.record(trial, Watched(onset=1.0, presses=[Press(0.5, "f", True)], trial_duration=5.0))

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from recorded import edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
-from focalgradient.design import DepthRating
+from focalgradient.design import DepthRatingDesign
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
@@ -166,7 +166,7 @@ def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
 
 
 def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
-    design = DepthRating(scenes=["spheres-01"], apertures=["f/22", "f/5.6"], catch_trials=0, practice_trials=0)
+    design = DepthRatingDesign(scenes=["spheres-01"], apertures=["f/22", "f/5.6"], catch_trials=0, practice_trials=0)
     result = analyse_ratings(record_ratings(tmp_path / "data", 3, design=design)).result
     assert "No pinhole trials" in result.means[0].ratio.reason
     (ax,) = depth_rating_figure(result, simulated=True).axes
@@ -253,7 +253,7 @@ def test_sessions_left_unfinished_are_told(copy):
 
 
 def test_twenty_observers_of_both_experiments_in_well_under_half_a_minute(tmp_path):
-    root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRating(practice_trials=0)), 20)
+    root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRatingDesign(practice_trials=0)), 20)
     start = time.process_time()
     made = make_report(root)
     assert time.process_time() - start < 15

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 
-__all__ = ["InLight", "Lens", "Optics", "Side", "Transferring", "paper_distance"]
+__all__ = ["HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "paper_distance"]
 
 Side = Literal["beyond", "nearer"]
 """On which side of the plane of focus a point lies."""
@@ -36,7 +36,7 @@ class Optics(Protocol):
 
 
 @runtime_checkable
-class Transferring(Optics, Protocol):
+class HasTransfer(Optics, Protocol):
     """Optics that know their blur better than by the disc of geometric optics, such as an eye with diffraction."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
@@ -47,7 +47,7 @@ class Transferring(Optics, Protocol):
 
 
 @runtime_checkable
-class InLight(Optics, Protocol):
+class HasWaveband(Optics, Protocol):
     """Optics that see one part of the light, such as an eye's cones of one kind."""
 
     @property

@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
-from focalgradient.design import DepthRating
+from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
 from focalgradient.statistics import Effect, Equivalence, Interval, depth_rating, quality
@@ -104,7 +104,7 @@ class Study:
     """
 
     model: Model
-    design: DepthRating
+    design: DepthRatingDesign
     bound: float = 1.2
     seed: int = 1
 
@@ -152,11 +152,11 @@ class Power:
 @cache
 def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
     """The trials that count; making a list takes longer than all that follows."""
-    design = DepthRating.model_validate_json(design_json)
+    design = DepthRatingDesign.model_validate_json(design_json)
     return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
 
 
-def simulated_ratings(design: DepthRating, subjects: int, model: Model, rng: np.random.Generator) -> pd.DataFrame:
+def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rng: np.random.Generator) -> pd.DataFrame:
     """Ratings of simulated subjects, in the columns that a data set has.
 
     Parameters
@@ -172,7 +172,7 @@ def simulated_ratings(design: DepthRating, subjects: int, model: Model, rng: np.
 
     Examples
     --------
-    >>> table = simulated_ratings(DepthRating(), 2, Model(effect=2.0), default_rng(1))
+    >>> table = simulated_ratings(DepthRatingDesign(), 2, Model(effect=2.0), default_rng(1))
     >>> table.shape[0], table["kind"].unique().tolist()
     (392, ['simulated'])
     """

@@ -20,11 +20,11 @@ from laboratory import EVENTS, run
 from questions import Scale
 
 from focalgradient.dataset import Apparatus, Session
-from focalgradient.design import Necker, load_design
+from focalgradient.design import NeckerDesign, load_design
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import read_set
-from focalgradient.stimulus import Display
 
 PROGRAMS = {
     "depth_rating": depth_rating.PROGRAMME,
@@ -210,7 +210,7 @@ def test_scales_are_even_in_ratios_or_in_differences():
 
 
 PIXEL = math.radians(1 / 30)
-SHORT = Necker(turns_per_s=0.5, size_deg=4.0, line_width_deg=0.1)
+SHORT = NeckerDesign(turns_per_s=0.5, size_deg=4.0, line_width_deg=0.1)
 
 
 def example(shape: str):
@@ -250,9 +250,9 @@ def test_a_quarter_turn_closes_without_a_seam(shape):
 
 
 def test_the_cube_turns_at_its_speed_on_any_display():
-    assert cube.frame_count(Necker(), 60.0) == 120
-    assert cube.frame_count(Necker(), 59.94) == 120
-    assert cube.frame_count(Necker(), 143.98) == 288
+    assert cube.frame_count(NeckerDesign(), 60.0) == 120
+    assert cube.frame_count(NeckerDesign(), 59.94) == 120
+    assert cube.frame_count(NeckerDesign(), 143.98) == 288
 
 
 def test_a_field_that_does_not_fit_is_refused():

@@ -19,8 +19,8 @@ from headless import Headless, Running, headless, make_set, psychopy_here
 
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
+from focalgradient.display import Display
 from focalgradient.stimuli import read_set
-from focalgradient.stimulus import Display
 
 pytestmark = psychopy_here
 

@@ -6,7 +6,7 @@ import pytest
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, band_difference, band_light, blur_transfer, optical_transfer
 from focalgradient.eye.retina import few_wavelengths
-from focalgradient.optics import InLight, Transferring
+from focalgradient.optics import HasTransfer, HasWaveband
 
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
 CPD = np.linspace(0, 40, 81)
@@ -58,9 +58,9 @@ def test_what_is_too_fine_is_not_seen() -> None:
 
 
 def test_cones_are_optics_that_say_their_blur_and_light() -> None:
-    assert isinstance(Cones.of(EYE, "S"), Transferring)
-    assert isinstance(Cones.of(EYE, "S"), InLight)
-    assert not isinstance(EYE, Transferring)
+    assert isinstance(Cones.of(EYE, "S"), HasTransfer)
+    assert isinstance(Cones.of(EYE, "S"), HasWaveband)
+    assert not isinstance(EYE, HasTransfer)
 
 
 def test_aberrations_are_refused() -> None:

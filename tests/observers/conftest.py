@@ -2,15 +2,15 @@
 
 import pytest
 
-from focalgradient.design import DepthRating
+from focalgradient.design import DepthRatingDesign
+from focalgradient.display import Display
 from focalgradient.observers import looks, pictures
 from focalgradient.stimuli import make_depth_rating
-from focalgradient.stimulus import Display
 
 
 @pytest.fixture(scope="session")
 def design():
-    return DepthRating(scenes=["spheres-01"], repetitions=1, catch_trials=1, practice_trials=1, break_every=0)
+    return DepthRatingDesign(scenes=["spheres-01"], repetitions=1, catch_trials=1, practice_trials=1, break_every=0)
 
 
 @pytest.fixture(scope="session")

@@ -10,12 +10,12 @@ import pytest
 from scipy.stats import binom, ttest_1samp
 
 from focalgradient.dataset import Apparatus, Files, Session, bids_problems, read_dataset, validate
-from focalgradient.design import Necker
+from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, cubes, looks, pictures, processes, rate, scheduler, simulate, watch
 from focalgradient.statistics import depth_rating
 
-SMALL = Necker(trial_s=30.0, repetitions=1, catch_trials=1, practice_trials=2)
+SMALL = NeckerDesign(trial_s=30.0, repetitions=1, catch_trials=1, practice_trials=2)
 DEFAULT = OBSERVERS["default"]
 
 

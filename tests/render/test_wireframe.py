@@ -11,9 +11,9 @@ from scipy.integrate import quad
 
 from focalgradient import InputError, Lens
 from focalgradient.render.wireframe import WIDTH, blur_at, line_light, necker_frame, necker_loop, wireframe
-from focalgradient.scenes.necker import EDGES, Necker
+from focalgradient.scenes.necker import EDGES, NeckerCube
 
-CUBE = Necker(size=0.2, perspective=0.4, distance=0.5, line_width=0.003)
+CUBE = NeckerCube(size=0.2, perspective=0.4, distance=0.5, line_width=0.003)
 PICTURE = {"shape": (400, 400), "pixel_angle": 1.2e-3}
 STRONG = {"aperture": 0.02}
 
@@ -108,7 +108,7 @@ def test_no_end_of_a_line_is_its_first_and_frames_only_crop() -> None:
 
 @pytest.mark.parametrize("focus", ["near", "far"])
 def test_blur_is_a_lens_s(focus) -> None:
-    natural = Necker(size=0.4, perspective=0.4, distance=2.0)
+    natural = NeckerCube(size=0.4, perspective=0.4, distance=2.0)
     depth = np.linspace(natural.nearest, natural.farthest, 9)
     at = {"near": natural.nearest, "far": natural.farthest}[focus]
     lens = Lens(focal_length=0.05, f_number=2, focus_distance=at)
@@ -117,13 +117,13 @@ def test_blur_is_a_lens_s(focus) -> None:
     assert np.array_equal(np.sign(blur.round(12)), np.sign(depth - at))  # positive beyond focus
     assert blur_at(natural, depth, aperture=0.025, focus=1 / at, k=0.7) == pytest.approx(blur)
     # A picture of half the size has half the blur.
-    half = Necker(size=0.2, perspective=0.4, distance=2.0)
+    half = NeckerCube(size=0.2, perspective=0.4, distance=2.0)
     assert blur_at(half, depth, aperture=0.025, focus=focus, k=0.7) == pytest.approx(blur / 2)
 
 
 def test_blur_in_the_picture_is_that_of_rays_through_the_lens() -> None:
     """Points of one upright edge, seen where their rays through all of the pupil cross the plane of focus."""
-    cube, turn, aperture = Necker(size=0.4, perspective=0.4, tilt=0.0, line_width=0.003), 0.085, 0.03
+    cube, turn, aperture = NeckerCube(size=0.4, perspective=0.4, tilt=0.0, line_width=0.003), 0.085, 0.03
     ends = cube.vertices(turn)[EDGES[cube.vertices(turn)[EDGES[:4, 0], 2].argmax()]]  # the far one, of even depth
     random = np.random.default_rng(0)
     point = ends[0] + (ends[1] - ends[0]) * random.random((200_000, 1))
@@ -197,7 +197,7 @@ def test_no_aperture_is_no_gradient_and_frames_are_deterministic() -> None:
 @pytest.mark.parametrize("gradient", ["none", "rigid", "nonrigid"])
 def test_the_loop_closes(gradient) -> None:
     picture = {"shape": (200, 200), "pixel_angle": 2.4e-3, "gradient": gradient, **STRONG}
-    cube = Necker(size=0.3, line_width=0.006)
+    cube = NeckerCube(size=0.3, line_width=0.006)
     frames = list(necker_loop(cube, 12, **picture))
     assert len(frames) == 12
     after = necker_frame(cube, 0.25, **picture)
@@ -211,7 +211,7 @@ def test_the_loop_closes(gradient) -> None:
 @pytest.mark.parametrize("gradient", ["none", "rigid", "nonrigid"])
 def test_a_cube_that_turns_left_is_the_mirror_of_one_that_turns_right(gradient) -> None:
     right, left = (
-        necker_frame(Necker(size=0.3, line_width=0.003, direction=way), 0.04, **PICTURE, gradient=gradient)
+        necker_frame(NeckerCube(size=0.3, line_width=0.003, direction=way), 0.04, **PICTURE, gradient=gradient)
         for way in ("right", "left")
     )
     assert same(left[:, ::-1], right)

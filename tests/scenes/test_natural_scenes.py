@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, Lens
-from focalgradient.render.seen import seen
+from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.variant import variant
 from focalgradient.scenes import SCENES, Mark, Mesh, Scene, Sky, bottle, naturalistic, room, scene, step, terrain
 from focalgradient.scenes.bottle import BODY_RADIUS
@@ -26,7 +26,7 @@ def seen_at(scene: Scene, mark: Mark, pixel: float = 1e-3) -> float:
     how = variant()
     assert how is not None
     side = 2 * math.ceil(max(map(abs, mark.direction)) / pixel) + 3
-    distance, _ = seen(scene, (side, side), pixel, how)
+    distance, _ = ground_truth(scene, (side, side), pixel, how)
     row, column = mark.pixel((side, side), pixel)
     return float(distance[round(row), round(column)])
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient import InputError
-from focalgradient.scenes.necker import EDGES, SYMMETRY, Necker, departure_from_rigid, edge_lengths
+from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube, departure_from_rigid, edge_lengths
 
 TURN = np.arange(360) / 360
 
 cubes = st.builds(
-    Necker,
+    NeckerCube,
     size=st.floats(0.01, 1.0),
     perspective=st.floats(0.001, 0.8),
     distance=st.floats(0.1, 10.0),
@@ -25,13 +25,13 @@ cubes = st.builds(
 def test_twelve_edges_meet_by_threes_and_upright_ones_come_first() -> None:
     assert len({tuple(edge) for edge in EDGES.tolist()}) == 12
     assert np.bincount(EDGES.ravel()).tolist() == [3] * 8
-    ends = Necker(tilt=0.0).vertices(0.07)[EDGES]
+    ends = NeckerCube(tilt=0.0).vertices(0.07)[EDGES]
     assert np.allclose(np.ptp(ends[:4], axis=1)[:, [0, 2]], 0)
     assert np.allclose(np.ptp(ends[4:], axis=1)[:, 1], 0)
 
 
 @given(cubes, st.floats(-3, 3))
-def test_true_shape_is_a_cube_at_the_distance(cube: Necker, turn: float) -> None:
+def test_true_shape_is_a_cube_at_the_distance(cube: NeckerCube, turn: float) -> None:
     shape = cube.vertices(turn)
     assert edge_lengths(shape) == pytest.approx(cube.edge, rel=1e-12)
     diagonals = np.linalg.norm(shape[:4] - shape[:3:-1], axis=1)  # from each vertex to the opposite one
@@ -40,14 +40,14 @@ def test_true_shape_is_a_cube_at_the_distance(cube: Necker, turn: float) -> None
 
 
 @given(cubes, st.floats(-3, 3))
-def test_both_readings_have_one_picture_and_mirrored_depth(cube: Necker, turn: float) -> None:
+def test_both_readings_have_one_picture_and_mirrored_depth(cube: NeckerCube, turn: float) -> None:
     true, reverse = cube.seen(turn, "rigid"), cube.seen(turn, "nonrigid")
     assert np.abs(cube.project(true) - cube.project(reverse)).max() < 1e-12
     assert true[:, 2] + reverse[:, 2] == pytest.approx(2 * cube.distance)
 
 
 @given(cubes)
-def test_depth_limits_are_reached_and_never_passed(cube: Necker) -> None:
+def test_depth_limits_are_reached_and_never_passed(cube: NeckerCube) -> None:
     for reading in ("rigid", "nonrigid"):
         depth = cube.seen(TURN, reading)[..., 2]  # every whole degree, the 45th among them
         assert depth.min() == pytest.approx(cube.nearest, rel=1e-12)
@@ -55,14 +55,14 @@ def test_depth_limits_are_reached_and_never_passed(cube: Necker) -> None:
 
 
 @given(cubes)
-def test_extent_just_holds_every_picture_of_a_turn(cube: Necker) -> None:
+def test_extent_just_holds_every_picture_of_a_turn(cube: NeckerCube) -> None:
     farthest = np.abs(cube.project(cube.vertices(np.arange(3600) / 3600))).max(axis=(0, 1))
     assert np.all(farthest <= np.array(cube.extent) * (1 + 1e-12))
     assert farthest == pytest.approx(cube.extent, rel=1e-4)
 
 
 def test_sign_conventions() -> None:
-    cube = Necker(tilt=math.radians(20), direction="right")
+    cube = NeckerCube(tilt=math.radians(20), direction="right")
     turn, little = 0.03, 1e-4
     before, after = cube.vertices(turn), cube.vertices(turn + little)
     near, far = before[:, 2].argsort()[[0, -1]]
@@ -80,10 +80,10 @@ def test_sign_conventions() -> None:
 
 
 def test_an_edge_that_faces_the_viewer_at_the_centre_has_the_stated_size() -> None:
-    cube = Necker(size=0.2, perspective=0.5, distance=3.0)
+    cube = NeckerCube(size=0.2, perspective=0.5, distance=3.0)
     ends = cube.project([[-cube.edge / 2, 0, 3.0], [cube.edge / 2, 0, 3.0]])
     assert np.ptp(ends[:, 0]) == pytest.approx(0.2)
-    natural = Necker(size=0.5, perspective=0.5)  # seen as the cube itself
+    natural = NeckerCube(size=0.5, perspective=0.5)  # seen as the cube itself
     point = natural.vertices(0.1)[3]
     assert natural.project(point) == pytest.approx(point[:2] / point[2])
 
@@ -91,7 +91,7 @@ def test_an_edge_that_faces_the_viewer_at_the_centre_has_the_stated_size() -> No
 @pytest.mark.parametrize("direction", ["right", "left"])
 def test_each_reading_turns_the_way_it_is_said_to(direction) -> None:
     """Every vertex winds once about the upright through the centre; the near side then moves to that side."""
-    cube = Necker(direction=direction)
+    cube = NeckerCube(direction=direction)
     for reading in ("rigid", "nonrigid"):
         shape = cube.seen(np.arange(361) / 360, reading) - [0, 0, cube.distance]
         azimuth = np.unwrap(np.arctan2(shape[..., 0], -shape[..., 2]), axis=0)  # 0 in front, positive to the right
@@ -100,12 +100,14 @@ def test_each_reading_turns_the_way_it_is_said_to(direction) -> None:
 
 
 def test_left_is_right_run_backwards() -> None:
-    assert np.allclose(Necker(direction="left").vertices(TURN), Necker(direction="right").vertices(-TURN), atol=1e-15)
+    assert np.allclose(
+        NeckerCube(direction="left").vertices(TURN), NeckerCube(direction="right").vertices(-TURN), atol=1e-15
+    )
 
 
 def test_the_shape_repeats_after_a_quarter_turn_and_not_before() -> None:
     def corners(turn: float) -> np.ndarray:
-        shape = Necker().reversed(turn).round(9) + 0.0
+        shape = NeckerCube().reversed(turn).round(9) + 0.0
         return shape[np.lexsort(shape.T)]
 
     assert np.allclose(corners(0.03), corners(0.03 + SYMMETRY), atol=1e-8)
@@ -114,8 +116,8 @@ def test_the_shape_repeats_after_a_quarter_turn_and_not_before() -> None:
 
 
 def test_rigid_shapes_depart_by_nothing() -> None:
-    assert departure_from_rigid(Necker(perspective=0.8).vertices(TURN)).whole < 1e-12
-    box = Necker().vertices(TURN) - [0, 0, 0.5]
+    assert departure_from_rigid(NeckerCube(perspective=0.8).vertices(TURN)).whole < 1e-12
+    box = NeckerCube().vertices(TURN) - [0, 0, 0.5]
     lean = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
     departure = departure_from_rigid(box[:1] * [1.0, 2.0, 0.3] @ np.stack([lean] * 7))  # no cube, in one pose or more
     assert departure.whole < 1e-12
@@ -124,7 +126,7 @@ def test_rigid_shapes_depart_by_nothing() -> None:
 
 def test_departure_in_weak_perspective_is_what_first_order_says() -> None:
     """By hand: upright edges change by sqrt(2) p cos t, level ones by p cos t cos 2t."""
-    weak = Necker(perspective=1e-4, tilt=0.0)
+    weak = NeckerCube(perspective=1e-4, tilt=0.0)
     departure = departure_from_rigid(weak.reversed(TURN))
     assert departure.whole == pytest.approx(1e-4 / math.sqrt(2), rel=1e-3)
     by_hand = 1e-4 * np.sqrt((1 + np.cos(4 * np.pi * TURN) ** 2) / 3)
@@ -132,27 +134,27 @@ def test_departure_in_weak_perspective_is_what_first_order_says() -> None:
 
 
 def test_departure_grows_with_perspective_and_is_alike_for_both_directions() -> None:
-    whole = [departure_from_rigid(Necker(perspective=p).reversed(TURN)).whole for p in (0.05, 0.1, 0.2, 0.4, 0.8)]
+    whole = [departure_from_rigid(NeckerCube(perspective=p).reversed(TURN)).whole for p in (0.05, 0.1, 0.2, 0.4, 0.8)]
     assert np.all(np.diff(whole) > 0)
-    left = departure_from_rigid(Necker(perspective=0.4, direction="left").reversed(TURN))
+    left = departure_from_rigid(NeckerCube(perspective=0.4, direction="left").reversed(TURN))
     assert left.whole == pytest.approx(whole[3])
     assert np.sqrt(np.mean(left.by_frame**2)) == pytest.approx(left.whole)
 
 
 def test_a_loop_takes_a_whole_number_of_frames_or_says_which_speed_would() -> None:
-    assert Necker(speed=0.1).loop_frames(60) == 150
+    assert NeckerCube(speed=0.1).loop_frames(60) == 150
     with pytest.raises(InputError, match=r"21\.4286 frames") as caught:
-        Necker(speed=0.7).loop_frames(60)
+        NeckerCube(speed=0.7).loop_frames(60)
     better = float(str(caught.value).split("take ")[1].split(",")[0])
-    assert Necker(speed=better).loop_frames(60) == 21
+    assert NeckerCube(speed=better).loop_frames(60) == 21
     with pytest.raises(InputError, match=r"take 5, which makes 3"):  # 1.5 frames: neither way
-        Necker(speed=10).loop_frames(60)
+        NeckerCube(speed=10).loop_frames(60)
     with pytest.raises(InputError, match="frame_rate"):
-        Necker().loop_frames(0)
+        NeckerCube().loop_frames(0)
 
 
 def test_time_makes_turns() -> None:
-    cube = Necker(speed=0.5)
+    cube = NeckerCube(speed=0.5)
     assert cube.turn_at([0, 1, 4]).tolist() == [0, 0.5, 2]
     assert np.allclose(cube.vertices(cube.turn_at(2.0)), cube.vertices(0.0))
 
@@ -171,20 +173,20 @@ def test_time_makes_turns() -> None:
 )
 def test_bad_settings_are_refused(bad, said) -> None:
     with pytest.raises(InputError, match=said):
-        Necker(**bad)
+        NeckerCube(**bad)
 
 
 def test_the_perspective_said_to_be_possible_is() -> None:
     with pytest.raises(InputError) as caught:
-        Necker(perspective=2.0)
+        NeckerCube(perspective=2.0)
     most = float(str(caught.value).rstrip(".").split("at most ")[1])
-    assert Necker(perspective=most).nearest > 0
+    assert NeckerCube(perspective=most).nearest > 0
     with pytest.raises(InputError):
-        Necker(perspective=most + 0.001)
+        NeckerCube(perspective=most + 0.001)
 
 
 def test_other_bad_input_is_refused() -> None:
     with pytest.raises(InputError, match="reading is 'wobbly'"):
-        Necker().seen(0.0, "wobbly")
+        NeckerCube().seen(0.0, "wobbly")
     with pytest.raises(InputError, match="n x 8 x 3"):
-        departure_from_rigid(Necker().vertices(0.0))
+        departure_from_rigid(NeckerCube().vertices(0.0))

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from focalgradient.statistics import DepthRating, Necker, depth_rating, necker
+from focalgradient.statistics import DepthRatingResult, NeckerResult, depth_rating, necker
 from focalgradient.statistics.ordinal import cumulative_fit
 from focalgradient.statistics.slopes import design_matrix, own_slopes
 
@@ -20,17 +20,17 @@ def table(name: str) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def ratings() -> DepthRating:
+def ratings() -> DepthRatingResult:
     return depth_rating(table("depth_rating.csv"), equivalence_bound=1.2)
 
 
 @pytest.fixture(scope="module")
-def cube() -> Necker:
+def cube() -> NeckerResult:
     return necker(table("necker.csv"))
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
-def test_slope_is_lmers(ratings: DepthRating, fixation: str) -> None:
+def test_slope_is_lmers(ratings: DepthRatingResult, fixation: str) -> None:
     result = ratings.fixations[NUMBER[fixation]]
     estimate, error, _, p = SAID[f"slope_{fixation}"]
     assert result.slope.estimate == pytest.approx(estimate, abs=1e-5 * error)
@@ -48,7 +48,7 @@ def test_slope_is_lmers_where_subjects_are_alike() -> None:
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
-def test_equivalence(ratings: DepthRating, fixation: str) -> None:
+def test_equivalence(ratings: DepthRatingResult, fixation: str) -> None:
     result = ratings.fixations[NUMBER[fixation]].equivalence
     assert (result.p_below, result.p_above) == pytest.approx(SAID[f"tost_{fixation}"], rel=1e-4)
     assert result.equivalent == (SAID[f"tost_{fixation}"].max() < 0.05)
@@ -62,13 +62,13 @@ def test_each_subjects_slope(fixation: str) -> None:
     assert own == pytest.approx(SAID[f"own_slopes_{fixation}"], rel=1e-8)
 
 
-def test_interaction(ratings: DepthRating) -> None:
+def test_interaction(ratings: DepthRatingResult) -> None:
     found = ratings.interaction
     assert (found.estimate, found.low, found.high, found.p, found.dz) == pytest.approx(SAID["interaction"], rel=1e-8)
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
-def test_ratios_to_the_pinhole(ratings: DepthRating, fixation: str) -> None:
+def test_ratios_to_the_pinhole(ratings: DepthRatingResult, fixation: str) -> None:
     means = [mean for mean in ratings.means if mean.fixation == fixation and mean.aperture != "pinhole"]
     assert [mean.aperture for mean in means] == ["f/22", "f/11", "f/5.6"]
     assert [mean.ratio.estimate for mean in means] == pytest.approx(SAID[f"ratio_{fixation}"], rel=1e-8)
@@ -80,19 +80,19 @@ def test_ratios_to_the_pinhole(ratings: DepthRating, fixation: str) -> None:
     assert (means[-1].ratio.low, means[-1].ratio.high) == pytest.approx(SAID[f"bca_{fixation}"], rel=0.01)
 
 
-def test_correction_of_many_tests(ratings: DepthRating) -> None:
+def test_correction_of_many_tests(ratings: DepthRatingResult) -> None:
     corrected = [mean.against_pinhole.p_holm for mean in ratings.means if mean.aperture != "pinhole"]
     assert corrected == pytest.approx(SAID["holm"], rel=1e-8)
 
 
-def test_within_subject_intervals(ratings: DepthRating) -> None:
+def test_within_subject_intervals(ratings: DepthRatingResult) -> None:
     assert [mean.rating.estimate for mean in ratings.means] == pytest.approx(SAID["cell_means"], rel=1e-8)
     widths = [np.log(mean.rating.high / mean.rating.low) / 2 for mean in ratings.means]
     assert widths == pytest.approx(SAID["cousineau_morey"], rel=1e-8)
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
-def test_pages_trend(ratings: DepthRating, fixation: str) -> None:
+def test_pages_trend(ratings: DepthRatingResult, fixation: str) -> None:
     result = ratings.fixations[NUMBER[fixation]].trend
     statistic, p = SAID[f"page_{fixation}"]
     assert result.statistic == statistic
@@ -121,7 +121,7 @@ def test_ordinal_slope_is_near_clmms() -> None:
     assert found.fixations[0].ordinal.standard_error == pytest.approx(error, rel=0.02)
 
 
-def test_shares_of_time(cube: Necker) -> None:
+def test_shares_of_time(cube: NeckerResult) -> None:
     order = ["none", "rigid", "nonrigid"]
     for gradient, share, whole in zip(order, SAID["share_nonrigid"], SAID["time_nonrigid"], strict=True):
         own = [each.nonrigid for each in cube.subject_shares if each.gradient == gradient]
@@ -131,7 +131,7 @@ def test_shares_of_time(cube: Necker) -> None:
 
 
 @pytest.mark.parametrize(("number", "gradient"), [(0, "rigid"), (1, "nonrigid")])
-def test_effect_of_a_gradient(cube: Necker, number: int, gradient: str) -> None:
+def test_effect_of_a_gradient(cube: NeckerResult, number: int, gradient: str) -> None:
     effect = cube.effects[number]
     mean, low, high, p, wilcoxon = SAID[f"paired_{gradient}"]
     found = effect.share
@@ -142,7 +142,7 @@ def test_effect_of_a_gradient(cube: Necker, number: int, gradient: str) -> None:
         assert (odds.estimate, odds.standard_error, odds.p) == pytest.approx(SAID[f"{name}_{gradient}"], rel=1e-4)
 
 
-def test_durations(cube: Necker) -> None:
+def test_durations(cube: NeckerResult) -> None:
     """Likelihoods agree to a millionth; what they are flat in, less."""
     for found in cube.dominance:
         for family, fit in (("gamma", found.gamma), ("lognormal", found.lognormal)):

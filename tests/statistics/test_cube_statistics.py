@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from focalgradient import InputError
-from focalgradient.statistics import Necker, NotDone, necker
+from focalgradient.statistics import NeckerResult, NotComputed, necker
 from focalgradient.statistics.durations import fit_durations
 from focalgradient.statistics.tables import PERCEPTS
 
@@ -33,11 +33,11 @@ def reports(subjects: int, change: float, *, gap: float = 0.5, trials: int = 2, 
 
 
 @pytest.fixture(scope="module")
-def result() -> Necker:
+def result() -> NeckerResult:
     return necker(reports(12, 0.8, trials=6))
 
 
-def test_a_gradient_is_found(result: Necker) -> None:
+def test_a_gradient_is_found(result: NeckerResult) -> None:
     (effect,) = result.effects
     assert (effect.gradient, effect.strength) == ("nonrigid", 10.0)
     assert effect.share.low > 0
@@ -48,21 +48,21 @@ def test_a_gradient_is_found(result: Necker) -> None:
     assert (result.trials, len(result.participants), len(result.subject_shares)) == (144, 12, 24)
 
 
-def test_readings_that_alternate_are_reported_alike_often(result: Necker) -> None:
+def test_readings_that_alternate_are_reported_alike_often(result: NeckerResult) -> None:
     assert abs(result.effects[0].odds_of_reports.estimate) < 0.25 * result.effects[0].odds_of_time.estimate
 
 
-def test_shares_add_up(result: Necker) -> None:
+def test_shares_add_up(result: NeckerResult) -> None:
     for gradient in ("none", "nonrigid"):
         shares = {each.percept: each for each in result.shares if each.gradient == gradient}
         assert sum(shares[percept].time.estimate for percept in PERCEPTS) == pytest.approx(1)
         assert shares["none"].time.estimate == pytest.approx(0.5 / 40)  # before the first report
         assert sum(shares[percept].reports.estimate for percept in ("rigid", "nonrigid", "both")) == pytest.approx(1)
-        assert isinstance(shares["none"].reports, NotDone)
+        assert isinstance(shares["none"].reports, NotComputed)
         assert shares["rigid"].time.low < shares["rigid"].time.estimate < shares["rigid"].time.high
 
 
-def test_durations_come_back(result: Necker) -> None:
+def test_durations_come_back(result: NeckerResult) -> None:
     """Rigid, subjects at their mean: gamma of shape 3 and scale 2 s; subjects' spread of 0.2 widens it a little."""
     plain = next(each for each in result.dominance if (each.gradient, each.percept) == ("none", "rigid"))
     assert plain.censored > 0

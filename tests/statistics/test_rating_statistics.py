@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import special
 
 from focalgradient import InputError
-from focalgradient.statistics import DepthRating, Effect, Interval, NotDone, as_table, depth_rating
+from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
 from focalgradient.statistics.means import bootstrap_interval, paired_effect, within_half_widths
 from focalgradient.statistics.ordinal import _Marginal
 from focalgradient.statistics.slopes import design_matrix, mixed_slope
@@ -34,7 +34,7 @@ def ratings(subjects: int, near: float, far: float, *, differ: float = 0.1, nois
     return table.assign(rating=np.exp(table["rating"]), trial=range(len(table)), catch=False)
 
 
-def analyse(table: pd.DataFrame, **asked) -> DepthRating:
+def analyse(table: pd.DataFrame, **asked) -> DepthRatingResult:
     return depth_rating(table, **{"equivalence_bound": 1.2} | asked)
 
 
@@ -56,7 +56,7 @@ def test_a_rise_is_found_and_none_is_called_none() -> None:
     last = result.means[3]
     assert (last.fixation, last.aperture, last.subjects) == ("nearest", "f/5.6", 20)
     assert last.ratio.low < 2 < last.ratio.high
-    assert isinstance(near.ordinal, NotDone)
+    assert isinstance(near.ordinal, NotComputed)
     assert result.remarks == ()
 
 
@@ -85,7 +85,7 @@ def test_ordinal_answers() -> None:
     assert far.ordinal.low < 0 < far.ordinal.high
     assert result.means == ()
     for missing in (near.slope, near.equivalence, near.rise, result.interaction):
-        assert missing == NotDone("The scale is ordinal: its steps have no ratios.")
+        assert missing == NotComputed("The scale is ordinal: its steps have no ratios.")
     with pytest.raises(InputError, match="whole numbers"):
         analyse(table.assign(rating=table["rating"] + 0.5), scale="ordinal")
 
@@ -96,7 +96,7 @@ def test_answers_in_one_step_or_perfectly_ordered_have_no_ordinal_slope() -> Non
     assert "All answers are the same" in same.ordinal.reason
     assert "alike" in same.trend.reason
     steps = table["aperture"].map({"pinhole": 1, "f/22": 2, "f/11": 3, "f/5.6": 4})
-    assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").fixations[0].ordinal, NotDone)
+    assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").fixations[0].ordinal, NotComputed)
 
 
 @pytest.mark.parametrize("spread", [0.3, 2.0, 12.0])
@@ -125,7 +125,7 @@ def test_one_subject_is_described_but_not_tested() -> None:
         result.interaction,
         *(getattr(result.fixations[0], name) for name in ("slope", "rise", "trend", "equivalence")),
     ):
-        assert isinstance(missing, NotDone)
+        assert isinstance(missing, NotComputed)
         assert "two or more" in missing.reason
 
 
@@ -255,7 +255,7 @@ def test_within_subject_intervals_of_two_conditions_are_the_paired_test(pairs, s
     cells = np.array(pairs)
     widths = within_half_widths(cells + shift * np.arange(len(cells))[:, None])
     test = paired_effect(cells[:, 1] - cells[:, 0], "")
-    half = 0.0 if isinstance(test, NotDone) else (test.high - test.low) / 2
+    half = 0.0 if isinstance(test, NotComputed) else (test.high - test.low) / 2
     assert widths == pytest.approx([half / np.sqrt(2)] * 2, abs=1e-9)
 
 

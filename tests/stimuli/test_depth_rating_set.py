@@ -10,12 +10,12 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.dataset import check_stimuli
+from focalgradient.display import Display
 from focalgradient.render import render
 from focalgradient.render.variant import variant
 from focalgradient.scenes import spheres
 from focalgradient.stimuli import APERTURES, FIXATIONS, StimulusSet, depth_rating, make_depth_rating, read_set
 from focalgradient.stimuli.depth_rating import FIELD, LEAST_DEPTH, Pupil
-from focalgradient.stimulus import Display
 
 SMALL = {"seed": 3, "scenes": 1, "size": 128, "engine": "cast", "samples": 16}
 LENSES = {"f/22": 22.0, "f/11": 11.0, "f/5.6": 5.6}

@@ -11,11 +11,11 @@ from PIL import Image
 
 from focalgradient import InputError
 from focalgradient.dataset import check_stimuli
-from focalgradient.scenes import Necker
+from focalgradient.display import Display
+from focalgradient.scenes import NeckerCube
 from focalgradient.stimuli import make_necker
-from focalgradient.stimulus import Display
 
-CUBE = Necker(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
+CUBE = NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
 ASKED = {"size": 244, "frame_rate": 24.0, "aperture": 0.03}
 
 
@@ -132,4 +132,4 @@ def test_bad_input(tmp_path: Path, changed: dict, said: str) -> None:
 
 def test_lines_too_thin_for_the_pixels(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"line_width is 0\.599 pixels"):
-        make_necker(tmp_path, Necker(size=math.radians(3), speed=0.5, line_width=math.radians(1 / 60)), **ASKED)
+        make_necker(tmp_path, NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(1 / 60)), **ASKED)

@@ -80,14 +80,14 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from tqdm import tqdm
 
-    from focalgradient.design import DepthRating, load_design
+    from focalgradient.design import DepthRatingDesign, load_design
     from focalgradient.plotting.subjects import as_files, power_figure
     from focalgradient.power import TESTS, Model, Study, run
     from focalgradient.power import power as sum_up
     from focalgradient.statistics import as_table
 
-    shown = DepthRating() if design is None else load_design(design)
-    if not isinstance(shown, DepthRating):
+    shown = DepthRatingDesign() if design is None else load_design(design)
+    if not isinstance(shown, DepthRatingDesign):
         raise InputError(f"{design} is a design of {shown.task}, but must be one of depthrating.")
     model = Model(effect=effect, far_effect=far_effect, between=between, noise=noise, lapses=lapses)
     study = Study(model, shown, bound, seed)

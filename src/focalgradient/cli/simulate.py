@@ -16,7 +16,7 @@ from focalgradient.errors import InputError
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from focalgradient.design import DepthRating, Necker
+    from focalgradient.design import DepthRatingDesign, NeckerDesign
 
 __all__ = ["simulate"]
 
@@ -101,7 +101,12 @@ def simulate(
 
 
 def _run(
-    design: DepthRating | Necker, out: Path, stimuli: Path | None, pool: Executor | None, say: Say, run: dict[str, Any]
+    design: DepthRatingDesign | NeckerDesign,
+    out: Path,
+    stimuli: Path | None,
+    pool: Executor | None,
+    say: Say,
+    run: dict[str, Any],
 ) -> int:
     from focalgradient.observers import check_pictures, cubes, looks, simulate, small_set
     from focalgradient.stimuli import read_set
@@ -116,7 +121,7 @@ def _run(
     return simulate(design, out, seen=seen, stimuli=pictures.folder, **run)
 
 
-def _scenes(design: DepthRating) -> int:
+def _scenes(design: DepthRatingDesign) -> int:
     """How many scenes the small set needs for a design: all of them are named spheres-NN."""
     names = {*design.scenes, design.standard_scene}
     numbers = [name.removeprefix("spheres-") for name in names]
@@ -128,7 +133,7 @@ def _scenes(design: DepthRating) -> int:
     return max(map(int, numbers)) + 1
 
 
-def _design(experiment: str, path: Path | None) -> DepthRating | Necker:
+def _design(experiment: str, path: Path | None) -> DepthRatingDesign | NeckerDesign:
     from focalgradient.design import DESIGNS, load_design
 
     wanted = TASKS[experiment]

@@ -13,7 +13,7 @@ from focalgradient.cli.program import resumable, warnings_told, writable
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
-    from focalgradient.stimulus import Display
+    from focalgradient.display import Display
 
 __all__ = ["stimuli"]
 
@@ -95,7 +95,7 @@ def _display(
     white: float,
     dither: bool,
 ) -> Display:
-    from focalgradient.stimulus import Display
+    from focalgradient.display import Display
 
     try:
         width, height = (int(side) for side in screen.lower().split("x"))
@@ -246,10 +246,10 @@ def necker(
     writable(out, ())
     import math
 
-    from focalgradient.scenes import Necker
+    from focalgradient.scenes import NeckerCube
     from focalgradient.stimuli import make_necker
 
-    cube = Necker(
+    cube = NeckerCube(
         size=math.radians(edge),
         perspective=perspective,
         direction=direction,

@@ -17,7 +17,7 @@ from focalgradient.dataset.bids import Files, Kind, add_participant, begin_datas
 from focalgradient.dataset.journal import Event, Journal, Log, create_whole, read_journal, writing
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
-from focalgradient.design import Design, Necker, Trial, check_design
+from focalgradient.design import Design, NeckerDesign, Trial, check_design
 from focalgradient.errors import InputError
 
 __all__ = ["Answer", "Apparatus", "Rated", "Session", "Watched"]
@@ -254,7 +254,7 @@ class Session:
             session=session,
             kind=kind,
             design=design.model_dump(mode="json"),
-            keys=design.keys_of(participant) if isinstance(design, Necker) else None,
+            keys=design.keys_of(participant) if isinstance(design, NeckerDesign) else None,
             stimuli=None if manifest is None else manifest.sha256,
         )
         return cls(files, design, Journal.begin(files.journal, head, durable=kind == "human"), 0)
@@ -307,7 +307,7 @@ class Session:
         """
         if self._done == len(self.trials) or trial != self.trials[self._done]:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
-        if isinstance(answer, Watched) != isinstance(self.design, Necker):
+        if isinstance(answer, Watched) != isinstance(self.design, NeckerDesign):
             raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
         self._journal.write({"event": "trial", **asdict(trial), **asdict(answer)})
         self._done += 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.optics import InLight, Optics, Transferring
+from focalgradient.optics import HasTransfer, HasWaveband, Optics
 from focalgradient.psf import PsfName, transfer
 from focalgradient.view import View
 
@@ -66,7 +66,7 @@ class Search:
                     "taken to lie beyond it; limit the search (near, far; --near, --far) or focus one view elsewhere"
                 )
         optics = tuple(view.optics for view in views)
-        step = OWN_STEP if all(isinstance(one, Transferring) for one in optics) else LEVEL_STEP
+        step = OWN_STEP if all(isinstance(one, HasTransfer) for one in optics) else LEVEL_STEP
         levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
         return cls(lowest, highest, levels, focus, pixels, optics, views[0].pixel_angle, side_known, side_text)
 
@@ -92,7 +92,7 @@ class Search:
     @property
     def lights(self) -> list[str]:
         """Name of the light that each view was seen in; one for all that do not say."""
-        return [one.light if isinstance(one, InLight) else "" for one in self.optics]
+        return [one.light if isinstance(one, HasWaveband) else "" for one in self.optics]
 
     def blurs(self, psf: PsfName, k: float) -> Blurs:
         """Each view's blur at every level, by the model named `psf` (see `focalgradient.recover_depth`)."""
@@ -103,7 +103,7 @@ class Search:
             return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
         of_each = [
             one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
-            if isinstance(one, Transferring)
+            if isinstance(one, HasTransfer)
             else transfer(RADII, own[:, None], "disc")
             for one, own in zip(self.optics, radius, strict=True)
         ]

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from focalgradient.design.depth_rating import DepthRating, DepthTrial, Fixation
-from focalgradient.design.necker import Direction, Gradient, Necker, NeckerTrial, Shape
+from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial, Fixation
+from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
 from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
 from focalgradient.design.plan import Phase, Trial
@@ -20,14 +20,14 @@ from focalgradient.tables import check_table, read_toml, shown
 
 __all__ = [
     "DESIGNS",
-    "DepthRating",
+    "DepthRatingDesign",
     "DepthTrial",
     "Design",
     "Direction",
     "Fixation",
     "Form",
     "Gradient",
-    "Necker",
+    "NeckerDesign",
     "NeckerTrial",
     "Phase",
     "Pinhole",
@@ -41,9 +41,9 @@ __all__ = [
     "load_design",
 ]
 
-Design = DepthRating | Necker | Pinhole
+Design = DepthRatingDesign | NeckerDesign | Pinhole
 
-DESIGNS: dict[str, type[Design]] = {"depthrating": DepthRating, "necker": Necker, "pinhole": Pinhole}
+DESIGNS: dict[str, type[Design]] = {"depthrating": DepthRatingDesign, "necker": NeckerDesign, "pinhole": Pinhole}
 """By the name of the task."""
 
 

@@ -14,7 +14,7 @@ from focalgradient.design.draws import Draws
 from focalgradient.design.plan import Names, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
 
-__all__ = ["DepthRating", "DepthTrial", "Fixation", "aperture_mm"]
+__all__ = ["DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
 Fixation = Literal["nearest", "farthest"]
 """Which object of the scene is fixated, and in focus."""
@@ -69,12 +69,12 @@ class DepthTrial(Trial):
         return (self.scene, self.aperture, self.fixation)
 
 
-class DepthRating(Plan):
+class DepthRatingDesign(Plan):
     """The design of experiment 1: apertures x fixations x scenes x repetitions.
 
     Examples
     --------
-    >>> design = DepthRating()
+    >>> design = DepthRatingDesign()
     >>> trials = design.trials("01")
     >>> len(trials), [trial.phase for trial in trials].count("practice")
     (202, 6)
@@ -114,7 +114,7 @@ class DepthRating(Plan):
     shortened: ClassVar = {"repetitions": 1, "scenes": 1, "catch_trials": 1, "practice_trials": 1, "picture_s": 1.0}
 
     @model_validator(mode="after")
-    def _check(self) -> DepthRating:
+    def _check(self) -> DepthRatingDesign:
         for key in ("apertures", "fixations", "scenes"):
             no_repeats(key, getattr(self, key))
         for aperture in self.apertures:

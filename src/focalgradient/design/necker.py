@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from focalgradient.design.draws import Draws
 from focalgradient.design.plan import Names, Plan, Trial, no_repeats
 
-__all__ = ["Direction", "Gradient", "Necker", "NeckerTrial", "Shape"]
+__all__ = ["Direction", "Gradient", "NeckerDesign", "NeckerTrial", "Shape"]
 
 Gradient = Literal["none", "rigid", "nonrigid"]
 """The reading whose depth the blur agrees with."""
@@ -54,12 +54,12 @@ class NeckerTrial(Trial):
         return (self.shape, self.gradient, self.strength, self.direction)
 
 
-class Necker(Plan):
+class NeckerDesign(Plan):
     """The design of experiment 2: (none, and other gradients x strengths) x directions x repetitions.
 
     Examples
     --------
-    >>> design = Necker()
+    >>> design = NeckerDesign()
     >>> sum(trial.trial_s for trial in design.trials("01") if trial.phase == "main") / 60  # minutes
     14.0
     >>> design.keys_of("01"), design.keys_of("03")
@@ -103,7 +103,7 @@ class Necker(Plan):
     }
 
     @model_validator(mode="after")
-    def _check(self) -> Necker:
+    def _check(self) -> NeckerDesign:
         for key in ("gradients", "strengths_mm", "directions"):
             no_repeats(key, getattr(self, key))
         if len(self.keys) != 2:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from focalgradient.dataset import Answer, Press, Rated, Watched
-from focalgradient.design import DepthRating, DepthTrial, Necker, NeckerTrial
+from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
 from focalgradient.design.draws import digest
 from focalgradient.observers.cube import Cubes, log_odds
 from focalgradient.observers.look import Look
@@ -44,7 +44,7 @@ def _random(seed: int, task: str, participant: str, *what: int) -> np.random.Gen
     return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
 
 
-def rate(design: DepthRating, observer: Observer, participant: str, seed: int, seen: Seen) -> tuple[Answer, ...]:
+def rate(design: DepthRatingDesign, observer: Observer, participant: str, seed: int, seen: Seen) -> tuple[Answer, ...]:
     """Rate every picture of a participant's list against the standard as it was last seen."""
     person = observer.person(_random(seed, design.task, participant))
     clock, answers = 0.0, []
@@ -71,7 +71,7 @@ def rate(design: DepthRating, observer: Observer, participant: str, seed: int, s
     return tuple(answers)
 
 
-def watch(design: Necker, observer: Observer, participant: str, seed: int, seen: Cubes) -> tuple[Answer, ...]:
+def watch(design: NeckerDesign, observer: Observer, participant: str, seed: int, seen: Cubes) -> tuple[Answer, ...]:
     """Watch every cube of a participant's list, and hold the keys."""
     person = observer.person(_random(seed, design.task, participant))
     keys = design.keys_of(participant)

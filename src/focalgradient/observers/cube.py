@@ -10,14 +10,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.design import Direction, Gradient, NeckerTrial
-from focalgradient.design import Necker as Design
+from focalgradient.design import Direction, Gradient, NeckerDesign, NeckerTrial
 from focalgradient.observers.blur import LINE, read_blur, retinal_image
 from focalgradient.observers.look import PUPIL, Look
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import agreement, blur_depth, certainty
 from focalgradient.render import necker_frame
-from focalgradient.scenes import Necker, departure_from_rigid
+from focalgradient.scenes import NeckerCube, departure_from_rigid
 from focalgradient.scenes.necker import EDGES, SYMMETRY
 
 __all__ = ["Condition", "Cubes", "cube_of", "cubes", "log_odds", "look_at_cube"]
@@ -44,7 +43,7 @@ BEYOND_DOUBT = 4.0
 """Log odds for the one reading that an example has which can be seen in one way only."""
 
 
-def cubes(design: Design, executor: Executor | None = None) -> Cubes:
+def cubes(design: NeckerDesign, executor: Executor | None = None) -> Cubes:
     """Look at the cube of a design in all its conditions, several at once where there is an executor."""
     shown = {_condition(trial): trial for trial in design.trials("01") if trial.shape == "ambiguous"}
     jobs = [(cube_of(design, trial.direction), trial.gradient, trial.strength) for trial in shown.values()]
@@ -52,13 +51,13 @@ def cubes(design: Design, executor: Executor | None = None) -> Cubes:
     return dict(zip(shown, looked, strict=True))
 
 
-def cube_of(design: Design, direction: Direction) -> Necker:
+def cube_of(design: NeckerDesign, direction: Direction) -> NeckerCube:
     """The cube of a design.
 
-    >>> cube_of(Design(), "left").distance
+    >>> cube_of(NeckerDesign(), "left").distance
     0.5
     """
-    return Necker(
+    return NeckerCube(
         size=math.radians(design.size_deg),
         perspective=design.perspective,
         distance=design.distance_m,
@@ -73,11 +72,11 @@ def _condition(trial: NeckerTrial) -> Condition:
     return (trial.gradient, trial.strength, trial.direction)
 
 
-def _look(job: tuple[Necker, Gradient, float]) -> Look:
+def _look(job: tuple[NeckerCube, Gradient, float]) -> Look:
     return look_at_cube(*job)
 
 
-def look_at_cube(cube: Necker, gradient: Gradient, strength: float) -> Look:
+def look_at_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Look:
     """Look at the turning cube, its lines blurred by an aperture of `strength` millimetres: places on its lines.
 
     The depth is that of the rigid reading; in the other it is the opposite.
@@ -104,7 +103,7 @@ def look_at_cube(cube: Necker, gradient: Gradient, strength: float) -> Look:
     return Look(blur, float(np.percentile(blur, SHARP)), np.concatenate(depths))
 
 
-def _line_depth(cube: Necker, turn: float, pixel: float, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, int]) -> NDArray[np.float64]:
     """Mean depth, in dioptres beyond the cube's centre, of the true cube's lines in each place; NaN without lines."""
     ends = cube.vertices(turn)[EDGES]
     share = np.linspace(0, 1, 200)[:, None, None]
@@ -118,12 +117,12 @@ def _line_depth(cube: Necker, turn: float, pixel: float, shape: tuple[int, int])
 
 
 @lru_cache(maxsize=8)
-def _departure(cube: Necker) -> float:
+def _departure(cube: NeckerCube) -> float:
     """How far the depth-reversed cube departs from rigid over a turn."""
     return departure_from_rigid(cube.reversed(np.arange(360) / 360)).whole
 
 
-def log_odds(design: Design, trial: NeckerTrial, seen: Cubes, observer: Observer) -> float:
+def log_odds(design: NeckerDesign, trial: NeckerTrial, seen: Cubes, observer: Observer) -> float:
     """Log odds of the rigid reading: what the other departs from rigid, and what blur says of the order in depth.
 
     In the depth-reversed reading all orders are reversed, so that what speaks for one speaks against the other. How

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
-from focalgradient.design import DepthRating, DepthTrial, Necker
+from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import Seen, rate, watch
 from focalgradient.observers.cube import Cubes
@@ -41,7 +41,7 @@ def labels(observers: int) -> tuple[str, ...]:
     return tuple(f"{number:02}" for number in range(1, observers + 1))
 
 
-def check_pictures(design: DepthRating, stimuli: StimulusSet) -> None:
+def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
     """Refuse a set that lacks a picture of the design, or has it with another aperture.
 
     Raises
@@ -61,7 +61,7 @@ def check_pictures(design: DepthRating, stimuli: StimulusSet) -> None:
 
 
 def simulate(
-    design: DepthRating | Necker,
+    design: DepthRatingDesign | NeckerDesign,
     out: Path,
     *,
     observers: int,
@@ -127,14 +127,14 @@ def simulate(
     return len(wanted)
 
 
-def _answers(job: tuple[DepthRating | Necker, Observer, str, int, Any]) -> tuple[Answer, ...]:
+def _answers(job: tuple[DepthRatingDesign | NeckerDesign, Observer, str, int, Any]) -> tuple[Answer, ...]:
     design, observer, label, seed, seen = job
-    if isinstance(design, Necker):
+    if isinstance(design, NeckerDesign):
         return watch(design, observer, label, seed, seen)
     return rate(design, observer, label, seed, seen)
 
 
-def _finished(out: Path, design: DepthRating | Necker, label: str, who: str) -> bool:
+def _finished(out: Path, design: DepthRatingDesign | NeckerDesign, label: str, who: str) -> bool:
     """Whether a participant is in the data set, whole; if in part, by the same design and the same observer."""
     files = Files(out, design.task, label)
     if not files.journal.exists():

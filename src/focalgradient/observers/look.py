@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from focalgradient.display import Display
 from focalgradient.observers.blur import Reading, read_blur, retinal_image
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimulus import Display
 
 __all__ = ["PUPIL", "Look", "look_at"]
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from focalgradient.dataset import check_stimuli
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import Seen, Shown
 from focalgradient.observers.look import Look, look_at
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
-from focalgradient.stimulus import Display
 
 __all__ = ["CACHE", "cache_folder", "looks", "small_set"]
 

@@ -17,7 +17,7 @@ from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.power import TESTS, Power
-from focalgradient.statistics import DepthRating, DurationFit, Interval, Necker
+from focalgradient.statistics import DepthRatingResult, DurationFit, Interval, NeckerResult
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -44,7 +44,7 @@ APART = 0.06
 """Of a step along the axis: how far two curves stand to either side, so that their bars do not hide each other."""
 
 
-def depth_rating_figure(result: DepthRating, *, simulated: bool) -> Figure:
+def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Fig. 3: how much deeper a scene looks than through the pinhole, by aperture, for both fixations."""
     with style():
         figure = new_figure(120, 90, layout="constrained")
@@ -53,7 +53,7 @@ def depth_rating_figure(result: DepthRating, *, simulated: bool) -> Figure:
     return figure
 
 
-def necker_figure(result: Necker, *, simulated: bool) -> Figure:
+def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
     """What was seen of the turning cube, for how much of the time and for how long, by focal gradient."""
     with style():
         figure = new_figure(180, 82, layout="constrained")
@@ -76,7 +76,7 @@ def as_files(figure: Figure) -> dict[str, bytes]:
     return files
 
 
-def draw_depth_rating(ax: Axes, result: DepthRating, *, simulated: bool) -> Axes:
+def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
     """Draw ratings as ratios to the pinhole, of each subject and their geometric mean with its interval.
 
     Without pinhole trials the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
@@ -124,7 +124,7 @@ def draw_depth_rating(ax: Axes, result: DepthRating, *, simulated: bool) -> Axes
     return ax
 
 
-def draw_nonrigid_share(ax: Axes, result: Necker, *, simulated: bool) -> Axes:
+def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> Axes:
     """Draw the nonrigid share of the time with one of the two readings, of each subject and their mean."""
     conditions = _conditions(result)
     shares: dict[Hashable, list[float]] = {condition: [] for condition in conditions}
@@ -152,7 +152,7 @@ def draw_nonrigid_share(ax: Axes, result: Necker, *, simulated: bool) -> Axes:
     return ax
 
 
-def draw_shares(ax: Axes, result: Necker) -> Axes:
+def draw_shares(ax: Axes, result: NeckerResult) -> Axes:
     """Draw the mean shares of the time of all four reports, stacked."""
     conditions = _conditions(result)
     time = {(each.gradient, each.strength, each.percept): 100 * each.time.estimate for each in result.shares}
@@ -170,7 +170,7 @@ def draw_shares(ax: Axes, result: Necker) -> Axes:
     return ax
 
 
-def draw_durations(ax: Axes, result: Necker) -> Axes:
+def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
     """Draw how long each reading lasted: median and middle half of the better of the fitted distributions."""
     conditions = _conditions(result)
     labels = []
@@ -211,7 +211,7 @@ def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marke
     return ends + [mean.estimate for _, mean in means]
 
 
-def _conditions(result: Necker) -> list[tuple[str, float]]:
+def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
     """From the strongest gradient of the rigid reading through none to the strongest of the nonrigid one."""
     sign = {"rigid": -1.0, "none": 0.0, "nonrigid": 1.0}
     found = {(share.gradient, share.strength) for share in result.shares}

@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import Optics
 from focalgradient.render import pathtrace
+from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.raycast import cast, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE, Rendered
-from focalgradient.render.seen import seen
 from focalgradient.render.variant import LLVM, REMEDY, variant
 from focalgradient.scenes.objects import Scene
 from focalgradient.view import View
@@ -156,7 +156,7 @@ def render_series(
         elif castable(scene):  # in double precision
             distance, vergence = cast(scene, one, shape, pixel_angle, samples=1).distance, None
         else:
-            distance, vergence = seen(scene, shape, pixel_angle, how)
+            distance, vergence = ground_truth(scene, shape, pixel_angle, how)
         mean = ((first + second) / 2).astype(np.float32)
         residual = ((first - second) / 2).astype(np.float32)
         view = View(_luminance(mean), one, pixel_angle)

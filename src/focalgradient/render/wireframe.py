@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K
-from focalgradient.scenes.necker import EDGES, SYMMETRY, Necker
+from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 
 __all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
 
@@ -117,7 +117,7 @@ def wireframe(
 
 
 def blur_at(
-    necker: Necker, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
+    necker: NeckerCube, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
 ) -> NDArray[np.float64]:
     """Signed blur in the cube's picture of points at `depth` z (m, any shape): sd in radians, positive beyond focus.
 
@@ -145,7 +145,7 @@ def blur_at(
     --------
     A cube seen at its natural size, through a pupil of 4 mm: 2 mm x 0.5 x 1.505 D of blur across its depth.
 
-    >>> cube = Necker(size=0.4, perspective=0.4)
+    >>> cube = NeckerCube(size=0.4, perspective=0.4)
     >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
     [0.0, 0.001505]
     """
@@ -164,7 +164,7 @@ def blur_at(
 
 
 def necker_frame(
-    necker: Necker,
+    necker: NeckerCube,
     turn: float,
     *,
     shape: tuple[int, int],
@@ -207,7 +207,7 @@ def necker_frame(
 
     Examples
     --------
-    >>> picture = necker_frame(Necker(), 0.1, shape=(320, 320), pixel_angle=5e-4, gradient="rigid")
+    >>> picture = necker_frame(NeckerCube(), 0.1, shape=(320, 320), pixel_angle=5e-4, gradient="rigid")
     >>> picture.dtype, picture.shape
     (dtype('float32'), (320, 320))
     """
@@ -235,7 +235,7 @@ def necker_frame(
 
 
 def necker_loop(
-    necker: Necker,
+    necker: NeckerCube,
     frames: int,
     *,
     shape: tuple[int, int],
@@ -247,14 +247,14 @@ def necker_loop(
 ) -> Iterator[NDArray[np.float32]]:
     """The frames of a quarter turn, evenly spaced: shown again and again they make a turning without a seam.
 
-    `Necker.loop_frames` tells how many `frames` make the cube turn at its speed; all else is as in `necker_frame`.
+    `NeckerCube.loop_frames` tells how many `frames` make the cube turn at its speed; all else is as in `necker_frame`.
 
-    >>> loop = necker_loop(Necker(), 120, shape=(320, 320), pixel_angle=5e-4, gradient="nonrigid")
+    >>> loop = necker_loop(NeckerCube(), 120, shape=(320, 320), pixel_angle=5e-4, gradient="nonrigid")
     >>> next(loop).shape
     (320, 320)
     """
     if not (isinstance(frames, int) and frames >= 3):
-        raise InputError(f"frames is {frames!r}, but must be a whole number of 3 or more: see Necker.loop_frames.")
+        raise InputError(f"frames is {frames!r}, but must be a whole number of 3 or more: see NeckerCube.loop_frames.")
     for frame in range(frames):
         yield necker_frame(
             necker,

@@ -34,7 +34,7 @@ from focalgradient.report.document import (
 )
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import NotDone, Scale
+from focalgradient.statistics import NotComputed, Scale
 
 __all__ = ["BOUND", "Report", "analyse_necker", "analyse_ratings", "make_report"]
 
@@ -148,7 +148,7 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Heading("Depth ratings")
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "depth_rating")
-    if isinstance(part.result, NotDone):
+    if isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
     else:
         yield from map(Paragraph, rating_findings(part.result))
@@ -160,7 +160,7 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
         yield Figure("depth_rating.png", figures["depth_rating.png"], caption)
         own = [*rating_sheets(part.result), *own]
     yield from _shown(own, sheets)
-    if not isinstance(part.result, NotDone):
+    if not isinstance(part.result, NotComputed):
         yield from map(Paragraph, part.result.remarks)
 
 
@@ -168,7 +168,7 @@ def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Heading("Necker cube")
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "necker")
-    if isinstance(part.result, NotDone):
+    if isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
     else:
         yield from map(Paragraph, necker_findings(part.result))
@@ -176,7 +176,7 @@ def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) 
         yield Figure("necker.png", figures["necker.png"], SHARE_CAPTION)
         own = [*necker_sheets(part.result), *own]
     yield from _shown(own, sheets)
-    if not isinstance(part.result, NotDone):
+    if not isinstance(part.result, NotComputed):
         yield from map(Paragraph, part.result.remarks)
 
 

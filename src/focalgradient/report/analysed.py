@@ -11,7 +11,17 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
-from focalgradient.statistics import DepthRating, Necker, NotDone, Quality, Rules, Scale, depth_rating, necker, quality
+from focalgradient.statistics import (
+    DepthRatingResult,
+    NeckerResult,
+    NotComputed,
+    Quality,
+    Rules,
+    Scale,
+    depth_rating,
+    necker,
+    quality,
+)
 
 __all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings"]
 
@@ -38,7 +48,7 @@ class Ratings:
     data: DataSet
     kept: pd.DataFrame
     quality: Quality
-    result: DepthRating | NotDone
+    result: DepthRatingResult | NotComputed
     simulated: bool
 
 
@@ -49,7 +59,7 @@ class Reports:
     data: DataSet
     kept: pd.DataFrame
     quality: Quality
-    result: Necker | NotDone
+    result: NeckerResult | NotComputed
     simulated: bool
 
 
@@ -77,7 +87,7 @@ def analyse_ratings(
     data = read_dataset(root, ["depthrating"])
     table = _table(data, data.depth_rating, "depth ratings")
     kept, found = quality(table, rules)
-    result: DepthRating | NotDone = _nobody(found)
+    result: DepthRatingResult | NotComputed = _nobody(found)
     if found.subjects_after:
         result = depth_rating(kept, equivalence_bound=bound, scale=scale)
     return Ratings(data, kept, found, result, _simulated(table))
@@ -88,7 +98,7 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
     data = read_dataset(root, ["necker"])
     table = _table(data, data.necker, "reports on the cube")
     kept, found = quality(table, rules)
-    result: Necker | NotDone = necker(kept) if found.subjects_after else _nobody(found)
+    result: NeckerResult | NotComputed = necker(kept) if found.subjects_after else _nobody(found)
     return Reports(data, kept, found, result, _simulated(table))
 
 
@@ -102,7 +112,7 @@ def _simulated(table: pd.DataFrame) -> bool:
     return bool(table["simulated"].iloc[0])  # all or none: what is mixed has been refused
 
 
-def _nobody(found: Quality) -> NotDone:
-    return NotDone(
+def _nobody(found: Quality) -> NotComputed:
+    return NotComputed(
         f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
     )

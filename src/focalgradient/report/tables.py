@@ -11,13 +11,13 @@ import pandas as pd
 
 from focalgradient.report.document import Table
 from focalgradient.statistics import (
-    DepthRating,
+    DepthRatingResult,
     DurationFit,
     Effect,
     Equivalence,
     Interval,
-    Necker,
-    NotDone,
+    NeckerResult,
+    NotComputed,
     Quality,
     Trend,
     as_table,
@@ -75,29 +75,29 @@ class _Cells:
     def __init__(self) -> None:
         self.notes: dict[str, None] = {}
 
-    def missing(self, result: NotDone, cells: int) -> list[str]:
+    def missing(self, result: NotComputed, cells: int) -> list[str]:
         self.notes[f"{NONE}: {result.reason}"] = None
         return [NONE] * cells
 
-    def interval(self, result: Interval | NotDone, factor: float = 1.0) -> list[str]:
+    def interval(self, result: Interval | NotComputed, factor: float = 1.0) -> list[str]:
         """Estimate and interval."""
-        if isinstance(result, NotDone):
+        if isinstance(result, NotComputed):
             return self.missing(result, 2)
         low, high = (None if end is None else factor * end for end in (result.low, result.high))
         return [number(factor * result.estimate), interval(low, high)]
 
-    def effect(self, result: Effect | NotDone, factor: float = 1.0, *, odds: bool = False) -> list[str]:
+    def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, odds: bool = False) -> list[str]:
         """Estimate, interval, test, p and p by Holm."""
-        if isinstance(result, NotDone):
+        if isinstance(result, NotComputed):
             return self.missing(result, 5)
         self.notes.update(dict.fromkeys(result.remarks))
         ends = (factor * result.estimate, factor * result.low, factor * result.high)
         told, low, high = map(math.exp, ends) if odds else ends
         return [number(told), interval(low, high), *self.test(result)]
 
-    def test(self, result: Effect | NotDone) -> list[str]:
+    def test(self, result: Effect | NotComputed) -> list[str]:
         """Test, p and p by Holm."""
-        if isinstance(result, NotDone):
+        if isinstance(result, NotComputed):
             return self.missing(result, 3)
         statistic = f"t({result.df:g}){SPACE}={SPACE}{number(result.statistic)}"
         return [statistic, probability(result.p), probability(result.p_holm)]
@@ -138,7 +138,7 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
     return sheets
 
 
-def rating_sheets(result: DepthRating) -> list[Sheet]:
+def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
     """Tables of experiment 1."""
     sheets = [Sheet("depth_rating_subjects.csv", None, as_table(result.subject_means))]
     if result.scale == "ratio":
@@ -167,9 +167,9 @@ def rating_sheets(result: DepthRating) -> list[Sheet]:
     return sheets
 
 
-def _slopes(result: DepthRating) -> Sheet:
+def _slopes(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
-    tests: list[tuple[str, str, Effect | NotDone]] = []
+    tests: list[tuple[str, str, Effect | NotComputed]] = []
     for each in result.fixations:
         tests += [(each.fixation, "mixed model", each.slope), (each.fixation, "two stages", each.two_stage)]
     tests.append(("nearest − farthest", "two stages", result.interaction))
@@ -189,7 +189,7 @@ def _slopes(result: DepthRating) -> Sheet:
     return _sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 
-def _trends(result: DepthRating) -> Sheet:
+def _trends(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     rows = []
     for each in result.fixations:
@@ -205,7 +205,7 @@ def _trends(result: DepthRating) -> Sheet:
     )
 
 
-def _equivalence(result: DepthRating) -> Sheet:
+def _equivalence(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     rows = []
     for each in result.fixations:
@@ -224,7 +224,7 @@ def _equivalence(result: DepthRating) -> Sheet:
     return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to none"], rows, digits, cells)
 
 
-def _ordinal(result: DepthRating) -> Sheet:
+def _ordinal(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     rows = [[each.fixation, *cells.effect(each.ordinal)[:4]] for each in result.fixations]
     header = ["in focus", "slope (log odds of a higher answer / mm)", "95 %", "test", "p"]
@@ -232,7 +232,7 @@ def _ordinal(result: DepthRating) -> Sheet:
     return _sheet("depth_rating_ordinal.csv", "Cumulative-link mixed model", header, rows, digits, cells)
 
 
-def necker_sheets(result: Necker) -> list[Sheet]:
+def necker_sheets(result: NeckerResult) -> list[Sheet]:
     """Tables of experiment 2."""
     cells = _Cells()
     rows = []

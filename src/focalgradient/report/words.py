@@ -8,7 +8,16 @@ from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.tables import SPACE, interval, number, probability
-from focalgradient.statistics import DepthRating, Effect, Equivalence, Interval, Necker, NotDone, Quality, Scale
+from focalgradient.statistics import (
+    DepthRatingResult,
+    Effect,
+    Equivalence,
+    Interval,
+    NeckerResult,
+    NotComputed,
+    Quality,
+    Scale,
+)
 
 __all__ = ["counts", "methods_necker", "methods_ratings", "necker_findings", "rating_findings"]
 
@@ -24,13 +33,13 @@ def counts(found: Quality) -> str:
     )
 
 
-def rating_findings(result: DepthRating) -> list[str]:
+def rating_findings(result: DepthRatingResult) -> list[str]:
     """Experiment 1 in a few sentences."""
     told = []
     for each in result.fixations:
         subject = f"With {OBJECT[each.fixation]}"
         slope = each.ordinal if result.scale == "ordinal" else each.slope
-        if isinstance(slope, NotDone):
+        if isinstance(slope, NotComputed):
             told.append(f"{subject} there is no test of the slope: {slope.reason}")
             continue
         what = "did not change reliably" if slope.p >= 0.05 else "rose" if slope.estimate > 0 else "fell"
@@ -51,12 +60,12 @@ def rating_findings(result: DepthRating) -> list[str]:
     return told
 
 
-def necker_findings(result: Necker) -> list[str]:
+def necker_findings(result: NeckerResult) -> list[str]:
     """Experiment 2 in a few sentences."""
     told = []
     for effect in result.effects:
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
-        if isinstance(effect.share, NotDone):
+        if isinstance(effect.share, NotComputed):
             told.append(f"{blur} was not tested: {effect.share.reason}")
             continue
         share = effect.share

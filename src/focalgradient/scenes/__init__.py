@@ -9,7 +9,7 @@ from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain
 from focalgradient.scenes.named import SCENES, scene
 from focalgradient.scenes.naturalistic import naturalistic
-from focalgradient.scenes.necker import Necker, departure_from_rigid
+from focalgradient.scenes.necker import NeckerCube, departure_from_rigid
 from focalgradient.scenes.objects import Mark, Mesh, Plane, Scene, Sky, Sphere
 from focalgradient.scenes.room import room
 from focalgradient.scenes.texture import Texture
@@ -18,7 +18,7 @@ __all__ = [
     "SCENES",
     "Mark",
     "Mesh",
-    "Necker",
+    "NeckerCube",
     "Plane",
     "Scene",
     "Sky",

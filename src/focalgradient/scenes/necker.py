@@ -19,7 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 
-__all__ = ["EDGES", "SYMMETRY", "Departure", "Direction", "Necker", "Reading", "departure_from_rigid", "edge_lengths"]
+__all__ = [
+    "EDGES",
+    "SYMMETRY",
+    "Departure",
+    "Direction",
+    "NeckerCube",
+    "Reading",
+    "departure_from_rigid",
+    "edge_lengths",
+]
 
 Direction = Literal["right", "left"]
 """Where the near side moves."""
@@ -38,7 +47,7 @@ SYMMETRY = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class Necker:
+class NeckerCube:
     """A wireframe cube that turns about its upright axis, and the picture of it.
 
     The picture is a central projection. With `size` equal to `perspective` it is seen as the cube itself would be;
@@ -68,7 +77,7 @@ class Necker:
 
     Examples
     --------
-    >>> cube = Necker(size=0.2, perspective=0.5, distance=1.0)
+    >>> cube = NeckerCube(size=0.2, perspective=0.5, distance=1.0)
     >>> cube.edge, round(cube.nearest, 3), round(cube.farthest, 3)
     (0.5, 0.582, 1.418)
     """
@@ -134,7 +143,7 @@ class Necker:
     def extent(self) -> tuple[float, float]:
         """Half the width and half the height, in radians about the axis, of a frame that just holds the turning cube.
 
-        >>> tuple(round(angle, 4) for angle in Necker(size=0.2, perspective=0.2, tilt=0.0).extent)
+        >>> tuple(round(angle, 4) for angle in NeckerCube(size=0.2, perspective=0.2, tilt=0.0).extent)
         (0.1429, 0.1165)
         """
         half, radius = self.perspective / 2, self.perspective / math.sqrt(2)  # over the distance
@@ -147,7 +156,7 @@ class Necker:
     def turn_at(self, seconds: ArrayLike) -> NDArray[np.float64]:
         """Turns done after so many `seconds`; the direction is not in it.
 
-        >>> float(Necker(speed=0.25).turn_at(2.0))
+        >>> float(NeckerCube(speed=0.25).turn_at(2.0))
         0.5
         """
         return self.speed * np.asarray(seconds, dtype=float)
@@ -155,7 +164,7 @@ class Necker:
     def vertices(self, turn: ArrayLike) -> NDArray[np.float64]:
         """Vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
 
-        >>> cube = Necker(perspective=0.5, distance=1.0, tilt=0.0)
+        >>> cube = NeckerCube(perspective=0.5, distance=1.0, tilt=0.0)
         >>> cube.vertices(0.125)[0].round(3).tolist()  # the left, upper, near vertex, brought to the front
         [-0.0, -0.25, 0.646]
         """
@@ -171,7 +180,7 @@ class Necker:
         Each true vertex slides along its line of sight to where its depth is mirrored about the cube's centre,
         z' = 2 `distance` - z. Edges stay straight.
 
-        >>> cube = Necker(perspective=0.5, distance=1.0, tilt=0.0)
+        >>> cube = NeckerCube(perspective=0.5, distance=1.0, tilt=0.0)
         >>> cube.reversed(0.125)[0].round(3).tolist()  # the front vertex, now at the back, and stretched
         [-0.0, -0.523, 1.354]
         """
@@ -188,7 +197,7 @@ class Necker:
     def direction_seen(self, reading: Reading) -> Direction:
         """Where the near side moves in a `reading`: near and far sides change places, and they go opposite ways.
 
-        >>> Necker(direction="right").direction_seen("nonrigid")
+        >>> NeckerCube(direction="right").direction_seen("nonrigid")
         'left'
         """
         if reading == "rigid":
@@ -198,7 +207,7 @@ class Necker:
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
         """Places in the picture, ... x 2 (right, down) in radians, of `points` (... x 3, in metres).
 
-        >>> Necker(size=0.2, perspective=0.4).project([0.1, 0.0, 0.5]).round(3).tolist()
+        >>> NeckerCube(size=0.2, perspective=0.4).project([0.1, 0.0, 0.5]).round(3).tolist()
         [0.1, 0.0]
         """
         points = np.asarray(points, dtype=float)
@@ -214,7 +223,7 @@ class Necker:
 
         Examples
         --------
-        >>> Necker(speed=0.125).loop_frames(60)
+        >>> NeckerCube(speed=0.125).loop_frames(60)
         120
         """
         if not (frame_rate > 0 and math.isfinite(frame_rate)):
@@ -252,7 +261,7 @@ class Departure:
 def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lengths of the 12 edges, ... x 12, of vertices ... x 8 x 3.
 
-    >>> edge_lengths(Necker(perspective=0.5, distance=1.0).vertices(0.1)).round(6).tolist() == [0.5] * 12
+    >>> edge_lengths(NeckerCube(perspective=0.5, distance=1.0).vertices(0.1)).round(6).tolist() == [0.5] * 12
     True
     """
     ends = shape[..., EDGES, :]
@@ -268,8 +277,8 @@ def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
     Parameters
     ----------
     shape
-        Its vertices at moments evenly spaced over one whole turn, n x 8 x 3, as `Necker.vertices` or
-        `Necker.reversed` give them.
+        Its vertices at moments evenly spaced over one whole turn, n x 8 x 3, as `NeckerCube.vertices` or
+        `NeckerCube.reversed` give them.
 
     Raises
     ------
@@ -278,7 +287,7 @@ def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
 
     Examples
     --------
-    >>> cube = Necker(perspective=0.4, tilt=0.0)
+    >>> cube = NeckerCube(perspective=0.4, tilt=0.0)
     >>> turn = np.arange(360) / 360
     >>> [round(departure_from_rigid(cube.seen(turn, reading)).whole, 3) for reading in ("rigid", "nonrigid")]
     [0.0, 0.278]

@@ -1,25 +1,25 @@
 """From records to conclusions: tables of answers in, frozen records of results out.
 
-`quality` first, then `depth_rating` or `necker`. What can be analysed is; where a result could not be had a `NotDone`
-stands in its place and says why. Everything generalises over subjects, also where they are few.
+`quality` first, then `depth_rating` or `necker`. What can be analysed is; where a result could not be had a
+`NotComputed` stands in its place and says why. Everything generalises over subjects, also where they are few.
 """
 
-from focalgradient.statistics.cube import Dominance, GradientEffect, Necker, PerceptShare, SubjectShare, necker
+from focalgradient.statistics.cube import Dominance, GradientEffect, NeckerResult, PerceptShare, SubjectShare, necker
 from focalgradient.statistics.durations import DurationFit
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence, Trend
 from focalgradient.statistics.ratings import (
-    DepthRating,
+    DepthRatingResult,
     FixationResult,
     RatingMean,
     Scale,
     SubjectMean,
     depth_rating,
 )
-from focalgradient.statistics.records import Effect, Interval, NotDone, as_table
+from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
 
 __all__ = [
-    "DepthRating",
+    "DepthRatingResult",
     "Dominance",
     "DurationFit",
     "Effect",
@@ -28,8 +28,8 @@ __all__ = [
     "FixationResult",
     "GradientEffect",
     "Interval",
-    "Necker",
-    "NotDone",
+    "NeckerResult",
+    "NotComputed",
     "PerceptShare",
     "Quality",
     "RatingMean",

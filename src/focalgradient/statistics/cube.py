@@ -18,10 +18,10 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.durations import DurationFit, Family, fit_durations
 from focalgradient.statistics.marginal import marginal_effect
 from focalgradient.statistics.means import bootstrap_interval, family, paired_effect
-from focalgradient.statistics.records import Effect, Interval, NotDone
+from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
-__all__ = ["Dominance", "GradientEffect", "Necker", "PerceptShare", "SubjectShare", "necker"]
+__all__ = ["Dominance", "GradientEffect", "NeckerResult", "PerceptShare", "SubjectShare", "necker"]
 
 READINGS = ("rigid", "nonrigid")
 
@@ -67,7 +67,7 @@ class PerceptShare:
     strength: float
     percept: str
     time: Interval
-    reports: Interval | NotDone
+    reports: Interval | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +91,8 @@ class Dominance:
     percept: str
     reports: int
     censored: int
-    gamma: DurationFit | NotDone
-    lognormal: DurationFit | NotDone
+    gamma: DurationFit | NotComputed
+    lognormal: DurationFit | NotComputed
     better: Family | None
 
 
@@ -118,14 +118,14 @@ class GradientEffect:
 
     gradient: str
     strength: float
-    share: Effect | NotDone
+    share: Effect | NotComputed
     wilcoxon_p: float | None
-    odds_of_time: Effect | NotDone
-    odds_of_reports: Effect | NotDone
+    odds_of_time: Effect | NotComputed
+    odds_of_reports: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
-class Necker:
+class NeckerResult:
     """What the reports on the cube say.
 
     Parameters
@@ -150,7 +150,7 @@ class Necker:
     remarks: tuple[str, ...]
 
 
-def necker(table: pd.DataFrame) -> Necker:
+def necker(table: pd.DataFrame) -> NeckerResult:
     """Analyse reports on the turning Necker cube.
 
     Parameters
@@ -160,8 +160,8 @@ def necker(table: pd.DataFrame) -> Necker:
 
     Returns
     -------
-    Necker
-        Where something could not be computed, a `NotDone` says why.
+    NeckerResult
+        Where something could not be computed, a `NotComputed` says why.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def necker(table: pd.DataFrame) -> Necker:
     )
     own = {condition: _own(trials, condition) for condition in conditions}
     remarks: list[str] = []
-    return Necker(
+    return NeckerResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(trials),
         reports=len(seen),
@@ -249,11 +249,11 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
     counted = own[[f"{percept}_reports" for percept in PERCEPTS if percept != "none"]].sum(axis=1)
     shares = []
     for percept in PERCEPTS:
-        reports: Interval | NotDone
+        reports: Interval | NotComputed
         if percept == "none":
-            reports = NotDone("No key held is no report.")
+            reports = NotComputed("No key held is no report.")
         elif not counted.any():
-            reports = NotDone("There are no reports.")
+            reports = NotComputed("There are no reports.")
         else:
             reports = bootstrap_interval((own[f"{percept}_reports"] / counted)[counted > 0])
         shares.append(PerceptShare(*condition, percept, bootstrap_interval(own[f"{percept}_time"] / whole), reports))
@@ -284,7 +284,7 @@ def _effects(
         if (gradient, strength) == plain:
             continue
         if plain not in conditions:
-            missing = NotDone("No trials are without a gradient: there is nothing to compare with.")
+            missing = NotComputed("No trials are without a gradient: there is nothing to compare with.")
             effects.append(GradientEffect(gradient, strength, missing, None, missing, missing))
             continue
         pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]

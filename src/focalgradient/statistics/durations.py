@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
-from focalgradient.statistics.records import NotDone
+from focalgradient.statistics.records import NotComputed
 
 __all__ = ["FEWEST", "DurationFit", "Family", "fit_durations"]
 
@@ -49,7 +49,7 @@ class DurationFit:
     log_likelihood: float
 
 
-def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> DurationFit | NotDone:
+def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> DurationFit | NotComputed:
     """Fit a distribution to durations in seconds, `censored` true where only a lower limit was seen.
 
     Examples
@@ -61,9 +61,9 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
     durations, censored = np.asarray(durations, dtype=float), np.asarray(censored, dtype=bool)
     seen = durations[~censored]
     if seen.size < FEWEST:
-        return NotDone(f"A fit needs {FEWEST} durations seen to their end, and there are {seen.size}.")
+        return NotComputed(f"A fit needs {FEWEST} durations seen to their end, and there are {seen.size}.")
     if np.ptp(seen) == 0:
-        return NotDone(f"All durations are the same ({seen[0]:.3g} s): they have no distribution to fit.")
+        return NotComputed(f"All durations are the same ({seen[0]:.3g} s): they have no distribution to fit.")
     cut, logs = durations[censored], np.log(seen)
     spread = float(logs.std())
     if family == "gamma":
@@ -79,7 +79,7 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
             options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
         )
     if not (found.success and math.isfinite(found.fun)):
-        return NotDone(f"The {family} distribution has no largest likelihood: too much was cut off.")
+        return NotComputed(f"The {family} distribution has no largest likelihood: too much was cut off.")
     shape, scale = (float(number) for number in np.exp(found.x))
     if family == "gamma":
         mean, cv = shape * scale, shape**-0.5

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from focalgradient.statistics.means import paired_effect
-from focalgradient.statistics.records import ALPHA, Effect, NotDone
+from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 
 __all__ = ["Equivalence", "Trend", "equivalence", "trend"]
 
@@ -35,7 +35,7 @@ class Trend:
 
     statistic: float
     p: float
-    over_subjects: Effect | NotDone
+    over_subjects: Effect | NotComputed
     subjects: int
 
 
@@ -71,7 +71,7 @@ class Equivalence:
     subjects: int
 
 
-def trend(cells: ArrayLike) -> Trend | NotDone:
+def trend(cells: ArrayLike) -> Trend | NotComputed:
     """Page's trend test, and one over subjects.
 
     Parameters
@@ -87,12 +87,12 @@ def trend(cells: ArrayLike) -> Trend | NotDone:
     cells = np.asarray(cells, dtype=float)
     subjects, conditions = cells.shape
     if subjects < 2 or conditions < 3:
-        return NotDone(
+        return NotComputed(
             "Page's test needs two or more subjects with answers in each of three or more conditions, and there are "
             f"{subjects} with {conditions}."
         )
     if not np.ptp(cells, axis=1).any():
-        return NotDone("Every subject answered all conditions alike: there is no order to test.")
+        return NotComputed("Every subject answered all conditions alike: there is no order to test.")
     outcome = stats.page_trend_test(cells)
     ranks = stats.rankdata(cells, axis=1) - (conditions + 1) / 2
     order = np.arange(conditions) - (conditions - 1) / 2

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.statistics.means import student_effect
-from focalgradient.statistics.records import Effect, NotDone
+from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["marginal_effect"]
 
 
 def marginal_effect(
     answers: NDArray[np.float64], condition: NDArray[np.bool_], subject: NDArray[np.int_]
-) -> Effect | NotDone:
+) -> Effect | NotComputed:
     """Log odds ratio of an answer in a condition against without it, by generalised estimating equations.
 
     Answers of one subject may go together in any way: the standard error is taken between subjects, and corrected for
@@ -41,11 +41,11 @@ def marginal_effect(
     """
     subjects = len(np.unique(subject))
     if subjects < 2:
-        return NotDone("A test over subjects needs two or more, and there is 1.")
+        return NotComputed("A test over subjects needs two or more, and there is 1.")
     for rows, name in ((condition, "with"), (~condition, "without")):
         if not rows.any() or (answers[rows].min() == answers[rows].max() and answers[rows][0] in (0, 1)):
             what = f"is always {answers[rows][0]:.0f}" if rows.any() else "was never asked for"
-            return NotDone(f"The answer {name} the condition {what}: it has no odds ratio.")
+            return NotComputed(f"The answer {name} the condition {what}: it has no odds ratio.")
     from statsmodels.genmod.cov_struct import Independence  # type: ignore[import-untyped]
     from statsmodels.genmod.families import Binomial  # type: ignore[import-untyped]
     from statsmodels.genmod.generalized_estimating_equations import GEE  # type: ignore[import-untyped]
@@ -58,7 +58,7 @@ def marginal_effect(
         fit = model.fit(cov_type="bias_reduced")
         estimate, error = float(fit.params[1]), float(fit.bse[1])
     if not (fit.converged and math.isfinite(estimate) and math.isfinite(error) and error > 0):
-        return NotDone("The marginal model did not converge.")
+        return NotComputed("The marginal model did not converge.")
     return student_effect(
         estimate, error, subjects, "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1"
     )

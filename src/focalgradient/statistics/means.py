@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotDone
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
 __all__ = ["bootstrap_interval", "family", "paired_effect", "student_effect", "within_half_widths"]
 
@@ -96,7 +96,7 @@ def student_effect(
     )
 
 
-def paired_effect(differences: ArrayLike, method: str) -> Effect | NotDone:
+def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
     """The mean of the subjects' own differences, by a paired t-test.
 
     Parameters
@@ -115,22 +115,22 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotDone:
     differences = np.asarray(differences, dtype=float)
     subjects = differences.size
     if subjects < 2:
-        return NotDone(f"A test over subjects needs two or more, and there {'is 1' if subjects else 'are none'}.")
+        return NotComputed(f"A test over subjects needs two or more, and there {'is 1' if subjects else 'are none'}.")
     mean, sd = float(differences.mean()), float(differences.std(ddof=1))
     if sd <= 1e-12 * max(1.0, float(np.abs(differences).max())):
-        return NotDone(
+        return NotComputed(
             f"All {subjects} subjects have the same value ({mean:.3g}): there is no variation to test against."
         )
     return student_effect(mean, sd / math.sqrt(subjects), subjects, method, dz=mean / sd)
 
 
-def family(tests: Iterable[Effect | NotDone]) -> list[Effect | NotDone]:
+def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
     """The tests of one family, with probabilities corrected by Holm's (1979) step-down method.
 
     Examples
     --------
     >>> tests = [student_effect(t, 1.0, 10, "an example") for t in (2.0, 4.0)]
-    >>> [round(test.p_holm, 4) for test in family([*tests, NotDone("There is no third.")])[:2]]
+    >>> [round(test.p_holm, 4) for test in family([*tests, NotComputed("There is no third.")])[:2]]
     [0.0766, 0.0062]
     """
     tests = list(tests)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from focalgradient.statistics.means import student_effect
-from focalgradient.statistics.records import Effect, NotDone
+from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["NODES", "CumulativeFit", "cumulative_fit", "ordinal_slope"]
 
@@ -58,7 +58,7 @@ class CumulativeFit:
     at_boundary: bool
 
 
-def ordinal_slope(answers: NDArray[np.int_], design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotDone:
+def ordinal_slope(answers: NDArray[np.int_], design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotComputed:
     """Slope of ordinal answers, in log odds of a higher answer a unit of the amount; random intercepts and slopes.
 
     Parameters
@@ -82,15 +82,15 @@ def ordinal_slope(answers: NDArray[np.int_], design: FloatArray, subject: NDArra
     subjects = len(np.unique(subject))
     width = float(np.ptp(design[:, 1]))
     if subjects < 2 or width == 0:
-        return NotDone("An ordinal slope over subjects needs two or more subjects, and two or more amounts.")
+        return NotComputed("An ordinal slope over subjects needs two or more subjects, and two or more amounts.")
     _, category = np.unique(answers, return_inverse=True)
     if category.max() == 0:
-        return NotDone("All answers are the same: there is no variation to test a slope against.")
+        return NotComputed("All answers are the same: there is no variation to test a slope against.")
     scaled = design[:, 1:] / np.where(np.arange(design.shape[1] - 1) == 0, width, 1.0)
     random = np.column_stack([np.ones(len(scaled)), scaled[:, 0]])
     fit = cumulative_fit(category, scaled, random, subject)
     if fit is None or not math.isfinite(fit.standard_errors[0]):
-        return NotDone(
+        return NotComputed(
             "The cumulative-link mixed model has no finite maximum: answers may follow the amount without exception."
         )
     remarks = ("The random effects' covariance is singular: the standard error takes it as known.",)

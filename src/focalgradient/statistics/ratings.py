@@ -17,11 +17,11 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.hypotheses import Equivalence, Trend, equivalence, trend
 from focalgradient.statistics.means import bootstrap_interval, family, paired_effect, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_slope
-from focalgradient.statistics.records import Effect, Interval, NotDone
+from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.slopes import design_matrix, mixed_slope, own_slopes, two_stage_slope
 from focalgradient.statistics.tables import FIXATIONS, rating_table
 
-__all__ = ["DepthRating", "FixationResult", "RatingMean", "Scale", "SubjectMean", "depth_rating"]
+__all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SubjectMean", "depth_rating"]
 
 Scale = Literal["ratio", "ordinal"]
 """What the ratings are: ratios to the standard, or steps in order (whole numbers)."""
@@ -75,8 +75,8 @@ class RatingMean:
     aperture_mm: float
     subjects: int
     rating: Interval
-    ratio: Interval | NotDone
-    against_pinhole: Effect | NotDone
+    ratio: Interval | NotComputed
+    against_pinhole: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,16 +102,16 @@ class FixationResult:
     """
 
     fixation: str
-    slope: Effect | NotDone
-    two_stage: Effect | NotDone
-    rise: Interval | NotDone
-    trend: Trend | NotDone
-    equivalence: Equivalence | NotDone
-    ordinal: Effect | NotDone
+    slope: Effect | NotComputed
+    two_stage: Effect | NotComputed
+    rise: Interval | NotComputed
+    trend: Trend | NotComputed
+    equivalence: Equivalence | NotComputed
+    ordinal: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
-class DepthRating:
+class DepthRatingResult:
     """What the depth ratings say.
 
     Parameters
@@ -148,11 +148,11 @@ class DepthRating:
     subject_means: tuple[SubjectMean, ...]
     means: tuple[RatingMean, ...]
     fixations: tuple[FixationResult, ...]
-    interaction: Effect | NotDone
+    interaction: Effect | NotComputed
     remarks: tuple[str, ...]
 
 
-def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio") -> DepthRating:
+def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio") -> DepthRatingResult:
     """Analyse depth ratings.
 
     Parameters
@@ -167,8 +167,8 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
 
     Returns
     -------
-    DepthRating
-        Where something could not be computed, a `NotDone` says why.
+    DepthRatingResult
+        Where something could not be computed, a `NotComputed` says why.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
     fixations = [_fixation(table, fixation, equivalence_bound, scale, remarks) for fixation in present]
     interaction = _interaction(table, scale)
     slopes = family([*(result.slope for result in fixations), interaction])
-    return DepthRating(
+    return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
         scale=scale,
@@ -222,18 +222,18 @@ def _fixation(table: pd.DataFrame, fixation: str, bound: float, scale: Scale, re
     rows = table[table["fixation"] == fixation]
     subject, design = pd.factorize(rows["participant_id"], sort=True)[0], _design(rows, remarks)
     largest = float(rows["aperture_mm"].max())
-    slope: Effect | NotDone
-    two_stage: Effect | NotDone
-    rise: Interval | NotDone
-    equal: Equivalence | NotDone
-    ordinal: Effect | NotDone
+    slope: Effect | NotComputed
+    two_stage: Effect | NotComputed
+    rise: Interval | NotComputed
+    equal: Equivalence | NotComputed
+    ordinal: Effect | NotComputed
     if scale == "ratio":
         slope, two_stage = (fit(rows["answer"].to_numpy(), design, subject) for fit in (mixed_slope, two_stage_slope))
-        ordinal = NotDone("The ratings are ratios: the ordinal analysis is for answers in steps.")
+        ordinal = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
     else:
-        slope = two_stage = NotDone("The scale is ordinal: its steps have no ratios.")
+        slope = two_stage = NotComputed("The scale is ordinal: its steps have no ratios.")
         ordinal = ordinal_slope(rows["rating"].to_numpy().astype(int), design, subject)
-    if isinstance(slope, NotDone):
+    if isinstance(slope, NotComputed):
         rise = equal = slope
     else:
         rise = _exponential(Interval(largest * slope.estimate, largest * slope.low, largest * slope.high))
@@ -256,19 +256,19 @@ def _design(rows: pd.DataFrame, remarks: list[str]) -> np.ndarray:
     return design[:, :2]
 
 
-def _interaction(table: pd.DataFrame, scale: Scale) -> Effect | NotDone:
+def _interaction(table: pd.DataFrame, scale: Scale) -> Effect | NotComputed:
     """The subjects' own differences of slopes.
 
     A mixed model of the interaction has ten variances and covariances, more than a few subjects can tell; in a balanced
     design its test is this one.
     """
     if scale == "ordinal":
-        return NotDone("The scale is ordinal: its steps have no ratios.")
+        return NotComputed("The scale is ordinal: its steps have no ratios.")
     slopes = {}
     for fixation in FIXATIONS:
         rows = table[table["fixation"] == fixation]
         if rows.empty:
-            return NotDone(f"No trials have the {fixation} object fixated: there is nothing to compare.")
+            return NotComputed(f"No trials have the {fixation} object fixated: there is nothing to compare.")
         subject, names = pd.factorize(rows["participant_id"], sort=True)
         own = own_slopes(rows["answer"].to_numpy(), _design(rows, []), subject)
         slopes[fixation] = pd.Series(own, index=names)
@@ -312,14 +312,16 @@ def _means(table: pd.DataFrame, remarks: list[str]) -> tuple[RatingMean, ...]:
     for (fixation, mm), width in zip(keys, widths, strict=True):
         level = float(cells[fixation, mm].mean())
         ends = (level - width, level + width) if math.isfinite(width) else (None, None)
-        ratio: Interval | NotDone
-        test: Effect | NotDone
+        ratio: Interval | NotComputed
+        test: Effect | NotComputed
         if mm == 0:
-            ratio, test = Interval(1.0, 1.0, 1.0), NotDone("The pinhole is what the others are compared with.")
+            ratio, test = Interval(1.0, 1.0, 1.0), NotComputed("The pinhole is what the others are compared with.")
         elif (fixation, 0.0) not in cells:
-            ratio = test = NotDone(f"No pinhole trials have the {fixation} object fixated: there is no ratio to them.")
+            ratio = test = NotComputed(
+                f"No pinhole trials have the {fixation} object fixated: there is no ratio to them."
+            )
         elif (logs := (cells[fixation, mm] - cells[fixation, 0.0]).dropna()).empty:
-            ratio = test = NotDone(f"No subject has both {aperture[mm]} and pinhole trials.")
+            ratio = test = NotComputed(f"No subject has both {aperture[mm]} and pinhole trials.")
         else:
             ratio = _exponential(bootstrap_interval(logs))
             test = paired_effect(logs, "paired t-test of the logarithms")

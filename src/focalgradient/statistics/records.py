@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotDone", "as_table"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table"]
 
 ALPHA = 0.05
 """Error rate that tests are held against."""
@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class NotDone:
+class NotComputed:
     """Stands where a result would stand: what kept it from being computed, in one sentence."""
 
     reason: str
@@ -76,7 +76,7 @@ def as_table(records: Iterable[Any]) -> pd.DataFrame:
 
     Examples
     --------
-    >>> as_table([NotDone("There is one subject only.")])["reason"][0]
+    >>> as_table([NotComputed("There is one subject only.")])["reason"][0]
     'There is one subject only.'
     """
     return pd.json_normalize([dataclasses.asdict(record) for record in records])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from focalgradient.statistics.means import paired_effect, student_effect
-from focalgradient.statistics.records import Effect, NotDone
+from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["design_matrix", "mixed_slope", "own_slopes", "two_stage_slope"]
 
@@ -78,7 +78,7 @@ def own_slopes(answers: FloatArray, design: FloatArray, subject: NDArray[np.int_
     return slopes
 
 
-def mixed_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotDone:
+def mixed_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotComputed:
     """Slope of the answers by a linear mixed model with random intercepts and slopes, fitted by REML.
 
     answer = design . fixed + a_subject + b_subject x amount + noise, with (a, b) normal with any covariance.
@@ -107,23 +107,23 @@ def mixed_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np.int
     (0.5, 7)
     """
     plain = two_stage_slope(answers, design, subject)
-    if np.ptp(answers) == 0 or (isinstance(plain, NotDone) and plain.reason == TOO_FEW):
+    if np.ptp(answers) == 0 or (isinstance(plain, NotComputed) and plain.reason == TOO_FEW):
         return plain
     fitted = _reml(answers, design, subject)
     if fitted is None:
-        return plain if isinstance(plain, NotDone) else replace(plain, remarks=(NO_MAXIMUM,))
+        return plain if isinstance(plain, NotComputed) else replace(plain, remarks=(NO_MAXIMUM,))
     estimate, error, singular = fitted
     return student_effect(
         estimate,
         error,
-        len(np.unique(subject)) if isinstance(plain, NotDone) else plain.subjects,
+        len(np.unique(subject)) if isinstance(plain, NotComputed) else plain.subjects,
         "linear mixed model, random intercepts and slopes, REML, t on subjects - 1",
-        dz=None if isinstance(plain, NotDone) else plain.dz,
+        dz=None if isinstance(plain, NotComputed) else plain.dz,
         remarks=(SINGULAR,) if singular else (),
     )
 
 
-def two_stage_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotDone:
+def two_stage_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotComputed:
     """Mean of the subjects' own least-squares slopes, by a t-test: exact in a balanced design; see `mixed_slope`.
 
     Examples
@@ -135,9 +135,9 @@ def two_stage_slope(answers: FloatArray, design: FloatArray, subject: NDArray[np
     own = own_slopes(answers, design, subject)
     told = own[np.isfinite(own)]
     if len(told) < 2:
-        return NotDone(TOO_FEW)
+        return NotComputed(TOO_FEW)
     if np.ptp(answers) == 0:
-        return NotDone("All answers are the same: there is no variation to test a slope against.")
+        return NotComputed("All answers are the same: there is no variation to test a slope against.")
     return paired_effect(told, "least-squares slopes of each subject's own, t-test of their mean")
 
 

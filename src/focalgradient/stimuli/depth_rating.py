@@ -19,6 +19,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.render import render, render_bands
@@ -29,7 +30,6 @@ from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, ju
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
 from focalgradient.stimuli.sheet import sheet_png
-from focalgradient.stimulus import Display
 
 __all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
 

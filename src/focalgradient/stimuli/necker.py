@@ -17,14 +17,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.render.wireframe import Focus, blur_at, necker_loop
 from focalgradient.render.wireframe import Gradient as Reading
-from focalgradient.scenes.necker import Necker, departure_from_rigid
+from focalgradient.scenes.necker import NeckerCube, departure_from_rigid
 from focalgradient.scenes.necker import Reading as Shape
 from focalgradient.stimuli.folder import MANIFEST, Folder
 from focalgradient.stimuli.sets import display_json, png
-from focalgradient.stimulus import Display
 
 __all__ = ["Gradient", "make_necker"]
 
@@ -41,7 +41,7 @@ SIGMAS = 4.0  # of its widest blur, to which a line reaches
 
 def make_necker(
     out: str | Path,
-    cube: Necker,
+    cube: NeckerCube,
     *,
     gradients: Sequence[Gradient] = ("none", "rigid", "reversed"),
     size: int = 640,
@@ -202,7 +202,7 @@ def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: floa
     return content
 
 
-def _departure(cube: Necker, frames: int) -> dict[str, Any]:
+def _departure(cube: NeckerCube, frames: int) -> dict[str, Any]:
     """How far both readings are from rigid over a turn, and where each turns."""
     turn = np.arange(LOOPS * frames) / (LOOPS * frames)
     told: dict[str, Any] = {}
@@ -227,7 +227,7 @@ def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
     return told
 
 
-def _check(cube: Necker, size: int, widest: float, pixel_angle: float, display: Display) -> None:
+def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, display: Display) -> None:
     """Refuse a frame that is odd, too large for the display, or too small for the cube."""
     if not (isinstance(size, int) and size > 0 and size % 2 == 0):
         raise InputError(f"size is {size!r}, but must be a positive even number of pixels.")

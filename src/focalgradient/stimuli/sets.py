@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli.folder import MANIFEST
-from focalgradient.stimulus import Display
 
 __all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "png", "read_set"]
 

@@ -7,7 +7,7 @@ import pytest
 
 from focalgradient import Lens
 from focalgradient.render import render
-from focalgradient.render.seen import seen
+from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.variant import variant
 from focalgradient.scenes import Mesh, Plane, Scene, Texture, bottle
 from focalgradient.scenes.bottle import BODY_RADIUS, EYE
@@ -36,7 +36,7 @@ def before_wall(mirror: Mesh) -> Scene:
 def found(scene: Scene, shape: tuple[int, int], pixel_angle: float) -> tuple[np.ndarray, np.ndarray]:
     how = variant()
     assert how is not None
-    distance, vergence = seen(scene, shape, pixel_angle, how)
+    distance, vergence = ground_truth(scene, shape, pixel_angle, how)
     assert vergence is not None
     return distance, vergence
 

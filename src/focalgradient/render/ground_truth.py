@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from focalgradient.render.pathtrace import has_mirrors, trace
 from focalgradient.scenes.objects import Scene
 
-__all__ = ["seen"]
+__all__ = ["ground_truth"]
 
 
-def seen(
+def ground_truth(
     scene: Scene, shape: tuple[int, int], pixel_angle: float, variant: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """True distance in metres along the axis, H x W, and where there are mirrors the vergence, H x W x 2 x 2.

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient import InputError
+from focalgradient.display import Display
 from focalgradient.photographs import srgb_to_linear
-from focalgradient.stimulus import Display
 
 DISPLAYS = [Display(), Display(gamma=2.2), Display(gamma=1.0), Display(dither=True), Display(gamma=2.4, dither=True)]
 
