@@ -224,7 +224,7 @@ def array(change):
 
 def poke(value: float):
     def change(image: np.ndarray) -> np.ndarray:
-        image[3, 4:6] = value
+        image[:60] = value
         return image
 
     return array(change)
@@ -248,8 +248,8 @@ BAD = {
     "nearly black": (pixels("b.png", lambda p: (p >> 15).astype(np.uint8)), SETTINGS, r"b\.png is black"),
     "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
     "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
-    "NaN": (poke(np.nan), SETTINGS, r"b\.npy holds 2 NaN or infinite values"),
-    "infinite": (poke(np.inf), SETTINGS, r"b\.npy holds 2 NaN or infinite values"),
+    "NaN": (poke(np.nan), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
+    "infinite": (poke(np.inf), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
     "array of a wrong shape": (
         array(lambda p: p[None]),
         SETTINGS,

@@ -114,3 +114,15 @@ def test_evening_keeps_the_ceiling_of_what_is_saturated():
     image[20:40, 30:60] = image[100:120, 150:170] = 1.0
     evened = even_out([first, View(image, second.optics, second.pixel_angle)])[1].image
     assert np.array_equal(evened == evened.max(), image == 1.0)
+
+
+def test_evening_leaves_out_what_the_mask_does_and_keeps_the_mask():
+    gain = (1 + 0.2 * (DOWN**2 + RIGHT**2)) ** -2.0
+    first, second = views(gain)
+    image, mask = second.image.copy(), np.ones(gain.shape, np.bool_)
+    mask[20:60, 30:90] = False
+    image[~mask] = 9.0
+    evened = even_out([first, View(image, second.optics, second.pixel_angle, mask=mask)])[1]
+    assert evened.mask is mask
+    ratio = (evened.image / views(1.0)[1].image)[mask]
+    assert ratio.std() / ratio.mean() < 0.01

@@ -112,7 +112,39 @@ def test_saturated_pixels_are_counted_and_said(tmp_path):
     pixels = RGB8.copy()
     pixels[:3, :, 2] = 255  # one channel is enough
     with pytest.warns(FocalGradientWarning, match=r"a\.png: 25\.0% of the pixels are saturated"):
-        assert read_photograph(write(tmp_path / "a.png", pixels)).saturated == 0.25
+        photograph = read_photograph(write(tmp_path / "a.png", pixels))
+    assert photograph.saturated == 0.25
+    assert photograph.mask is not None
+    np.testing.assert_array_equal(photograph.mask, np.arange(12)[:, None] * np.ones(16) >= 3)
+    assert read_photograph(write(tmp_path / "b.png", RGB8 // 2)).mask is None
+
+
+def test_bad_pixels_are_masked_and_filled_from_beside(tmp_path):
+    pixels = RGB16 / 65535
+    pixels[4, 5, 1], pixels[0, 0] = np.nan, -np.inf
+    np.save(tmp_path / "a.npy", pixels)
+    with pytest.warns(FocalGradientWarning, match=r"a\.npy: 2 pixels are NaN or infinite, and are left out"):
+        photograph = read_photograph(tmp_path / "a.npy")
+    assert photograph.mask is not None
+    assert np.argwhere(~photograph.mask).tolist() == [[0, 0], [4, 5]]
+    beside = photograph.luminance[[3, 5, 4, 4], [5, 5, 4, 6]]
+    assert photograph.luminance[4, 5] in beside
+    assert photograph.saturated == 0
+
+
+def test_the_mask_travels_to_the_view(tmp_path):
+    images = [np.random.default_rng(n).uniform(0.2, 0.8, (48, 64)) for n in (0, 1)]
+    images[1][10:13, 20:25] = np.nan
+    for n, image in enumerate(images):
+        np.save(tmp_path / f"{n}.npy", image)
+    shot = '[[view]]\nimage = "{n}.npy"\nf_number = {f}\nfocus_distance_m = 0.8\n'
+    (tmp_path / "v.toml").write_text(
+        "[camera]\nfocal_length_mm = 25\npixel_pitch_um = 8\n" + shot.format(n=0, f=16) + shot.format(n=1, f=4)
+    )
+    with pytest.warns(FocalGradientWarning, match="15 pixels are NaN"):
+        sharp, wide = read_views(tmp_path / "v.toml")
+    assert sharp.mask is None
+    np.testing.assert_array_equal(wide.mask, np.isfinite(images[1]))
 
 
 def test_black_leaves_dim_pictures_alone(tmp_path):

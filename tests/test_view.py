@@ -42,6 +42,27 @@ def spoiled(*values: float) -> np.ndarray:
         (np.ones((4, 5)), math.nan, "pixel_angle is nan"),
     ],
 )
-def test_refused(image: Any, pixel_angle: float, said: str) -> None:
+def test_bad_images_and_angles_are_refused(image: Any, pixel_angle: float, said: str) -> None:
     with pytest.raises(InputError, match=said):
         View(image, LENS, pixel_angle)
+
+
+def test_a_mask_says_which_pixels_can_be_used() -> None:
+    mask = np.ones((4, 5), np.bool_)
+    mask[1, 2] = False
+    assert View(np.ones((4, 5)), LENS, 3e-4, mask=mask).mask is mask
+    assert View(np.ones((4, 5)), LENS, 3e-4).mask is None
+
+
+@pytest.mark.parametrize(
+    ("mask", "said"),
+    [
+        (np.ones((4, 5)), r"mask is a float64 array of shape \(4, 5\), but must be an array of booleans"),
+        (np.ones((5, 4), np.bool_), r"of shape \(5, 4\), but must be .* the image's shape \(4, 5\)"),
+        ([[True]], "mask is list"),
+        (np.zeros((4, 5), np.bool_), "mask is False everywhere"),
+    ],
+)
+def test_masks_that_say_nothing_of_each_pixel_are_refused(mask: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        View(np.ones((4, 5)), LENS, 3e-4, mask=mask)

@@ -26,11 +26,15 @@ class View:
         The `Lens` or eye that formed it.
     pixel_angle
         Angle in radians that one pixel subtends at the lens on the axis: pixel pitch / sensor distance.
+    mask
+        H x W, True where a pixel can be used, False where it is saturated or bad; None: all can be used. The image must
+        be finite everywhere, under the mask too: its values there are arbitrary, and best close to their neighbours'.
 
     Raises
     ------
     InputError
-        If the image is not an H x W array of finite floating-point numbers, or the pixel angle is not positive.
+        If the image is not an H x W array of finite floating-point numbers, the pixel angle is not positive, or the
+        mask is not an H x W array of booleans that is True somewhere.
 
     Examples
     --------
@@ -44,6 +48,7 @@ class View:
     image: NDArray[np.floating]
     optics: Optics
     pixel_angle: float
+    mask: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         image = self.image
@@ -58,13 +63,29 @@ class View:
         if not np.isfinite(image).all():
             count = np.size(image) - int(np.isfinite(image).sum())
             raise InputError(
-                f"image holds {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it."
+                f"image holds {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it, "
+                "or fill them with np.nan_to_num(image) and give mask=np.isfinite(image)."
             )
         if not (self.pixel_angle > 0 and math.isfinite(self.pixel_angle)):
             raise InputError(f"pixel_angle is {self.pixel_angle!r}, but must be a positive angle in radians.")
+        _check_mask(self.mask, image.shape)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width in pixels."""
         height, width = self.image.shape
         return height, width
+
+
+def _check_mask(mask: object, shape: tuple[int, ...]) -> None:
+    """Refuse what does not say of each pixel whether it can be used."""
+    if mask is None:
+        return
+    if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == shape):
+        what = f"a {mask.dtype} array of shape {mask.shape}" if isinstance(mask, np.ndarray) else type(mask).__name__
+        raise InputError(
+            f"mask is {what}, but must be an array of booleans of the image's shape {shape}: True where a pixel can be "
+            "used."
+        )
+    if not mask.any():
+        raise InputError("mask is False everywhere, but must be True where a pixel can be used: invert it.")

@@ -28,8 +28,8 @@ Encoding = Literal["linear", "srgb"]
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue in luminance (Rec. ITU-R BT.709; IEC 61966-2-1)."""
 
-_SATURATED = 0.5
-"""Share of pixels at the file type's maximum above which an image is refused as saturated."""
+_UNUSABLE = 0.5
+"""Share of pixels that are saturated, or NaN or infinite, above which an image is refused."""
 
 _SATURATED_WORTH_SAYING = 1e-3
 """Share of pixels at the file type's maximum above which a warning says so."""
@@ -56,6 +56,9 @@ class Photograph:
         Share of pixels of which some channel lies at the maximum of an integer `pixel_type`, 0 to 1.
     binning
         Pixels of the sensor to one of these, in each direction: 2 for a camera raw file, or else 1.
+    mask
+        H x W, True where a pixel can be used: no channel lies at the maximum of an integer `pixel_type`, and all are
+        finite. None where all can be used.
     """
 
     path: Path
@@ -64,6 +67,7 @@ class Photograph:
     pixel_type: str
     saturated: float
     binning: int = 1
+    mask: NDArray[np.bool_] | None = None
 
 
 def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
@@ -97,23 +101,29 @@ def read_photograph(
     Raises
     ------
     InputError
-        If the file is missing, unreadable or not an image, or the image holds NaN or infinite pixels, is saturated
-        (more than half its pixels at the maximum of an integer type) or black (no pixel above 2 levels and 0.1 % of
+        If the file is missing, unreadable or not an image, or more than half its pixels are saturated (at the maximum
+        of an integer type) or NaN or infinite (floating point), or it is black (no pixel above 2 levels and 0.1 % of
         that maximum; for floating point, none above 0) or the same everywhere; or if the flat field differs in size,
         is saturated, or dark somewhere.
 
     Warns
     -----
     FocalGradientWarning
-        If more than 0.1 % of the pixels are saturated: blur is not to be measured on them.
+        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out.
     """
     path = Path(path)
     pixels, encoding = _read(path, encoding)
-    saturated = _check(path, pixels)
+    mask = _usable(path, pixels)
+    saturated = _check(path, pixels, mask)
+    if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
+        pixels = _filled(pixels, mask)
     luminance = _luminance(pixels, encoding)
     if flat is not None:
         luminance = _flattened(path, luminance, pixels, Path(flat), encoding)
-    return Photograph(path, luminance, encoding, pixels.dtype.name, saturated, CELL if is_raw(path) else 1)
+    return Photograph(
+        *(path, luminance, encoding, pixels.dtype.name, saturated, CELL if is_raw(path) else 1),
+        mask=None if mask.all() else mask,
+    )
 
 
 def read_photographs(
@@ -239,40 +249,55 @@ def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy
     return InputError(f"{path} cannot be read as an image: expected {expected}.")
 
 
-def _check(path: Path, pixels: NDArray[Any]) -> float:
-    """Give the share of saturated pixels; refuse pixels from which no blur can be measured."""
+def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
+    """H x W: where no channel is at the maximum of an integer type, or NaN or infinite."""
     if pixels.dtype not in (np.uint8, np.uint16) and not np.issubdtype(pixels.dtype, np.floating):
         raise InputError(
             f"{path} holds pixels of type {pixels.dtype}, but must hold 8- or 16-bit unsigned integers or "
             "floating-point numbers: convert it first."
         )
-    if np.issubdtype(pixels.dtype, np.floating):
-        if bad := int(np.size(pixels) - np.isfinite(pixels).sum()):
-            raise InputError(f"{path} holds {bad} NaN or infinite values, but all must be finite: repair or crop it.")
-        black, saturated = 0.0, 0.0
-    else:
-        top = int(np.iinfo(pixels.dtype).max)
-        black = max(2.0, 1e-3 * top)
-        at_top = pixels == top
-        saturated = float(np.mean(at_top.any(axis=2) if pixels.ndim == 3 else at_top))
-    if saturated > _SATURATED:
-        raise InputError(
-            f"{path} is saturated: {saturated:.0%} of its pixels lie at the maximum, {top}, where at most half may: "
-            "expose it less."
+    integer = np.issubdtype(pixels.dtype, np.integer)
+    usable = pixels < np.iinfo(pixels.dtype).max if integer else np.isfinite(pixels)
+    return np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
+
+
+def _filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
+    """`pixels` with each one outside the mask replaced by the nearest inside it."""
+    from scipy.ndimage import distance_transform_edt
+
+    row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
+    return pixels[row, column]
+
+
+def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
+    """Give the share of saturated pixels; refuse pixels from which no blur can be measured."""
+    bad = 1 - float(mask.mean())
+    integer = np.issubdtype(pixels.dtype, np.integer)
+    top = int(np.iinfo(pixels.dtype).max) if integer else 0
+    if bad > _UNUSABLE:
+        trouble = (
+            f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."
+            if integer
+            else f"holds {np.sum(~mask)} pixels that are NaN or infinite ({bad:.0%}), but at most half may be: crop it."
         )
-    if pixels.max() <= black:
-        raise InputError(f"{path} is black: its brightest value is {pixels.max():g}: expose it more.")
-    if pixels.min() == pixels.max():
-        raise InputError(
-            f"{path} is the same everywhere ({pixels.max():g}), so it shows no blur: give one with texture."
-        )
-    if saturated > _SATURATED_WORTH_SAYING:
+        raise InputError(f"{path} {trouble}")
+    good = pixels[mask]
+    darkest, brightest = good.min(), pixels.max() if integer else good.max()
+    if brightest <= max(2.0, 1e-3 * top) * integer:
+        raise InputError(f"{path} is black: its brightest value is {brightest:g}: expose it more.")
+    if darkest == brightest:
+        raise InputError(f"{path} is the same everywhere ({brightest:g}), so it shows no blur: give one with texture.")
+    if integer and bad > _SATURATED_WORTH_SAYING:
         warnings.warn(
-            f"{path}: {saturated:.1%} of the pixels are saturated; depth on and around them is not to be trusted.",
+            f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is not to be trusted.",
             FocalGradientWarning,
             stacklevel=3,
         )
-    return saturated
+    elif not integer and bad:
+        warnings.warn(
+            f"{path}: {np.sum(~mask)} pixels are NaN or infinite, and are left out.", FocalGradientWarning, stacklevel=3
+        )
+    return bad if integer else 0.0
 
 
 def _luminance(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:

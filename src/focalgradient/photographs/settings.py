@@ -149,8 +149,10 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:
     """Join each photograph with the optics of its shot; what their vignetting differs by is evened out."""
-    told = zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
-    return even_out([View(photo.luminance, lens, pixel_angle * photo.binning) for photo, lens, pixel_angle in told])
+    shots = zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
+    return even_out(
+        [View(photo.luminance, lens, angle * photo.binning, mask=photo.mask) for photo, lens, angle in shots]
+    )
 
 
 def read_views(path: str | os.PathLike[str]) -> list[View]:

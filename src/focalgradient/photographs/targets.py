@@ -88,7 +88,9 @@ class Targets(Table):
         # Blur is measured in pixels here: the optics, to be found, do not enter.
         lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
         try:
-            width, width_sd = read_target(View(photograph.luminance, lens, pitch / lens.focal_length))
+            width, width_sd = read_target(
+                View(photograph.luminance, lens, pitch / lens.focal_length, mask=photograph.mask)
+            )
         except InputError as error:
             raise InputError(f"{shot.image}: {error}") from error
         return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, width * pitch, width_sd * pitch)

@@ -58,10 +58,12 @@ def _evened(view: View, reference: View) -> View:
         return view
     side = max(1, min(height, width) // BLOCKS)
     size = (max(1, width // side), max(1, height // side))
-    clipped = [_ceiling(v.image) for v in (reference, view)]
+    clipped = [_ceiling(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
     share = [cv2.resize(c.astype(np.float32), size, interpolation=cv2.INTER_AREA) for c in clipped]
     one, other = (cv2.resize(v.image.astype(np.float32), size, interpolation=cv2.INTER_AREA) for v in (reference, view))
-    used = (one > 0.05 * one.max()) & (other > 0.05 * other.max()) & (np.maximum(*share) == 0)
+    used = np.maximum(*share) == 0
+    if used.any():
+        used &= (one > 0.05 * one[used].max()) & (other > 0.05 * other[used].max())
     if used.sum() < 64:
         return view
     ratio = np.log(other[used] / one[used])
