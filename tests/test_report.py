@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import json
 import re
 import shutil
 import time
@@ -16,6 +17,7 @@ from recorded import edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
 from focalgradient.design import DepthRatingDesign
+from focalgradient.files import plain_name
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
@@ -123,6 +125,17 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
     assert str(data) not in text
     assert "is the default" not in text
     assert "is the default: state your own" in page(make_report(few))
+
+
+def test_no_setting_of_a_design_names_a_file(copy):
+    for path in copy.rglob("*_task-depthrating_beh.json"):
+        sidecar = json.loads(path.read_text())
+        sidecar["Design"]["../outside"] = "x"
+        path.write_text(json.dumps(sidecar))
+    made = make_report(copy)
+    assert {"depth_rating_design.csv", "necker_design.csv"} <= set(made.files)
+    assert all(plain_name(name) for name in made.files)
+    assert "../outside" in made.files["depth_rating_design.csv"].decode()
 
 
 def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, data):

@@ -195,9 +195,9 @@ def _design(part: Ratings | Reports, name: str) -> Sheet:
     """Every setting of the design, with all its values where sessions differ."""
     values: dict[str, dict[str, None]] = {}
     for sidecar in part.data.sidecars.values():
-        for name, value in sidecar["Design"].items():
+        for setting, value in sidecar["Design"].items():
             told = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-            values.setdefault(name, {})[told] = None
+            values.setdefault(setting, {})[told] = None
     rows = [[setting, "; ".join(told)] for setting, told in values.items()]
     return _listed(f"{name}_design.csv", "Design", ["setting", "value"], rows)
 
