@@ -57,8 +57,8 @@ ROOMS = {
         ),
         *("video", "view"),
     },
-    "__init__": {"depth", "errors", "optics", "view"},
 }
+ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 
 # Libraries that live in one place: a room, or a folder beside src.
 HOMES = {
@@ -75,8 +75,9 @@ HOMES = {
     "mitsuba": {"render"},
 }
 
-# What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed.
-HEAVY = {*HOMES, "numba", "pandas", "statsmodels"}
+# What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed. Of what
+# is left NumPy takes most of the time.
+HEAVY = {*HOMES, "numba", "pandas", "scipy", "statsmodels"}
 
 
 def room_of(file: Path) -> str:
@@ -145,13 +146,8 @@ def test_libraries_stay_at_home() -> None:
 
 
 def test_front_door_is_light() -> None:
-    program = (
-        "import sys, time; start = time.perf_counter(); import focalgradient; seconds = time.perf_counter() - start; "
-        f"print(seconds, *{HEAVY}.intersection(sys.modules))"
-    )
-    runs = [subprocess.check_output([sys.executable, "-c", program], text=True).split() for _ in range(3)]
-    assert min(float(seconds) for seconds, *_ in runs) < 0.5
-    assert runs[0][1:] == []  # loaded, though not needed yet
+    program = f"import sys, focalgradient; print(*{HEAVY}.intersection(sys.modules))"
+    assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []
 
 
 @pytest.mark.skipif(not (shutil.which("git") and (ROOT / ".git").exists()), reason="not a git checkout")

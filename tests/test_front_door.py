@@ -1,0 +1,86 @@
+"""`import focalgradient as fg`: what stands there, when it is loaded, and that documents cite names that exist."""
+
+import importlib
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import focalgradient as fg
+
+ROOT = Path(__file__).parents[1]
+ROOMS = {file.stem for file in (ROOT / "src" / "focalgradient").iterdir() if file.suffix == ".py" or file.is_dir()}
+NOT_ATTRIBUTES = {"__init__", "__pycache__", "__main__", "cli"}  # the command line is a program, not a library
+
+
+def test_every_room_stands_at_the_front_door() -> None:
+    assert set(dir(fg)) >= ROOMS - NOT_ATTRIBUTES, "name the new room in `__all__` of focalgradient/__init__.py"
+
+
+@pytest.mark.parametrize("name", fg.__all__)
+def test_every_name_of_the_front_door_is_there(name: str) -> None:
+    assert getattr(fg, name) is not None
+    assert name in dir(fg)
+
+
+def test_unknown_names_are_no_attributes() -> None:
+    with pytest.raises(AttributeError, match="module 'focalgradient' has no attribute 'lenses'"):
+        _ = fg.lenses  # type: ignore[attr-defined]
+    assert not hasattr(fg, "cli_")
+
+
+def test_rooms_are_loaded_when_touched() -> None:
+    program = (
+        "import sys, focalgradient as fg; before = set(sys.modules); fg.Eye; after = set(sys.modules) - before; "
+        "print('focalgradient.eye' in before, 'focalgradient.eye' in after, fg.eye.Eye is fg.Eye)"
+    )
+    assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == ["False", "True", "True"]
+
+
+def documents() -> list[Path]:
+    docs = ROOT / "docs"
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted({*docs.rglob("*.md"), *docs.rglob("*.rst")})]
+
+
+def cited(text: str) -> Iterator[str]:
+    """Dotted names of the package that a document cites or imports."""
+    for room, names in re.findall(r"from (focalgradient[\w.]*) import \(?([\w ,\n]+)", text):
+        for name in names.split(","):
+            if name.strip():
+                yield f"{room}.{name.split()[0]}"
+    for name in re.findall(r"(?<![\w/.-])(?:focalgradient|fg)((?:\.[A-Za-z_]\w*)+)", text):
+        yield f"focalgradient{name}"
+
+
+def found(name: str) -> bool:
+    """Whether a dotted name is a module or something in one."""
+    thing, path = fg, "focalgradient"
+    for part in name.split(".")[1:]:
+        path += f".{part}"
+        if not hasattr(thing, part):
+            try:
+                importlib.import_module(path)
+            except ModuleNotFoundError as error:
+                return not str(error.name).startswith("focalgradient")  # a room exists without its own library
+        thing = getattr(thing, part)
+    return True
+
+
+@pytest.mark.parametrize("document", documents(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_documents_cite_names_that_exist(document: Path) -> None:
+    assert [name for name in cited(document.read_text(encoding="utf-8")) if not found(name)] == []
+
+
+def test_citations_are_found_and_judged() -> None:
+    text = (
+        "from focalgradient.render import cast, nothing\n`fg.eye.Eye`, `focalgradient.depht` but /src/focalgradient.x"
+    )
+    names = list(cited(text))
+    assert names == [
+        *("focalgradient.render.cast", "focalgradient.render.nothing", "focalgradient.render"),
+        *("focalgradient.eye.Eye", "focalgradient.depht"),
+    ]
+    assert [found(name) for name in names] == [True, False, True, True, False]
