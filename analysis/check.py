@@ -13,7 +13,7 @@ from report import Progress, Shown, alone
 from scipy.stats import chi2
 
 from focalgradient import FocalGradientWarning, Lens, View, recover_depth
-from focalgradient.depth.check import check_views
+from focalgradient.depth.spectra.check import check_views
 from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Plane, Scene, Texture, plane

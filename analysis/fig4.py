@@ -13,7 +13,7 @@ from report import Progress, Shown, alone
 from scipy.ndimage import minimum_filter
 
 from focalgradient import Lens, View
-from focalgradient.depth.edges import Edges, average_segments, measure_edges
+from focalgradient.depth.edges.measure import Edges, average_segments, measure_edges
 from focalgradient.plotting import BLUE, GREY, ORANGE, draw_distance, draw_view, new_figure, style
 from focalgradient.render import render
 from focalgradient.scenes import room

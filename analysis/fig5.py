@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.ratio import fine_noise_floor, focal_disparity
+from focalgradient.depth.ratio.disparity import fine_noise_floor, focal_disparity
 from focalgradient.plotting import draw_depth, draw_distance, draw_view, new_figure, style
 from focalgradient.render import Rendered, noisy, render, render_series
 from focalgradient.scenes import bottle

@@ -31,9 +31,9 @@ from recover_depth import APERTURES, FAR, FOCUS, NEAR
 from scipy import ndimage
 
 from focalgradient import Lens, recover_depth
-from focalgradient.depth.kernels import THREADS
-from focalgradient.depth.ratio import BRIGHTNESS, focal_disparity, read_depth, table_for
-from focalgradient.depth.ratio_table import DisparityTable
+from focalgradient.depth.numerics import THREADS
+from focalgradient.depth.ratio.disparity import BRIGHTNESS, focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio.table import DisparityTable
 from focalgradient.depth.search import Search
 from focalgradient.psf import pixel_transfer, transfer
 from focalgradient.render import cast, noisy

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.ratio import focal_disparity
+from focalgradient.depth.ratio.disparity import focal_disparity
 
 
 def test_content_of_a_checkerboard_is_known():

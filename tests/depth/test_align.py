@@ -5,7 +5,7 @@ import pytest
 from blurred import SHAPE, Camera, lens, wall
 
 from focalgradient import FocalGradientWarning, recover_depth
-from focalgradient.depth.align import Placement, resample
+from focalgradient.depth.registration import Placement, resample
 
 LENSES = [lens(16), lens(5.6)]
 DISTANCE = 1.3  # blur discs of 0.9 and 2.8 pixels

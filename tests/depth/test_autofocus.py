@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError, Lens, View, recover_depth
-from focalgradient.depth.autofocus import peaks
+from focalgradient.depth.autofocus.estimate import peaks
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
 

@@ -10,7 +10,7 @@ from blurred import lens
 from scipy import stats
 
 from focalgradient import InputError, View, recover_depth
-from focalgradient.depth.check import check_views
+from focalgradient.depth.spectra.check import check_views
 
 
 def wall(*arguments: Any, **options: Any) -> list[View]:

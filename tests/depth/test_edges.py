@@ -8,7 +8,7 @@ from scipy.special import ndtr
 from stepped import bar, bound, image_of, step
 
 from focalgradient import InputError
-from focalgradient.depth.edges import average_segments, measure_edges
+from focalgradient.depth.edges.measure import average_segments, measure_edges
 
 ANGLES = (0.0, 0.4, np.pi / 4, 1.25, np.pi / 2, 2.2, 3.9, 5.5)
 LONG = (64, 320)

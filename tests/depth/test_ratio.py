@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from focalgradient import InputError, Lens, View, recover_depth
-from focalgradient.depth import ratio_kernels
-from focalgradient.depth.ratio import detail, fine_noise_floor, focal_disparity, read_depth, table_for
-from focalgradient.depth.ratio_scatter import MODEL_DOUBT
-from focalgradient.depth.ratio_table import BANDS, DisparityTable, band_transfer
+from focalgradient.depth.ratio import energies
+from focalgradient.depth.ratio.covariance import MODEL_DOUBT
+from focalgradient.depth.ratio.disparity import detail, fine_noise_floor, focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
 from focalgradient.depth.search import Search
 from focalgradient.photographs.images import srgb_to_linear
 from focalgradient.render import cast, noisy
@@ -32,8 +32,8 @@ def grating(period: float, contrast: float, shape: tuple[int, int] = (64, 128)) 
 def test_stored_values_as_they_are_need_no_decoding() -> None:
     stored = np.random.default_rng(0).integers(0, 256, (43, 61), np.uint8)
     for whole, decoded in zip(
-        ratio_kernels.energies([stored], np.arange(256, dtype=np.float32), 4, False),
-        ratio_kernels.energies([stored.astype(np.float32)], None, 4, False),
+        energies.energies([stored], np.arange(256, dtype=np.float32), 4, False),
+        energies.energies([stored.astype(np.float32)], None, 4, False),
         strict=True,
     ):
         np.testing.assert_allclose(whole, decoded, rtol=1e-5)
@@ -43,12 +43,12 @@ def test_luminance_weighs_light_and_not_stored_values() -> None:
     levels = srgb_to_linear(np.arange(256) / 255).astype(np.float32)
     colours = np.random.default_rng(0).integers(0, 255, (40, 50, 3), np.uint8)
     colours[0] = colours[0, :, :1]
-    stored = ratio_kernels.luminance(levels)(colours)
+    stored = energies.luminance(levels)(colours)
     light = levels[colours] @ np.array([0.0722, 0.7152, 0.2126])
     np.testing.assert_array_equal(stored[0], colours[0, :, 0])  # grey stays as it is
     assert np.abs(np.searchsorted((levels[1:] + levels[:-1]) / 2, light) - stored.astype(int)).max() <= 1
     colours[5, 5, 1] = 255
-    assert ratio_kernels.luminance(levels)(colours)[5, 5] == 255
+    assert energies.luminance(levels)(colours)[5, 5] == 255
 
 
 @pytest.mark.parametrize("side", [4, 2, 1])
@@ -61,11 +61,11 @@ def test_energy_and_brightness_are_those_of_scipy(side: int, shape: tuple[int, i
     def squares(values: np.ndarray) -> np.ndarray:
         return values[: rows * side, : columns * side].reshape(rows, side, columns, side).mean(axis=(1, 3))
 
-    energy, brightness = ratio_kernels.energies([image, 1 - image], None, side, False)
+    energy, brightness = energies.energies([image, 1 - image], None, side, False)
     np.testing.assert_allclose(energy[0], squares(second**2), rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(energy[1], energy[0], rtol=1e-4, atol=1e-6)  # a negative has the same detail
     np.testing.assert_allclose(brightness[0], squares(image), rtol=1e-5)
-    sizes, _ = ratio_kernels.energies([image], None, side, True)
+    sizes, _ = energies.energies([image], None, side, True)
     np.testing.assert_allclose(sizes[0], squares(np.abs(second)) ** 2, rtol=1e-5, atol=1e-6)
 
 
@@ -73,8 +73,8 @@ def test_stored_values_are_decoded_by_table() -> None:
     stored = np.random.default_rng(0).integers(0, 256, (40, 56), np.uint8)
     levels = srgb_to_linear(np.arange(256) / 255).astype(np.float32)
     for by_table, decoded in zip(
-        ratio_kernels.energies([stored], levels, 4, False),
-        ratio_kernels.energies([levels[stored]], None, 4, False),
+        energies.energies([stored], levels, 4, False),
+        energies.energies([levels[stored]], None, 4, False),
         strict=True,
     ):
         np.testing.assert_array_equal(by_table, decoded)
@@ -82,7 +82,7 @@ def test_stored_values_are_decoded_by_table() -> None:
 
 def test_gaussian_means_mirror_the_frame() -> None:
     plane_ = np.random.default_rng(0).random((1, 9, 30), np.float32)
-    ours = ratio_kernels.smoothed(plane_, 2.0)[0]
+    ours = energies.smoothed(plane_, 2.0)[0]
     np.testing.assert_allclose(ours, ndimage.gaussian_filter(plane_[0], 2.0, truncate=3.5), atol=2e-6)
 
 

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, InputError, recover_depth
-from focalgradient.depth.kernels import block_sum
-from focalgradient.depth.patches import RADII, Bands, Supposed, compare, scene_power
-from focalgradient.depth.spectra import spectral_difference
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.spectra.bands import RADII, Bands, Supposed, compare, scene_power
+from focalgradient.depth.spectra.estimate import spectral_difference
 from focalgradient.psf import gaussian_transfer
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, View, recover_depth
-from focalgradient.depth.equalise import RADII, Blurs, Shares, comparing_filters
+from focalgradient.depth.equalise.likelihood import RADII, Blurs, Shares, comparing_filters
 from focalgradient.depth.search import Search
 from focalgradient.psf import disc_transfer
 

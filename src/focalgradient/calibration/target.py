@@ -37,7 +37,7 @@ def read_target(view: View) -> tuple[float, float]:
     FocalGradientWarning
         If few of them look like blurred steps, as tone curves and sharpening make it; all are read then.
     """
-    from focalgradient.depth.edges import measure_edges
+    from focalgradient.depth.edges.measure import measure_edges
 
     edges = measure_edges(view.image)
     contrast = np.where(np.isfinite(edges.radius), edges.high - edges.low, 0.0)

@@ -24,7 +24,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import PsfName
 
 if TYPE_CHECKING:
-    from focalgradient.depth.depthmap import DepthMap
+    from focalgradient.depth.depth_map import DepthMap
     from focalgradient.photographs import Photograph, Settings
     from focalgradient.view import View
 

@@ -141,8 +141,8 @@ def stream(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     _check(optics, near, far)
-    from focalgradient.depth.ratio import detail, fine_noise_floor
-    from focalgradient.depth.ratio_kernels import luminance
+    from focalgradient.depth.ratio.disparity import detail, fine_noise_floor
+    from focalgradient.depth.ratio.energies import luminance
     from focalgradient.video import (
         Frame,
         Skipped,
@@ -269,7 +269,7 @@ def _reader(
     Values are vergences in dioptres, or focal disparity where no optics are given.
     """
     from focalgradient import Lens, View
-    from focalgradient.depth.ratio import focal_disparity, read_depth, table_for
+    from focalgradient.depth.ratio.disparity import focal_disparity, read_depth, table_for
     from focalgradient.depth.search import Search
     from focalgradient.psf import DISC_K
     from focalgradient.video import PLAIN, Scale

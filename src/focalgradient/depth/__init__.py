@@ -1,6 +1,6 @@
 """Depth from blur: two or more views in, one depth map out."""
 
-from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
 
 __all__ = ["DepthMap", "recover_depth"]

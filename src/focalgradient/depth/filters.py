@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.depth import kernels
+from focalgradient.depth import numerics
 
 __all__ = ["RADIAL", "Residuals", "Spectra", "fine_noise", "residual_filters"]
 
@@ -123,7 +123,7 @@ class Spectra:
             for number in range(first, last):
                 images[number] = self.filtered(filters[number])
 
-        kernels.share_rows(len(filters), some)
+        numerics.share_rows(len(filters), some)
         return images
 
 
@@ -169,7 +169,7 @@ class Residuals:
     def energy(self, weight: Image, step: int) -> Image:
         """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
         if self.coefficients is None:
-            return kernels.block_squares(self.images, weight, step).astype(np.float32)
+            return numerics.block_squares(self.images, weight, step).astype(np.float32)
         first, second = np.tril_indices(self.coefficients.shape[1])
         quadratic = self.coefficients[:, first] * self.coefficients[:, second] * np.where(first == second, 1.0, 2.0)
         height, width = weight.shape
@@ -177,7 +177,7 @@ class Residuals:
         band = max(1, BAND // (len(first) * -(-width // step)))
         bands = [
             quadratic
-            @ kernels.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
+            @ numerics.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
                 len(first), -1
             )
             for y in range(0, height, band * step)
@@ -188,8 +188,8 @@ class Residuals:
     def at(self, level: Image) -> tuple[Image, Image]:
         """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
         if self.coefficients is None:
-            return kernels.pick(self.images, level)
-        return kernels.mix(self.images, self.coefficients.astype(np.float32), level)
+            return numerics.pick(self.images, level)
+        return numerics.mix(self.images, self.coefficients.astype(np.float32), level)
 
 
 def fine_noise(image: Image) -> float:

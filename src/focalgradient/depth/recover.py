@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, PsfName
 from focalgradient.view import View
@@ -30,11 +30,11 @@ class Method:
 
 
 METHODS: dict[str, Method] = {
-    "equalise": Method("compare"),
-    "spectra": Method("spectra"),
-    "ratio": Method("ratio", most=2),
-    "edges": Method("edges", least=1),
-    "autofocus": Method("autofocus", least=3),
+    "equalise": Method("equalise.estimate"),
+    "spectra": Method("spectra.estimate"),
+    "ratio": Method("ratio.disparity", most=2),
+    "edges": Method("edges.measure", least=1),
+    "autofocus": Method("autofocus.estimate", least=3),
 }
 
 
@@ -124,7 +124,7 @@ def recover_depth(
     if method not in METHODS:
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
     say = progress or (lambda stage: None)
-    asked = Asked(method, near, far, psf, k, window, noise, align, false_alarm, say)
+    asked = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say)
     asked.check(len(views))
     check_usable(views, method)
     if window > min(views[0].shape) / 4:

@@ -14,7 +14,7 @@ from focalgradient.psf import PsfName, transfer
 from focalgradient.view import View
 
 if TYPE_CHECKING:
-    from focalgradient.depth.equalise import Blurs
+    from focalgradient.depth.equalise.likelihood import Blurs
 
 __all__ = ["Search"]
 
@@ -96,7 +96,7 @@ class Search:
 
     def blurs(self, psf: PsfName, k: float) -> Blurs:
         """Each view's blur at every level, by the model named `psf` (see `focalgradient.recover_depth`)."""
-        from focalgradient.depth.equalise import RADII, Blurs
+        from focalgradient.depth.equalise.likelihood import RADII, Blurs
 
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
         if psf != "optics":

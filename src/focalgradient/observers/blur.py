@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 from scipy.ndimage import gaussian_filter
 
-from focalgradient.depth.edges import measure_edges
+from focalgradient.depth.edges.measure import measure_edges
 from focalgradient.eye import mean_eye_mtf
 
 __all__ = ["LINE", "TEXTURE", "Reading", "read_blur", "retinal_image"]

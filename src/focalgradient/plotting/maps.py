@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens, Optics
 from focalgradient.plotting.figures import MM, new_figure, style

@@ -1,7 +1,7 @@
 """The default method: maximum likelihood by equalisation over the whole image (Pentland 1987, Eqs. 7-11, any optics).
 
-Views are brought onto one grid and one exposure, equalised at every candidate depth (`focalgradient.depth.equalise`),
-and read; what contradicts itself is left out and refused.
+Views are brought onto one grid and one exposure, equalised at every candidate depth
+(`focalgradient.depth.equalise.likelihood`), and read; what contradicts itself is left out and refused.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.equalise import GROWTH, Blurs, Equalised, Nodes, equalise
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.equalise.likelihood import GROWTH, Blurs, Equalised, Nodes, equalise
+from focalgradient.depth.equalise.wavebands import settle, shift_by_gain
 from focalgradient.depth.filters import fine_noise
-from focalgradient.depth.placed import Placed
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.unlike import settle, shift_by_gain
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.view import View
 
@@ -45,7 +45,7 @@ ROUNDS = 6
 """Times that contradicting pixels are looked for, at most."""
 
 
-def recover(views: Sequence[View], asked: Asked) -> DepthMap:
+def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
     """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
     search = Search.over(views, asked.near, asked.far)
 
@@ -54,7 +54,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     with warnings.catch_warnings():
         if unlike:  # a texture that is not quite the same seems displaced: nothing to warn of
             warnings.simplefilter("ignore", FocalGradientWarning)
-        placed = Placed.of(views, asked.align)
+        placed = RegisteredViews.of(views, asked.align)
     asked.say("measuring noise")
     blurs, settled = search.blurs(asked.psf, asked.k), None
     raisable: float | None
@@ -104,7 +104,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     return DepthMap(vergence, vergence_sd, valid, side_known, details)
 
 
-def measured_noise(asked: Asked, placed: Placed, blurs: Blurs) -> tuple[list[float], float | None]:
+def measured_noise(asked: RecoverySettings, placed: RegisteredViews, blurs: Blurs) -> tuple[list[float], float | None]:
     """Standard deviation of each placed view's noise, as given or from what equalising leaves of the busiest part.
 
     Also returns by how much its variance may still be raised, as the whole frame may ask for; None where it is given.
@@ -147,7 +147,7 @@ def measured_noise(asked: Asked, placed: Placed, blurs: Blurs) -> tuple[list[flo
 
 def _read_robustly(
     equalised: Equalised,
-    placed: Placed,
+    placed: RegisteredViews,
     false_alarm: float,
     blur: NDArray[np.float64],
     tolerance: NDArray[np.float64],

@@ -1,7 +1,7 @@
 """Depth from the energies of several bands, compiled: each square of the grid on its own.
 
 The logarithms of all energies, of both views in all bands, are compared with those expected at each level of defocus,
-by their joint covariance (`focalgradient.depth.ratio_scatter`): the likeliest level is the estimate.
+by their joint covariance (`focalgradient.depth.ratio.covariance`): the likeliest level is the estimate.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.kernels import share_rows
-from focalgradient.depth.ratio_kernels import CLEAR, Plane, noise_at
-from focalgradient.depth.ratio_scatter import CHANNELS, STEPS, Scatter
+from focalgradient.depth.numerics import share_rows
+from focalgradient.depth.ratio.covariance import CHANNELS, STEPS, Scatter
+from focalgradient.depth.ratio.energies import CLEAR, Plane, noise_at
 
 STRIDE = 8
 """Levels from one to the next of the first search, a power of 2; it is halved about the likeliest."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage, special
 
-from focalgradient.depth import kernels
+from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, FloatArray, Image, Spectra
 
 __all__ = ["RADII", "Bands", "Compared", "Patches", "Supposed", "compare", "scene_power"]
@@ -191,7 +191,7 @@ class Bands:
         # A block is itself as wide as (step^2 - 1) / 12.
         wide = np.sqrt(self.window**2 - (self.step**2 - 1) / 12) / self.step
         total = np.exp(-(np.arange(-int(np.ceil(4 * wide)), int(np.ceil(4 * wide)) + 1) ** 2) / (2 * wide**2)).sum()
-        return kernels.gather(blocks.astype(np.float32), float(wide)) / np.float32((total * self.step) ** 2)
+        return numerics.gather(blocks.astype(np.float32), float(wide)) / np.float32((total * self.step) ** 2)
 
 
 @dataclass(frozen=True)
@@ -340,18 +340,18 @@ def compare(
         finest = RADII[np.flatnonzero(bands.shapes[band] > 1e-3)[-1]]
         skip = next(s for s in (4, 2, 1) if s == 1 or (bands.step % s == 0 and finest * s <= 0.3))
         mask = _sampled(distance > max(supposed[m].spoilt for m in those), skip)
-        shares[band] = bands.gather(kernels.block_sum(mask, bands.step // skip)[None])[0] * skip**2
+        shares[band] = bands.gather(numerics.block_sum(mask, bands.step // skip)[None])[0] * skip**2
         first, second = np.tril_indices(len(filters))
         squares = coefficients[..., first] * coefficients[..., second] * np.where(first == second, 1.0, 2.0)
         for view in range(len(images)):
-            products = kernels.block_products(whole.filtered(view, filters, skip), mask, bands.step // skip)
+            products = numerics.block_products(whole.filtered(view, filters, skip), mask, bands.step // skip)
             gathered = bands.gather(products) * skip**2 / np.maximum(shares[band], 1e-4)
             for side in (0, 1):
                 mine = np.array([supposed[m].pair[side] == view for m in those])
                 found = np.tensordot(squares[mine, side].astype(np.float32), gathered, 1)
                 power[those[mine], side, band] = found
     supports = {
-        margin: bands.gather(kernels.block_sum(_sampled(distance > margin, 1), bands.step)[None])[0]
+        margin: bands.gather(numerics.block_sum(_sampled(distance > margin, 1), bands.step)[None])[0]
         for margin in {one.spoilt for one in supposed}
     }
     return [Compared.of(bands, one, power[m], heard[m], supports[one.spoilt], shares) for m, one in enumerate(supposed)]

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.depth import kernels
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.compare import measured_noise
+from focalgradient.depth import numerics
+from focalgradient.depth.equalise.estimate import measured_noise
 from focalgradient.depth.filters import RADIAL, FloatArray
-from focalgradient.depth.patches import RADII, Bands, Compared, Supposed, compare, scene_power
-from focalgradient.depth.placed import Placed
 from focalgradient.depth.recover import check_usable
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.spectra.bands import RADII, Bands, Compared, Supposed, compare, scene_power
 from focalgradient.psf import DISC_K, PsfName, transfer
 from focalgradient.view import View
 
@@ -93,7 +93,7 @@ class Reading:
 
     def to_pixels(self, values: NDArray[np.floating], unit: float, shape: tuple[int, int]) -> NDArray[np.float32]:
         """Values at nodes, in dioptres, carried to the pixels between them; `unit` is what counts as close."""
-        carried = kernels.spread(np.asarray(values, float) / unit, self.vergence_sd / unit, self.step, shape)
+        carried = numerics.spread(np.asarray(values, float) / unit, self.vergence_sd / unit, self.step, shape)
         return (carried * unit).astype(np.float32)
 
     def to_blocks(self, values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
@@ -115,7 +115,7 @@ class Differences:
     @classmethod
     def of(
         cls,
-        placed: Placed,
+        placed: RegisteredViews,
         search: Search,
         noise_sd: Sequence[float],
         psf: PsfName,
@@ -309,11 +309,11 @@ def check_views(
     [0.8, 0.8, 0.8]
     """
     views = list(views)
-    asked = Asked("spectra", near, far, psf, k, window, noise, align, false_alarm, lambda stage: None)
+    asked = RecoverySettings("spectra", near, far, psf, k, window, noise, align, false_alarm, lambda stage: None)
     asked.check(len(views))
     check_usable(views, "spectra")
     search = Search.over(views, near, far)
-    placed = Placed.of(views, align)
+    placed = RegisteredViews.of(views, align)
     noise_sd = measured_noise(asked, placed, search.blurs(asked.psf, asked.k))[0]
     reading = Differences.of(placed, search, noise_sd, psf, k, window).read()
     freedom = len(views) - 2

@@ -12,11 +12,11 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.psf import PsfName
 
-__all__ = ["Asked"]
+__all__ = ["RecoverySettings"]
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RecoverySettings:
     """The settings of `focalgradient.recover_depth`, in its own words."""
 
     method: str

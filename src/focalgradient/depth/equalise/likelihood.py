@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, ndimage, optimize, special, stats
 
-from focalgradient.depth import kernels
+from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, FloatArray, Image, Residuals, Spectra, residual_filters
 
 __all__ = ["GROWTH", "RADII", "Blurs", "Equalised", "Nodes", "Seen", "Shares", "comparing_filters", "equalise"]
@@ -140,12 +140,12 @@ class Equalised:
 
     def averages(self, weight: Image) -> tuple[Image, FloatArray]:
         """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
-        count = kernels.gather(kernels.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
+        count = numerics.gather(numerics.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
         full = 2 * np.pi * self.window**2
         energy = self.residuals[0].energy(weight, self.step)
         for residual in self.residuals[1:]:
             energy += residual.energy(weight, self.step)
-        mean = kernels.gather(energy, self.window / self.step)
+        mean = numerics.gather(energy, self.window / self.step)
         mean /= np.maximum(count, 1e-6 * full)
         return mean, (count[0] / full).astype(float)
 
@@ -154,7 +154,7 @@ class Equalised:
         expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
-        values, flags = kernels.read_minima(
+        values, flags = numerics.read_minima(
             (mean + more[:, None, None].astype(np.float32)).reshape(self.levels, -1).T,
             expected,
             np.sum([r.noise_slope for r in self.residuals], axis=0),
@@ -210,9 +210,9 @@ class Equalised:
         said = np.interp(seen.level, np.arange(self.levels), drift).astype(np.float32) - seen.cross
         # Noise in r'^2 makes the fit look better founded than it is; misfit adds to noise.
         doubt = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
-        fitted, sd = kernels.grow_planes(
-            kernels.block_sum(weight * seen.slope, self.step),
-            kernels.block_sum(weight * (said + seen.slope * seen.level), self.step),
+        fitted, sd = numerics.grow_planes(
+            numerics.block_sum(weight * seen.slope, self.step),
+            numerics.block_sum(weight * (said + seen.slope * seen.level), self.step),
             nodes.level,
             doubt,
             [self.window * g / self.step for g in growth],
@@ -297,7 +297,7 @@ class Equalised:
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
         """Values at nodes carried to the pixels between them."""
-        return kernels.spread(values, sd, self.step, shape)
+        return numerics.spread(values, sd, self.step, shape)
 
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Values at nodes given to all pixels of their blocks."""

@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.ratio_table import DisparityTable, band_transfer, frequencies, texture, transfers
+from focalgradient.depth.ratio.table import DisparityTable, band_transfer, frequencies, texture, transfers
 
 __all__ = ["CHANNELS", "Scatter", "scatter_of"]
 
@@ -53,7 +53,7 @@ REACH = 48
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatter:
-    """Tables for `focalgradient.depth.ratio_reading.read`, at S strengths of noise and L levels of defocus.
+    """Tables for `focalgradient.depth.ratio.likelihood.read`, at S strengths of noise and L levels of defocus.
 
     Parameters
     ----------

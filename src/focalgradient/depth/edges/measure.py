@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from focalgradient.depth.align import Placement
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.contours import find_contours, image_noise
-from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.edge_regression import regress_edges
-from focalgradient.depth.placed import Placed
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.edges.contours import find_contours, image_noise
+from focalgradient.depth.edges.regression import regress_edges
+from focalgradient.depth.edges.steps import Profile, fit_steps
+from focalgradient.depth.registration import Placement, RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.steps import Profile, fit_steps
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import DISC_K, MODELS, PsfName
 from focalgradient.view import View
@@ -251,7 +250,7 @@ def average_segments(edges: Edges, length: float) -> Edges:
     return replace(edges, radius=radius, radius_sd=sd, good=good)
 
 
-def recover(views: Sequence[View], asked: Asked) -> DepthMap:
+def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
     """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings.
 
     Each view is read by itself, from bands twice the window long. Its segments, averaged, are drawn three pixels wide,
@@ -261,7 +260,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     """
     search = Search.over(views, asked.near, asked.far)
     asked.say("placing the views")
-    placed = Placed.of(views, asked.align)
+    placed = RegisteredViews.of(views, asked.align)
     length = 2 * asked.window
     given = None if asked.noise is None else np.broadcast_to(np.asarray(asked.noise, float), len(views)).tolist()
     sides = _sides(search)

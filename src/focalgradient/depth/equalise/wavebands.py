@@ -1,9 +1,9 @@
 """Views in unlike light: how much of a texture they share, told by the views themselves.
 
 Red and blue light do not show quite the same texture. View i is taken to show gain x the first light's texture, and in
-each other light a texture of its own on top, as natural as that (see `focalgradient.depth.equalise.Shares`). The gain
-is fitted with the depth of every place left free; the strength of what is not shared, like noise, by what equalising
-leaves. An error of the gain moves depth everywhere alike: that joins the depth's uncertainty.
+each other light a texture of its own on top, as natural as that (`focalgradient.depth.equalise.likelihood.Shares`). The
+gain is fitted with the depth of every place left free; the strength of what is not shared, like noise, by what
+equalising leaves. An error of the gain moves depth everywhere alike: that joins the depth's uncertainty.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from focalgradient.depth import kernels
-from focalgradient.depth.equalise import RADII, Blurs, Equalised, Nodes, Shares, comparing_filters, equalise
+from focalgradient.depth import numerics
+from focalgradient.depth.equalise.likelihood import RADII, Blurs, Equalised, Nodes, Shares, comparing_filters, equalise
 from focalgradient.depth.filters import FloatArray, Image, fine_noise
-from focalgradient.depth.placed import Placed
+from focalgradient.depth.registration import RegisteredViews
 
 __all__ = ["Settled", "settle", "shift_by_gain"]
 
@@ -71,7 +71,7 @@ class Settled:
 
 
 def settle(
-    lights: Sequence[str], part: Placed, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
+    lights: Sequence[str], part: RegisteredViews, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
 ) -> Settled:
     """Find what views in different `lights` share, from a `part` of them; their noise too where it is not given."""
     names = list(dict.fromkeys(lights))
@@ -156,10 +156,10 @@ def _gain_change(
     there_is = min(1.0, float((weight * left).sum() / (weight * np.interp(level, places, noise)).sum()))
     sums[3] -= np.interp(level, places, there_is * by_level).astype(np.float32)
     sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)
-    blocks = np.stack([kernels.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
+    blocks = np.stack([numerics.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
     wide = equalised.window / equalised.step
     told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
-    slope, both, size, depth, pull = kernels.gather(blocks, wide).astype(float) * told
+    slope, both, size, depth, pull = numerics.gather(blocks, wide).astype(float) * told
     lever = both / np.maximum(slope, 1e-9)
     known = np.where(told, np.maximum(size - lever * both, 0), 0).ravel()
     if not known.any():

@@ -2,7 +2,7 @@
 
 The Laplacian of each view is averaged over 4 x 4 pixels and divided by the local brightness; the two views' ratio is
 the *focal disparity*, 1 in the plane of focus and falling with blur. Depth follows by a table
-(`focalgradient.depth.ratio_table`).
+(`focalgradient.depth.ratio.table`).
 
 Four things differ from the paper, all on purpose. What is averaged is the *square* of the Laplacian, and the disparity
 is the root of the ratio: noise then adds a known amount, which is subtracted, where it cannot be taken out of an
@@ -10,7 +10,7 @@ average of sizes (``absolute=True`` gives the paper's). The Gaussian that gives 
 of 4 x 4 pixels, not over pixels: a box and a Gaussian are a Gaussian wider by 1.25 square pixels. And the second
 difference may be taken between means over 2 x 2, 4 x 4 or 8 x 8 pixels: the finest detail is the first that blur takes,
 and a band is best where the larger aperture has taken part of it and not all. And depth comes from all bands at once,
-whose energies scatter together (`focalgradient.depth.ratio_scatter`), so that much of what is chance in one ratio is
+whose energies scatter together (`focalgradient.depth.ratio.covariance`), so that much of what is chance in one ratio is
 told by the others.
 """
 
@@ -25,15 +25,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import minimum_filter, uniform_filter
 
-from focalgradient.depth import ratio_kernels
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.placed import Placed
-from focalgradient.depth.ratio_kernels import BLOCK, Picture, Plane
-from focalgradient.depth.ratio_reading import read
-from focalgradient.depth.ratio_scatter import scatter_of
-from focalgradient.depth.ratio_table import BANDS, DisparityTable
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.ratio import energies
+from focalgradient.depth.ratio.covariance import scatter_of
+from focalgradient.depth.ratio.energies import BLOCK, Picture, Plane
+from focalgradient.depth.ratio.likelihood import read
+from focalgradient.depth.ratio.table import BANDS, DisparityTable
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import PsfName
 from focalgradient.view import View
@@ -124,7 +124,7 @@ def focal_disparity(
     # Second differences of means over band x band pixels; the mean size of a normal value is sqrt(2 / pi) of its sd.
     unit = 20.0 / band**2 * (2 / math.pi if absolute else 1.0)
     variance, span = _noise_by_brightness(noise, table)
-    disparity, told = ratio_kernels.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
+    disparity, told = energies.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
     if usable is not None and not usable.all():
         told &= _squares(usable, BLOCK)
         disparity[~told] = 0
@@ -186,13 +186,13 @@ def table_for(search: Search, views: Sequence[View], psf: PsfName, k: float) -> 
     return DisparityTable.of([view.optics for view in views], views[0].pixel_angle, reach=reach, psf=psf, k=k)
 
 
-def recover(views: Sequence[View], asked: Asked) -> DepthMap:
+def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
     """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
     search = Search.over(views, asked.near, asked.far)
     asked.say("working out the table")
     table = table_for(search, views, asked.psf, asked.k)
     asked.say("placing the views")
-    placed = Placed.of(views, asked.align)
+    placed = RegisteredViews.of(views, asked.align)
     # The optics say which view is the sharper.
     order = np.argsort([view.optics.aperture_diameter for view in views])
     small, large = (placed.images[i] for i in order)
@@ -238,7 +238,7 @@ def detail(image: Picture, levels: ArrayLike | None = None) -> float:
     >>> round(detail(1 + 0.1 * (board - 0.5)), 2)  # 4 x 0.1, and a little less at the frame's edges
     0.39
     """
-    energy, brightness = ratio_kernels.energies([image], _checked([image, image], levels), BLOCK, False)
+    energy, brightness = energies.energies([image], _checked([image, image], levels), BLOCK, False)
     light = float(np.mean(brightness**2))
     return math.sqrt(float(energy.mean()) / light) if light > 0 else 0.0
 
@@ -286,14 +286,14 @@ def _content(
     while True:
         side = max(1, min(BLOCK, grid // scale))
         if scale in bands or brightness is None:
-            energy, mean = ratio_kernels.energies(images, levels, side, absolute)
+            energy, mean = energies.energies(images, levels, side, absolute)
             if scale in bands:
                 found.append(_fitted(energy, shape))
             if brightness is None:
                 brightness = _fitted(mean, shape)
         if scale == max(bands):
             break
-        images, levels, scale = ratio_kernels.binned(images, levels), None, 2 * scale
+        images, levels, scale = energies.binned(images, levels), None, 2 * scale
     content = np.concatenate(found) if len(found) > 1 else found[0]
     if window:
         content = _gathered(content, window, grid, weight)
@@ -316,15 +316,15 @@ def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plan
     """Gaussian means of `planes` (n x h x w), of `sd` pixels, with `weight` (h x w); 0 far from all weight."""
     steps = math.sqrt(sd**2 - grid**2 / 12) / grid
     if weight is None:
-        return ratio_kernels.smoothed(planes, steps)
-    support = ratio_kernels.smoothed(weight[None], steps)
-    return np.where(support > 0.05, ratio_kernels.smoothed(planes * weight, steps) / np.maximum(support, 0.05), 0)
+        return energies.smoothed(planes, steps)
+    support = energies.smoothed(weight[None], steps)
+    return np.where(support > 0.05, energies.smoothed(planes * weight, steps) / np.maximum(support, 0.05), 0)
 
 
 def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
     """`planes` on a grid of `shape` from one twice as fine, or twice as coarse, or of that shape."""
     if planes.shape[1] > shape[0]:
-        return np.stack(ratio_kernels.binned(planes, None))
+        return np.stack(energies.binned(planes, None))
     return planes if planes.shape[1:] == shape else _spread(planes, shape, 2)
 
 

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth import kernels
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.depthmap import DepthMap
-from focalgradient.depth.equalise import GROWTH, NODES, STEEP
+from focalgradient.depth import numerics
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.equalise.likelihood import GROWTH, NODES, STEEP
 from focalgradient.depth.filters import fine_noise
-from focalgradient.depth.placed import Placed
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import LEVEL_STEP, Search
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import InputError
 from focalgradient.view import View
 
@@ -124,7 +124,7 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     )
 
 
-def recover(views: Sequence[View], asked: Asked) -> DepthMap:
+def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
     """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
     _check(views)
     search = Search.over(views, asked.near, asked.far)
@@ -137,7 +137,7 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
             "distances outside that: change near or far, or focus on what is searched."
         )
     asked.say("placing the views")
-    placed = Placed.of(views, asked.align)
+    placed = RegisteredViews.of(views, asked.align)
     asked.say("measuring noise")
     noise = _noise(views, asked, placed)
     asked.say("measuring sharpness")
@@ -149,8 +149,8 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
 
     asked.say("reading depth")
     window = asked.window / step
-    count = kernels.gather(usable.astype(np.float32)[None], window)[0].astype(float)
-    mean = kernels.gather(sharpness.astype(np.float32), window) / np.maximum(count, 1e-6)
+    count = numerics.gather(usable.astype(np.float32)[None], window)[0].astype(float)
+    mean = numerics.gather(sharpness.astype(np.float32), window) / np.maximum(count, 1e-6)
     # Sharpness is a mean of squares of signal and noise: its variance, over one pixel that is alone.
     single = alike * (4 * np.maximum(mean, 0) * own + 2 * own**2)
     pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 is worth 4 pi w^2 pixels
@@ -163,11 +163,11 @@ def recover(views: Sequence[View], asked: Asked) -> DepthMap:
     said = (peak.rise * sharpness).sum(axis=0) / unit + weight * level
     doubt = np.sqrt((peak.rise**2 * single).sum(axis=0)) / unit
     windows = [window * growth for growth in GROWTH]
-    fine, fine_sd = kernels.grow_planes(weight, said, level, doubt, windows, STEEP)
+    fine, fine_sd = numerics.grow_planes(weight, said, level, doubt, windows, STEEP)
     sd = np.sqrt(fine_sd**2 + (peak.shape_sd / unit) ** 2 + _across_jumps(fine, window))
     apart = sd + STEEP  # as far as blocks of one surface differ
-    depth = lowest + unit * kernels.spread(fine, apart, step, placed.shape)
-    depth_sd = unit * kernels.spread(sd, apart, step, placed.shape)
+    depth = lowest + unit * numerics.spread(fine, apart, step, placed.shape)
+    depth_sd = unit * numerics.spread(sd, apart, step, placed.shape)
     told = peak.found & (peak.vergence > lowest) & (peak.vergence < highest) & (count > 0.1 * count.max())
     told = told.repeat(step, axis=0).repeat(step, axis=1)[: placed.shape[0], : placed.shape[1]]
     # Texture enough, as for other methods: blur known to 0.3 pixel or to a tenth, in the most blurred view.
@@ -209,7 +209,7 @@ def _check(views: Sequence[View]) -> None:
         )
 
 
-def _noise(views: Sequence[View], asked: Asked, placed: Placed) -> FloatArray:
+def _noise(views: Sequence[View], asked: RecoverySettings, placed: RegisteredViews) -> FloatArray:
     """Standard deviation of each placed view's noise: as given, or what the least sharp view holds of finest detail."""
     gains = np.array(placed.gains)
     if asked.noise is not None:
@@ -225,8 +225,8 @@ def _sharpness(
     """Usable pixels in each block of `step` pixels, h x w, and each image's squared Laplacian summed over them."""
     reach = math.ceil(4 * WIDTH)
     inside = ndimage.minimum_filter(usable, 2 * reach + 1).astype(np.float32)
-    blocks = [kernels.block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
-    return kernels.block_sum(inside, step), np.stack(blocks)
+    blocks = [numerics.block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
+    return numerics.block_sum(inside, step), np.stack(blocks)
 
 
 def _noise_passed() -> tuple[float, float]:

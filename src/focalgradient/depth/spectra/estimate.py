@@ -2,8 +2,8 @@
 
 The amplitude spectra of corresponding patches, summed over orientation, differ by the blurs alone: ln F1 - ln F2 =
 2 pi^2 f^2 (sigma2^2 - sigma1^2), a straight line in the squared frequency. Through windows that trail off smoothly this
-reads too little, by up to a quarter of a large blur (see `focalgradient.depth.patches`). Equalised first, the images
-are read without bias.
+reads too little, by up to a quarter of a large blur (see `focalgradient.depth.spectra.bands`). Equalised first, the
+images are read without bias.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.depth.asked import Asked
-from focalgradient.depth.check import Differences
-from focalgradient.depth.compare import measured_noise
-from focalgradient.depth.depthmap import DepthMap
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.equalise.estimate import measured_noise
 from focalgradient.depth.filters import RADIAL, FloatArray
-from focalgradient.depth.patches import RADII, Bands, Patches, Supposed, compare, scene_power
-from focalgradient.depth.placed import Placed
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.spectra.bands import RADII, Bands, Patches, Supposed, compare, scene_power
+from focalgradient.depth.spectra.check import Differences
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import gaussian_transfer
 from focalgradient.view import View
@@ -37,11 +37,11 @@ STEP = 0.2
 """Pixels of sigma, or share of it, from one supposed blur to the next."""
 
 
-def recover(views: Sequence[View], asked: Asked) -> DepthMap:
+def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
     """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
     search = Search.over(views, asked.near, asked.far)
     asked.say("placing the views")
-    placed = Placed.of(views, asked.align)
+    placed = RegisteredViews.of(views, asked.align)
     asked.say("measuring noise")
     noise_sd, _ = measured_noise(asked, placed, search.blurs(asked.psf, asked.k))
     asked.say("comparing spectra")

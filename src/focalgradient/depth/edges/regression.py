@@ -18,8 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace
 
-from focalgradient.depth.kernels import share_rows
-from focalgradient.depth.steps import distance_from_arc
+from focalgradient.depth.edges.steps import distance_from_arc
+from focalgradient.depth.numerics import share_rows
 
 __all__ = ["regress_edges"]
 

@@ -1,0 +1,1 @@
+"""Maximum likelihood by equalisation over the whole image: the default method."""
