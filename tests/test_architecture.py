@@ -36,26 +36,15 @@ ROOMS = {
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "errors", "files", "optics", "tables", "view"},
     "video": {"errors", "files"},
+    "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
     "statistics": {"errors"},
     "power": {"design", "errors", "files", "statistics"},
     "report": {"dataset", "errors", "files", "plotting", "statistics"},
     "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
     "cli": {
-        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "optics", "photographs"),
-        *(
-            "plotting",
-            "psf",
-            "design",
-            "observers",
-            "power",
-            "render",
-            "report",
-            "scenes",
-            "statistics",
-            "stimuli",
-            "display",
-        ),
-        *("video", "view"),
+        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "optics", "photographs"),
+        *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
+        *("display", "video", "view"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
@@ -66,18 +55,19 @@ HOMES = {
     "click": {"cli"},
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "benchmarks"},
-    "PIL": {"photographs", "stimuli", "experiments", "analysis"},  # analysis packs the picture of README
+    "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
     "pydantic": {"design", "photographs", "tables"},
     "rawpy": {"photographs"},
     "skimage": {"analysis"},
-    "psychopy": {"experiments"},
+    "psychopy": {"lab"},
+    "pyglet": {"lab"},
     "distributed": {"observers"},
     "mitsuba": {"render"},
 }
 
 # What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed. Of what
 # is left NumPy takes most of the time.
-HEAVY = {*HOMES, "numba", "pandas", "scipy", "statsmodels"}
+HEAVY = {*HOMES, "llvmlite", "multiprocessing", "numba", "pandas", "scipy", "statsmodels", "tqdm"}
 
 
 def room_of(file: Path) -> str:
@@ -147,6 +137,11 @@ def test_libraries_stay_at_home() -> None:
 
 def test_front_door_is_light() -> None:
     program = f"import sys, focalgradient; print(*{HEAVY}.intersection(sys.modules))"
+    assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []
+
+
+def test_psychopy_waits_for_a_window() -> None:
+    program = "import sys, focalgradient.lab; print(*{'psychopy', 'pyglet'}.intersection(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []
 
 

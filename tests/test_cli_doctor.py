@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import sys
 from pathlib import Path
 
 import click
@@ -26,7 +27,7 @@ def answered(folder: Path, monkeypatch: pytest.MonkeyPatch, said: str, wrong: st
     program, asked = folder / "look.py", folder / "asked.txt"
     told = f"open({str(asked)!r}, 'w').write(' '.join(sys.argv[1:]))"
     program.write_text(f"import sys\n{told}\nprint({said!r})\nprint({wrong!r}, file=sys.stderr)\n")
-    monkeypatch.setattr(module, "SCREEN", program)
+    monkeypatch.setattr(module, "SCREEN", [sys.executable, str(program)])
     return asked
 
 
@@ -66,12 +67,11 @@ def test_experiments_that_break_off_are_told(tmp_path, monkeypatch, said):
     assert "| WRONG | screen | it ended with 0 |" in result.stdout
 
 
-def test_without_the_experiments_or_psychopy(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "SCREEN", Path(tmp_path, "none.py"))
+def test_without_psychopy(tmp_path, monkeypatch):
+    answered(tmp_path, monkeypatch, SAID)
     monkeypatch.setattr(module, "version", _without_psychopy)
     result = run("--data", tmp_path)
     assert result.exit_code == 1
-    assert "install focalgradient from its repository, with experiments/" in result.stdout
     assert "psychopy missing" in result.stdout
     assert "pip install 'focalgradient[lab]' |" in result.stdout
 

@@ -7,7 +7,6 @@ import sys
 from collections import Counter
 from dataclasses import asdict
 from itertools import groupby
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +14,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, load_design
+from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, design_text, load_design
 from focalgradient.design.draws import Draws
 from focalgradient.design.order import in_order
 from focalgradient.errors import InputError
 
-DESIGNS = Path(__file__).parents[1] / "experiments" / "designs"
-DEFAULTS = {"depth_rating": DepthRatingDesign(), "necker_rotation": NeckerDesign(), "pinhole_demonstration": Pinhole()}
+DEFAULTS = {"depth-rating": DepthRatingDesign(), "necker": NeckerDesign(), "pinhole": Pinhole()}
 
 labels = st.text("0123456789abcXYZ", min_size=1, max_size=4)
 
@@ -40,13 +38,13 @@ def fingerprint(trials) -> str:
 
 # What these lists are does not matter; that they never change does: a session that was cut off is resumed by its list.
 GOLDEN = {
-    ("depth_rating", "01", None): "09e0f7a7ef609b81",
-    ("depth_rating", "02", None): "9ce1709ab4b62618",
-    ("depth_rating", "ab3", None): "3499476eef03c390",
-    ("depth_rating", "01", "2"): "44be37f0b053f948",
-    ("necker_rotation", "01", None): "68527ac6ff126366",
-    ("necker_rotation", "17", None): "8a8a79ac9de7c151",
-    ("pinhole_demonstration", "01", None): "2e5c128a5cc9e079",
+    ("depth-rating", "01", None): "09e0f7a7ef609b81",
+    ("depth-rating", "02", None): "9ce1709ab4b62618",
+    ("depth-rating", "ab3", None): "3499476eef03c390",
+    ("depth-rating", "01", "2"): "44be37f0b053f948",
+    ("necker", "01", None): "68527ac6ff126366",
+    ("necker", "17", None): "8a8a79ac9de7c151",
+    ("pinhole", "01", None): "2e5c128a5cc9e079",
 }
 
 
@@ -77,9 +75,10 @@ def test_lists_need_no_window_and_no_luck():
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
-def test_the_files_hold_the_defaults(name):
-    assert load_design(DESIGNS / f"{name}.toml") == DEFAULTS[name]
-    text = (DESIGNS / f"{name}.toml").read_text()
+def test_the_files_hold_the_defaults(name, tmp_path):
+    text = design_text(name)
+    (tmp_path / "mine.toml").write_text(text)
+    assert load_design(tmp_path / "mine.toml") == DEFAULTS[name]
     settable = {key for key in type(DEFAULTS[name]).model_fields if key not in ("catch_trials", "practice_trials")}
     assert all(f"\n{key} = " in text for key in settable), "every setting can be found, and changed, in the file"
 

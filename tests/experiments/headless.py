@@ -25,7 +25,7 @@ psychopy_here = pytest.mark.skipif(
     reason="elsewhere PsychoPy is not among the pinned packages",
 )
 
-EXPERIMENTS = Path(__file__).parents[2] / "experiments"
+PROGRAMS = Path(__file__).parents[2] / "experiments"
 SIZE = (1024, 768)
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 
@@ -103,12 +103,14 @@ def headless(folder: Path, size: tuple[int, int] = SIZE) -> Iterator[Headless]:
 
 
 class Running:
-    """A program of the experiments that runs, and says its events."""
+    """An experiment that runs, by its own program or by `focalgradient run`, and says its events."""
 
     def __init__(self, screen: Headless, program: str, *options: object):
         self.screen = screen
         self.hub: list[str] = []
-        command = [sys.executable, str(EXPERIMENTS / f"{program}.py"), *map(str, options)]
+        file = PROGRAMS / f"{program}.py"
+        start = [str(file)] if file.exists() else ["-c", "from focalgradient.cli import main; main()", "run", program]
+        command = [sys.executable, *start, *map(str, options)]
         command += ["--markers", str(screen.folder / "markers.py")]
         self._said = screen.folder / "errors.txt"
         with self._said.open("w") as errors:

@@ -7,8 +7,6 @@ its order and unchanged, with at most one trial more; in the end all must be a w
 The libraries are loaded once, and every life of the program is a fork: it starts in a second, not in four.
 """
 
-# ruff: noqa: E402  the experiments' folder is named first
-
 from __future__ import annotations
 
 import os
@@ -21,14 +19,11 @@ import time
 from collections import Counter
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parents[2] / "experiments")]
-
-import depth_rating
 from headless import Headless, headless, make_set
-from laboratory import run
 
 from focalgradient.dataset import bids_problems, export, read_dataset, read_journal, validate
 from focalgradient.design import load_design
+from focalgradient.lab import EXPERIMENTS, run
 
 DESIGN = """
 task = "depthrating"
@@ -48,11 +43,6 @@ KEYS = {"question": ("Right", "Return"), "instructions": ("space",), "ready": ("
 LONGEST = 60.0  # seconds of a life, if it is not killed
 
 
-def preload() -> None:
-    """Load what every life would load anew, but for what speaks to the screen."""
-    import questions  # noqa: F401
-
-
 def start(screen: Headless, folder: Path, participant: str, resume: bool) -> tuple[int, int]:
     """Fork a life of the program: its process, and where it says its events."""
     options = ["--participant", participant, "--data", str(folder / "data"), "--stimuli", str(folder / "set")]
@@ -67,7 +57,7 @@ def start(screen: Headless, folder: Path, participant: str, resume: bool) -> tup
     os.dup2(write, 1)
     os.dup2(os.open(screen.folder / "errors.txt", os.O_WRONLY | os.O_CREAT | os.O_APPEND), 2)
     os.environ.update(screen.environment)
-    os._exit(run(depth_rating.PROGRAMME, options))
+    os._exit(run(EXPERIMENTS["depth-rating"], options))
 
 
 def life(
@@ -109,7 +99,6 @@ def life(
 
 
 def main(kills: int = 200, seed: int = 1) -> None:
-    preload()
     chance = random.Random(seed)
     total: Counter[str] = Counter()
     moments: Counter[str] = Counter()

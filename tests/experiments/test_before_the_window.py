@@ -8,29 +8,18 @@ import sys
 import types
 from pathlib import Path
 
-import cube
-import depth_rating
-import necker_rotation
 import numpy as np
-import pinhole_demonstration
-import preparation
 import pytest
-from headless import EXPERIMENTS, make_set, psychopy_here
-from laboratory import EVENTS, run
-from questions import Scale
+from headless import PROGRAMS, make_set, psychopy_here
 
 from focalgradient.dataset import Apparatus, Session
-from focalgradient.design import NeckerDesign, load_design
+from focalgradient.design import NeckerDesign, Pinhole, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab import EVENTS, EXPERIMENTS, Scale, cube_frames, preparation, run
+from focalgradient.lab import pinhole as demonstration
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import read_set
-
-PROGRAMS = {
-    "depth_rating": depth_rating.PROGRAMME,
-    "necker_rotation": necker_rotation.PROGRAMME,
-    "pinhole_demonstration": pinhole_demonstration.PROGRAMME,
-}
 
 
 @pytest.fixture
@@ -45,10 +34,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) -> str:
     """The sentence with which a program refuses to run."""
-    design = EXPERIMENTS / "designs" / f"{program}.toml"
-    given = list(map(str, options))
-    given += [] if "--design" in given else ["--design", str(design)]
-    assert run(PROGRAMS[program], given) == 2
+    assert run(EXPERIMENTS[program], list(map(str, options))) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.startswith("Error: ")
@@ -76,7 +62,7 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
     ],
 )
 def test_what_is_wrong_is_said_before_a_window_opens(place, capsys, given, sentence):
-    assert sentence in refused(capsys, "necker_rotation", *given.split())
+    assert sentence in refused(capsys, "necker", *given.split())
 
 
 @pytest.mark.parametrize(
@@ -91,26 +77,26 @@ def test_what_is_wrong_is_said_before_a_window_opens(place, capsys, given, sente
 def test_designs_that_cannot_be_run(place, capsys, settings, sentence):
     (place / "mine.toml").write_text(f'task = "necker"\n{settings}\n')
     given = ["--participant", "01", "--design", "mine.toml"]
-    assert sentence in refused(capsys, "necker_rotation", *given)
+    assert sentence in refused(capsys, "necker", *given)
 
 
 def test_pictures_that_are_missing_or_changed(place, capsys):
     given = ["--participant", "01", "--design", "short.toml"]
-    assert "give --stimuli DIR" in refused(capsys, "depth_rating", *given)
+    assert "give --stimuli DIR" in refused(capsys, "depth-rating", *given)
     given += ["--stimuli", "set"]
-    assert "there is no display" in refused(capsys, "depth_rating", *given)
+    assert "there is no display" in refused(capsys, "depth-rating", *given)
     more = ["--participant", "01", "--stimuli", "set"]
-    assert "the set in set has no picture of 'spheres-02'" in refused(capsys, "depth_rating", *more)
+    assert "the set in set has no picture of 'spheres-02'" in refused(capsys, "depth-rating", *more)
     (place / "mm.toml").write_text((place / "short.toml").read_text() + "focal_length_mm = 28.0\n")
-    assert "the pictures were made with 50: give that" in refused(capsys, "depth_rating", *given, "--design", "mm.toml")
+    assert "the pictures were made with 50: give that" in refused(capsys, "depth-rating", *given, "--design", "mm.toml")
     picture = place / "set" / "spheres-01" / "pinhole.png"
     whole = picture.read_bytes()
     picture.write_bytes(whole[:-1])
-    assert "pinhole.png has changed since the manifest was written" in refused(capsys, "depth_rating", *given)
+    assert "pinhole.png has changed since the manifest was written" in refused(capsys, "depth-rating", *given)
     picture.unlink()
-    assert "pinhole.png is in the manifest but cannot be read" in refused(capsys, "depth_rating", *given)
+    assert "pinhole.png is in the manifest but cannot be read" in refused(capsys, "depth-rating", *given)
     (place / "set" / "manifest.json").unlink()
-    assert "manifest.json cannot be read" in refused(capsys, "depth_rating", *given)
+    assert "manifest.json cannot be read" in refused(capsys, "depth-rating", *given)
 
 
 def test_a_session_that_is_there_is_never_overwritten(place, capsys):
@@ -118,20 +104,19 @@ def test_a_session_that_is_there_is_never_overwritten(place, capsys):
     more = {"apparatus": Apparatus("seconds"), "stimuli": place / "set"}
     Session.begin(place / "data", design, "01", **more)._journal.close()
     given = ["--participant", "01", "--design", "short.toml", "--stimuli", "set"]
-    said = refused(capsys, "depth_rating", *given)
+    said = refused(capsys, "depth-rating", *given)
     assert "holds a session of sub-01 already, which is never overwritten: resume it (--resume)" in said
-    assert "there is no display" in refused(capsys, "depth_rating", *given, "--resume")
-    assert "there is no display" in refused(capsys, "depth_rating", *given, "--session", "2")
+    assert "there is no display" in refused(capsys, "depth-rating", *given, "--resume")
+    assert "there is no display" in refused(capsys, "depth-rating", *given, "--session", "2")
     manifest = json.loads((place / "set" / "manifest.json").read_text())
     (place / "set" / "manifest.json").write_text(json.dumps(manifest | {"seed": 2}))
-    assert "is not what the session began with" in refused(capsys, "depth_rating", *given, "--resume")
+    assert "is not what the session began with" in refused(capsys, "depth-rating", *given, "--resume")
 
 
 @psychopy_here
 def test_a_display_that_does_not_answer(place):
-    program = EXPERIMENTS / "necker_rotation.py"
     environment = {**os.environ, "DISPLAY": ":4095", "HOME": str(place)}
-    command = [sys.executable, str(program), "--participant", "01"]
+    command = [sys.executable, str(PROGRAMS / "necker_rotation.py"), "--participant", "01"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=place)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("Error: no window can be opened (")
@@ -154,7 +139,7 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
             **dict(zip(("width", "distance", "size_px", "gamma"), MONITORS[name], strict=True))
         ),
     )
-    options = preparation._arguments(PROGRAMS["depth_rating"], given.split())
+    options = preparation._arguments(EXPERIMENTS["depth-rating"], given.split())
     return preparation._display(options, screen, read_set(folder / "set"))
 
 
@@ -218,20 +203,20 @@ def example(shape: str):
 
 
 def test_the_rigid_example_hides_what_is_behind():
-    solid = cube.cube_of(SHORT)
-    counts = {int(cube._in_sight(solid.vertices(turn)).sum()) for turn in np.arange(0, 0.25, 0.01)}
+    solid = cube_frames.cube_of(SHORT)
+    counts = {int(cube_frames._in_sight(solid.vertices(turn)).sum()) for turn in np.arange(0, 0.25, 0.01)}
     assert counts <= {7, 9}  # edges of two faces, or of three
     wires = {trial.shape: trial for trial in SHORT.trials("01")}
     drawn = {
-        shape: sum(float(light.sum()) for light in cube.frames_of(trial, SHORT, 6, PIXEL))
+        shape: sum(float(light.sum()) for light in cube_frames.frames_of(trial, SHORT, 6, PIXEL))
         for shape, trial in wires.items()
     }
     assert 0.6 < drawn["rigid"] / drawn["ambiguous"] < 0.85
 
 
 def test_the_nonrigid_example_is_rigid_in_no_reading():
-    solid, turns = cube.cube_of(SHORT), np.arange(120) / 120
-    shape = np.stack([cube.wobbling(solid, turn) for turn in turns])
+    solid, turns = cube_frames.cube_of(SHORT), np.arange(120) / 120
+    shape = np.stack([cube_frames.wobbling(solid, turn) for turn in turns])
     mirrored = shape * (2 * solid.distance - shape[..., 2:]) / shape[..., 2:]
     price = departure_from_rigid(np.stack([solid.reversed(turn) for turn in turns])).whole
     assert departure_from_rigid(shape).whole > price
@@ -240,32 +225,32 @@ def test_the_nonrigid_example_is_rigid_in_no_reading():
 
 @pytest.mark.parametrize("shape", ["ambiguous", "rigid", "nonrigid"])
 def test_a_quarter_turn_closes_without_a_seam(shape):
-    frames = [*cube.frames_of(example(shape), SHORT, 60, PIXEL)]
+    frames = [*cube_frames.frames_of(example(shape), SHORT, 60, PIXEL)]
     after = [*frames[1:], frames[0]]
     steps = [float(np.abs(later - sooner).mean()) for sooner, later in zip(frames, after, strict=True)]
     assert steps[-1] < 1.5 * max(steps[:-1])
-    assert all(light.shape == cube.shape_of(SHORT, PIXEL) for light in frames)
+    assert all(light.shape == cube_frames.shape_of(SHORT, PIXEL) for light in frames)
     rim = max(float(np.concatenate([light[0], light[-1], light[:, 0], light[:, -1]]).max()) for light in frames)
     assert rim < 0.01  # the picture holds all of it
 
 
 def test_the_cube_turns_at_its_speed_on_any_display():
-    assert cube.frame_count(NeckerDesign(), 60.0) == 120
-    assert cube.frame_count(NeckerDesign(), 59.94) == 120
-    assert cube.frame_count(NeckerDesign(), 143.98) == 288
+    assert cube_frames.frame_count(NeckerDesign(), 60.0) == 120
+    assert cube_frames.frame_count(NeckerDesign(), 59.94) == 120
+    assert cube_frames.frame_count(NeckerDesign(), 143.98) == 288
 
 
 def test_a_field_that_does_not_fit_is_refused():
     display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
-    pinhole_demonstration.check(pinhole_demonstration.Pinhole(), display, (1024, 768))
+    demonstration._check(Pinhole(), display, (1024, 768))
     with pytest.raises(InputError, match="field_deg is 20, which takes 846 pixels of a window of 1024 x 768"):
-        pinhole_demonstration.check(pinhole_demonstration.Pinhole(field_deg=20.0), display, (1024, 768))
+        demonstration._check(Pinhole(field_deg=20.0), display, (1024, 768))
 
 
 def test_the_tube_leaves_a_round_field_of_the_right_angle():
     display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
-    wide = pinhole_demonstration._field_px(pinhole_demonstration.Pinhole(field_deg=10.0), display)
-    field = pinhole_demonstration.through_tube(np.full((700, 801, 3), 9, np.uint8), (300.0, 350.0), wide) > 0
+    wide = demonstration._field_px(Pinhole(field_deg=10.0), display)
+    field = demonstration.through_tube(np.full((700, 801, 3), 9, np.uint8), (300.0, 350.0), wide) > 0
     assert display.degrees(field[350, :, 0].sum()) == pytest.approx(10, rel=0.01)
     assert field[..., 1].sum() == pytest.approx(math.pi * wide**2 / 4, rel=0.01)
     columns = np.flatnonzero(field.any(axis=(0, 2)))

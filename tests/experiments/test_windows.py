@@ -11,15 +11,15 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-import cube
 import numpy as np
-import pinhole_demonstration
 import pytest
 from headless import Headless, Running, headless, make_set, psychopy_here
 
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.display import Display
+from focalgradient.lab import cube_frames
+from focalgradient.lab.pinhole import through_tube
 from focalgradient.stimuli import read_set
 
 pytestmark = psychopy_here
@@ -237,11 +237,11 @@ def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
     design = load_design(tmp_path / "watching.toml")
     trials, done, held, asked = design.trials("03"), 0, [], 0
     pixel_angle, shown = DISPLAY.pixel_pitch / DISPLAY.distance, Display((1024, 768), gamma=1.8).encode
-    lights = cube.frames_of(trials[1], design, cube.frame_count(design, 60.0), pixel_angle)
+    lights = cube_frames.frames_of(trials[1], design, cube_frames.frame_count(design, 60.0), pixel_angle)
     frames = [shown(0.5 * light) for light in lights]
     given = ["--participant", "03", "--session", "2", "--data", tmp_path / "data"]
     running = Running(
-        screen, "necker_rotation", *given, "--design", tmp_path / "watching.toml", "--monitor", "lab", "--windowed"
+        screen, "necker", *given, "--design", tmp_path / "watching.toml", "--monitor", "lab", "--windowed"
     )
     for event in running.events():
         if event in ("instructions", "ready", "break", "feedback", "thanks"):
@@ -321,7 +321,7 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
             pixels = stimuli.pixels(picture)
             if trial.viewing != "natural":
                 wide = 2 * DISPLAY.distance / DISPLAY.pixel_pitch * math.tan(math.radians(4))
-                pixels = pinhole_demonstration.through_tube(pixels, (40.0, 90.0), wide)
+                pixels = through_tube(pixels, (40.0, 90.0), wide)
             assert until(lambda pixels=pixels: is_shown(screen, pixels), 0.4)
         elif event == "question" and done == 5:
             screen.keys("Escape")

@@ -13,6 +13,7 @@ from focalgradient.cli.eye import eye
 from focalgradient.cli.power import power
 from focalgradient.cli.program import Program
 from focalgradient.cli.report import report
+from focalgradient.cli.run import run
 from focalgradient.cli.simulate import simulate
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
@@ -35,6 +36,7 @@ main.add_command(doctor)
 main.add_command(eye)
 main.add_command(power)
 main.add_command(report)
+main.add_command(run)
 main.add_command(simulate)
 main.add_command(stimuli)
 main.add_command(stream)

@@ -19,8 +19,7 @@ import click
 
 __all__ = ["Check", "doctor", "table"]
 
-# The experiments stand beside the package in the repository, and run in a process of their own: they own PsychoPy.
-SCREEN = Path(__file__).parents[3] / "experiments" / "check_screen.py"
+SCREEN = [sys.executable, "-m", "focalgradient.lab.check_screen"]  # in a process of its own, which owns PsychoPy
 
 WRITES = 50
 SLOW = 0.02  # seconds to the disk that a participant would notice between trials
@@ -100,16 +99,13 @@ def table(checks: list[Check]) -> str:
 
 def _screen(options: list[str]) -> Iterator[Check]:
     """What only PsychoPy can tell."""
-    if not SCREEN.exists():
-        yield Check("screen", "not looked at", False, "install focalgradient from its repository, with experiments/")
-        return
-    run = subprocess.run([sys.executable, str(SCREEN), *options], capture_output=True, text=True, encoding="utf-8")
+    run = subprocess.run([*SCREEN, *options], capture_output=True, text=True, encoding="utf-8")
     try:
         found = json.loads(run.stdout.strip().splitlines()[-1])
         checks = [Check(*(one[key] for key in ("check", "measured", "well", "remedy"))) for one in found]
     except (IndexError, ValueError, KeyError, TypeError):
-        said = (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
-        what, _, remedy = said.partition(": ")
+        last = (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
+        what, _, remedy = last.partition(": ")
         yield Check("screen", what, False, remedy.rstrip("."))
         return
     yield from checks
@@ -132,18 +128,18 @@ def _disk(data: Path) -> Iterator[Check]:
         return
     times.sort()
     median = times[len(times) // 2]
-    told = f"{median * 1e3:.1f} ms to the disk, at worst {times[-1] * 1e3:.1f} ms"
-    yield Check("safe writing", told, median < SLOW, "give --data a folder on a local disk")
+    text = f"{median * 1e3:.1f} ms to the disk, at worst {times[-1] * 1e3:.1f} ms"
+    yield Check("safe writing", text, median < SLOW, "give --data a folder on a local disk")
     free = shutil.disk_usage(base).free
     yield Check("disk space", f"{free / 1e9:.1f} GB free", free >= ROOM, "make room, or give --data another disk")
 
 
 def _versions() -> Check:
-    told, missing = [], []
+    found, missing = [], []
     for name in ("focalgradient", "psychopy", "psychtoolbox", "numpy"):
         try:
-            told.append(f"{name} {version(name)}")
+            found.append(f"{name} {version(name)}")
         except PackageNotFoundError:
             missing.append(name)
-    told += [f"{name} missing" for name in missing] + [f"Python {platform.python_version()}", platform.platform()]
-    return Check("versions", ", ".join(told), not missing, "pip install 'focalgradient[lab]'" if missing else "")
+    found += [f"{name} missing" for name in missing] + [f"Python {platform.python_version()}", platform.platform()]
+    return Check("versions", ", ".join(found), not missing, "pip install 'focalgradient[lab]'" if missing else "")

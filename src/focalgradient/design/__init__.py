@@ -1,12 +1,14 @@
 """Designs of the experiments: conditions, order, catch trials, practice and breaks, all from one seed.
 
 A design is read from a TOML file; its trial list for a participant is the same on every machine. No window is needed.
+The designs of the paper come with the package as such files, to be copied and changed (`design_text`).
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from focalgradient.tables import check_table, read_toml, shown
 
 __all__ = [
     "DESIGNS",
+    "NAMES",
     "DepthRatingDesign",
     "DepthTrial",
     "Design",
@@ -38,6 +41,7 @@ __all__ = [
     "Viewing",
     "check_design",
     "check_label",
+    "design_text",
     "load_design",
 ]
 
@@ -45,6 +49,32 @@ Design = DepthRatingDesign | NeckerDesign | Pinhole
 
 DESIGNS: dict[str, type[Design]] = {"depthrating": DepthRatingDesign, "necker": NeckerDesign, "pinhole": Pinhole}
 """By the name of the task."""
+
+NAMES = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole"}
+"""What the command line calls each task."""
+
+
+def design_text(name: str) -> str:
+    """Read the settings file of the paper's design, with all its settings and what each means.
+
+    Parameters
+    ----------
+    name
+        "depth-rating", "necker" or "pinhole".
+
+    Raises
+    ------
+    InputError
+        If there is no design of that name.
+
+    Examples
+    --------
+    >>> design_text("necker").splitlines()[0]
+    '# Experiment 2: does the rotating Necker cube look rigid, or does it wobble, by its focal gradient?'
+    """
+    if name not in NAMES:
+        raise InputError(f"there is no design {name!r}: give one of {', '.join(map(repr, NAMES))}.")
+    return (files("focalgradient.design") / "files" / f"{name.replace('-', '_')}.toml").read_text(encoding="utf-8")
 
 
 def load_design(path: str | os.PathLike[str]) -> Design:

@@ -26,8 +26,9 @@ from psychopy.hardware.keyboard import Keyboard, keyNames  # noqa: E402
 from focalgradient.dataset import Press  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
+from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 
-__all__ = ["Again", "Calibration", "Keys", "Quit", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
+__all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
 
 INK = 0.9
 PATCH = 0.045  # of the screen's height: the square that a photodiode looks at
@@ -35,14 +36,6 @@ PACE = 60.0  # frames a second where the display does not tell when it has shown
 
 Draw = Callable[[float], object]
 """Draws one frame, given the seconds since the first."""
-
-
-class Quit(Exception):  # noqa: N818  not an error
-    """The participant, or who runs the experiment, wants to stop."""
-
-
-class Again(Exception):  # noqa: N818  not an error
-    """What was being shown has been interrupted, and is to be shown again from its start."""
 
 
 class Calibration(NamedTuple):
@@ -121,7 +114,7 @@ class Keys:
         return sorted(found, key=lambda press: press.time)
 
     def clear(self) -> None:
-        """Forget what was pressed up to now; what is held stays held, and its release will be told."""
+        """Forget what was pressed up to now; what is held stays held, and its release will be an event."""
         self.events()
 
 
@@ -174,8 +167,8 @@ class Screen:
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False)
         self.dropped = 0
-        self.tell: Callable[[str, float], object] = lambda event, time: None
-        """Is told the name and the time of each event, as soon as it is on the screen."""
+        self.on_event: Callable[[str, float], object] = lambda event, time: None
+        """Is called with the name and the time of each event, as soon as it is on the screen."""
         self._patch = self._make_patch(patch)
         self._last = 0.0
         self.refresh_hz = self._measure()
@@ -245,7 +238,7 @@ class Screen:
         """
         draw(0.0)
         onset = self.frame(lit)
-        self.tell(event, onset)
+        self.on_event(event, onset)
         before = onset
         while before + 1.5 * self.frame_s < onset + seconds:  # the next frame is still to be shown
             found = self.keys.events()
@@ -272,7 +265,7 @@ class Screen:
         """Show something until one of the keys is pressed: which, and when."""
         self.keys.clear()
         draw()
-        self.tell(event, self.frame())
+        self.on_event(event, self.frame())
         while True:
             found = self.keys.events()
             self.stop_if_asked(found)
@@ -286,7 +279,7 @@ class Screen:
         """Where escape is among the keys, ask whether to stop."""
         if not any(press.key == "escape" and press.down for press in found):
             return
-        self.tell("quit?", self.now())
+        self.on_event("quit?", self.now())
         title = self.text("Stop here?", height=0.05, y=0.12)
         about = self.text("All finished trials are saved. The session can be resumed later.", y=0.02)
         keys = self.text("Y   stop            N   go on", y=-0.12, bold=True)

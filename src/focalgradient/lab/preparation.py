@@ -1,6 +1,7 @@
 """What is checked before a window opens: the command line, the design, the data, the pictures, the screen's geometry.
 
-Whatever is wrong is said in one sentence. PsychoPy is imported last, and only where all else is right.
+Whatever is wrong is said in one sentence. That PsychoPy is installed is seen first; it is imported last, and only where
+all else is right.
 """
 
 from __future__ import annotations
@@ -14,16 +15,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from focalgradient.dataset import Session
-from focalgradient.design import Design, check_label, load_design
+from focalgradient.design import DESIGNS, NAMES, Design, check_label, design_text, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab.experiment import Experiment
 from focalgradient.stimuli import StimulusSet, read_set
-
-if TYPE_CHECKING:
-    from laboratory import Programme
 
 __all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prepare"]
 
@@ -68,7 +67,7 @@ class Prepared:
     warnings: Sequence[str]
 
 
-def prepare(programme: Programme, given: Sequence[str] | None) -> Prepared:
+def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> Prepared:
     """Check all that can be known without a window.
 
     Raises
@@ -76,16 +75,17 @@ def prepare(programme: Programme, given: Sequence[str] | None) -> Prepared:
     InputError
         If something is wrong: the first is said.
     """
-    options = _arguments(programme, given)
-    design = load_design(options.design)
-    if design.task != programme.task:
-        raise InputError(f"{options.design} is a design of {design.task!r}, but {programme.task!r} is to be run.")
+    options = _arguments(experiment, given, program)
+    _psychopy()
+    design = DESIGNS[experiment.task]() if options.design is None else load_design(options.design)
+    if design.task != experiment.task:
+        raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
     design = check_session(options, design.pilot() if options.pilot else design)
-    stimuli = _stimuli(options, programme, design)
+    stimuli = _stimuli(options, experiment, design)
     consent, hook = _consent(options.consent), _markers(options.markers)
     screen = import_screen()
     display, calibrated, warnings = _display(options, screen, stimuli)
-    programme.check(design, display, WINDOW if options.windowed else display.size_px)
+    experiment.check(design, display, WINDOW if options.windowed else display.size_px)
     return Prepared(options, design, stimuli, consent, hook, screen, display, calibrated, warnings)
 
 
@@ -94,9 +94,14 @@ class _Arguments(argparse.ArgumentParser):
         raise InputError(f"{message.rstrip('.')}: see --help.")
 
 
-def _arguments(programme: Programme, given: Sequence[str] | None) -> argparse.Namespace:
-    default = Path(__file__).parent / "designs" / f"{Path(sys.argv[0]).stem}.toml"
-    add = (parser := _Arguments(description=programme.about)).add_argument
+class _PrintDesign(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> None:
+        print(design_text(next(name for name, task in NAMES.items() if task == self.const)), end="")
+        parser.exit()
+
+
+def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> argparse.Namespace:
+    add = (parser := _Arguments(program, description=experiment.about)).add_argument
     add("--participant", metavar="LABEL", help="letters and digits; asked for on the screen where it is not given")
     add("--session", metavar="LABEL", help="for participants who come more than once")
     add("--age", metavar="YEARS", help="for the table of participants, as are the next two")
@@ -104,7 +109,14 @@ def _arguments(programme: Programme, given: Sequence[str] | None) -> argparse.Na
     add("--handedness", metavar="WORD")
     add("--data", type=Path, metavar="DIR", help="folder of the data set (default: data; with --pilot: pilot)")
     add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, made by 'focalgradient stimuli'")
-    add("--design", type=Path, default=default, metavar="FILE", help="settings (default: those of the paper)")
+    add("--design", type=Path, metavar="FILE", help="settings (default: those of the paper)")
+    add(
+        "--print-design",
+        action=_PrintDesign,
+        nargs=0,
+        const=experiment.task,
+        help="print the settings file of the paper, to copy and change",
+    )
     add("--consent", type=Path, metavar="FILE", help="text to agree to before all else")
     add("--resume", action="store_true", help="go on with a session that was cut off")
     add("--pilot", action="store_true", help="a short run in a small window, to see that all works")
@@ -144,9 +156,9 @@ def check_session(options: argparse.Namespace, design: Design) -> Design:
     )
 
 
-def _stimuli(options: argparse.Namespace, programme: Programme, design: Any) -> StimulusSet | None:
+def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -> StimulusSet | None:
     """The set of pictures, with all that the design asks for."""
-    needed = programme.pictures(design)
+    needed = experiment.pictures(design)
     if not needed:
         if options.stimuli is not None:
             raise InputError("--stimuli is given, but this design shows no pictures of a set: leave it out.")
@@ -193,6 +205,12 @@ def _markers(path: Path | None) -> Hook | None:
     return hook
 
 
+def _psychopy() -> None:
+    """Refuse to go on without PsychoPy, before anything else is asked for."""
+    if importlib.util.find_spec("psychopy") is None:
+        raise InputError("PsychoPy is not installed: pip install 'focalgradient[lab]'.")
+
+
 def import_screen() -> ModuleType:
     """Import the module that knows PsychoPy.
 
@@ -201,14 +219,14 @@ def import_screen() -> ModuleType:
     InputError
         If there is no display, or no PsychoPy.
     """
+    _psychopy()
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         raise InputError("there is no display (DISPLAY is not set): run this on a machine with a screen.")
     try:
-        import screen
+        from focalgradient.lab import screen
     except ImportError as error:
-        if error.name is None or not error.name.startswith(("psycho", "pyglet")):
-            raise
-        raise InputError("PsychoPy is not installed: 'pip install focalgradient[lab]'.") from error
+        remedy = "install it anew, with pip install 'focalgradient[lab]'"
+        raise InputError(f"PsychoPy cannot be imported ({error}): {remedy}.") from error
     except Exception as error:
         if isinstance(error, InputError):
             raise

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
-    from screen import Screen
+    from focalgradient.lab.screen import Screen
 
 __all__ = ["Given", "Scale", "ask", "form", "pages"]
 
@@ -88,8 +89,13 @@ def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[st
             screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1], alignText=_side(body)),
             screen.text(foot or "Press SPACE to go on.", height=0.026, y=-0.42),
         ]
-        key = screen.wait(lambda shown=parts: [part.draw() for part in shown], keys, event).key
+        key = screen.wait(partial(_draw, parts), keys, event).key
     return key
+
+
+def _draw(parts: Sequence[Any]) -> None:
+    for part in parts:
+        part.draw()
 
 
 def _side(body: str) -> str:
@@ -109,7 +115,7 @@ def ask(screen: Screen, scale: Scale, event: str = "question") -> Given:
         screen.window.mouseVisible = False
 
 
-def _head(screen: Screen, scale: Scale, foot: str) -> list[object]:
+def _head(screen: Screen, scale: Scale, foot: str) -> list[Any]:
     return [
         screen.text(scale.question, height=0.045, y=0.28),
         screen.text(scale.below, y=0.2),
@@ -147,7 +153,7 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
     screen.mouse.clickReset()
     draw()
     asked = before = screen.frame()
-    screen.tell(event, asked)
+    screen.on_event(event, asked)
     while True:
         # Before the keys: who clicks and then confirms is to be understood, even if both come within one frame.
         held, pressed = screen.mouse.getPressed(getTime=True)
@@ -192,7 +198,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
     screen.keys.clear()
     draw()
     asked = screen.frame()
-    screen.tell(event, asked)
+    screen.on_event(event, asked)
     while True:
         found = screen.keys.events()
         screen.stop_if_asked(found)
@@ -256,7 +262,7 @@ def form(
 
     screen.keys.clear()
     draw()
-    screen.tell("form", screen.frame())
+    screen.on_event("form", screen.frame())
     while True:
         draw()
         screen.frame()

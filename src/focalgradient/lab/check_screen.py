@@ -14,13 +14,12 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
-
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 
 if TYPE_CHECKING:
-    from screen import Calibration, Screen
+    from focalgradient.lab.screen import Calibration, Screen
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
@@ -41,7 +40,7 @@ def main() -> int:
     try:
         module = import_screen()
         calibration = None if options.monitor is None else module.calibration_of(options.monitor)
-        print(json.dumps([*_geometry(options, module, calibration), *_seen(options, module)]))
+        print(json.dumps([*_geometry(options, module, calibration), *_window(options, module)]))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -58,14 +57,14 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
         yield _check("pixels per degree", measured, False, "set the screen to that resolution, or calibrate it anew")
     else:
         display = Display(size, found.width / size[0], found.distance)
-        told = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, seen from {found.distance:.3f} m)"
-        yield _check("pixels per degree", told, True)
+        text = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, seen from {found.distance:.3f} m)"
+        yield _check("pixels per degree", text, True)
     gamma = None if found is None else found.gamma
     remedy = f"measure it with a photometer, enter it {IN_MONITOR_CENTER}"
     yield _check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy)
 
 
-def _seen(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[str, Any]]:
+def _window(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[str, Any]]:
     display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
     try:
@@ -81,19 +80,19 @@ def _seen(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[str,
 def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
     """Show a mark that moves, and count the frames that came late."""
     rate = screen.refresh_hz
-    told = "frames come irregularly: nothing waits for the screen" if rate is None else f"{rate:.2f} Hz"
-    yield _check("refresh rate", told, rate is not None, "switch vertical synchronisation on in the driver's settings")
-    mark, text = screen.fixation(0, 0), screen.text(f"Checking the screen for {seconds:g} seconds ...", y=-0.3)
+    text = "frames come irregularly: nothing waits for the screen" if rate is None else f"{rate:.2f} Hz"
+    yield _check("refresh rate", text, rate is not None, "switch vertical synchronisation on in the driver's settings")
+    mark, words = screen.fixation(0, 0), screen.text(f"Checking the screen for {seconds:g} seconds ...", y=-0.3)
 
     def draw(since: float) -> None:
         mark.move(0.3 * screen.size[1] * math.sin(2 * math.pi * since / 2), 0)
         mark.draw()
-        text.draw()
+        words.draw()
 
     screen.play(draw, seconds, "check")
     frames = seconds / screen.frame_s
-    told = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
-    yield _check("dropped frames", told, screen.dropped == 0, "close other programs, and composite no windows")
+    text = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
+    yield _check("dropped frames", text, screen.dropped == 0, "close other programs, and composite no windows")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,40 @@
+"""``focalgradient run``: an experiment with a person, on this computer's screen."""
+
+from __future__ import annotations
+
+import click
+
+from focalgradient.design import NAMES
+
+__all__ = ["run"]
+
+
+@click.command(
+    short_help="Run an experiment with a person.",
+    context_settings={"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": []},
+    options_metavar="",
+)
+@click.argument("words", nargs=-1, type=click.UNPROCESSED, metavar="EXPERIMENT [OPTIONS]")
+@click.pass_context
+def run(context: click.Context, words: tuple[str, ...]) -> None:
+    """Run EXPERIMENT (depth-rating, necker or pinhole) with a person, in PsychoPy (extra lab).
+
+    What is answered is on the disk before the next trial begins. Exit code 1: stopped before the end; the same command
+    with --resume goes on.
+
+    \b
+    Examples:
+      focalgradient run depth-rating --pilot --stimuli pictures
+      focalgradient run necker --participant 01 --monitor lab --data data
+      focalgradient run necker --print-design > mine.toml
+      focalgradient run necker --help
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    name, *given = words or ("--help",)
+    if name in ("-h", "--help"):
+        click.echo(context.get_help())
+        return
+    if name not in NAMES:
+        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join(NAMES)}", context)
+    from focalgradient import lab
+
+    context.exit(lab.run(lab.EXPERIMENTS[name], given, program=f"{context.command_path} {name}"))

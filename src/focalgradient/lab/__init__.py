@@ -1,0 +1,36 @@
+"""The experiments with people: windows, keys, questions, sessions. The only room that imports PsychoPy.
+
+An `Experiment` says what is particular to one; `run` takes a participant through it. The three of the paper are
+`EXPERIMENTS`, by the names that ``focalgradient run`` knows. PsychoPy (extra ``lab``) is imported when a window opens.
+"""
+
+from focalgradient.lab import depth_rating, necker, pinhole
+from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
+from focalgradient.lab.questions import Given, Scale, ask, form, pages
+from focalgradient.lab.running import run
+
+__all__ = [
+    "EVENTS",
+    "EXPERIMENTS",
+    "GREY",
+    "Again",
+    "Experiment",
+    "Given",
+    "Quit",
+    "Scale",
+    "Sitting",
+    "ask",
+    "depth_rating",
+    "form",
+    "necker",
+    "pages",
+    "pinhole",
+    "run",
+]
+
+EXPERIMENTS = {
+    "depth-rating": depth_rating.DEPTH_RATING,
+    "necker": necker.NECKER,
+    "pinhole": pinhole.PINHOLE,
+}
+"""By the names that the command line knows."""

@@ -1,0 +1,139 @@
+"""What an experiment is made of: its own part (`Experiment`), and what each of its trials has at hand (`Sitting`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.dataset import Answer
+from focalgradient.display import Display
+from focalgradient.stimuli import Picture, StimulusSet
+
+if TYPE_CHECKING:
+    from focalgradient.lab.screen import Screen
+
+__all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting"]
+
+
+class Quit(Exception):  # noqa: N818  not an error
+    """The participant, or who runs the experiment, wants to stop."""
+
+
+class Again(Exception):  # noqa: N818  not an error
+    """What was being shown has been interrupted, and is to be shown again from its start."""
+
+
+GREY = -0.004  # of the screen, as 127 of 255: PsychoPy counts from -1 to 1
+
+EVENTS = {
+    "sitting": 1,
+    "form": 2,
+    "consent": 3,
+    "instructions": 4,
+    "ready": 5,
+    "break": 6,
+    "standard": 7,
+    "mark": 10,
+    "picture": 11,
+    "cube": 12,
+    "look": 13,
+    "off": 20,
+    "question": 21,
+    "confidence": 22,
+    "feedback": 23,
+    "recorded": 30,
+    "quit?": 40,
+    "end": 50,
+    "thanks": 51,
+}
+"""Markers: the code of each event, for eye trackers and EEG."""
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """What is particular to one experiment.
+
+    Parameters
+    ----------
+    task
+        Of its design.
+    about
+        What it does, for the help of the command line.
+    instructions
+        Pages to read, the first line of each its title.
+    trial
+        Runs one and gives its answer; it is called again for one that was interrupted.
+    pictures
+        The pictures that a design needs: scene, aperture, fixation.
+    check
+        Raises InputError where a design cannot be shown on a display, in a window of so many pixels.
+    background
+        Of the screen, from -1, black, to 1, white.
+    before
+        Is shown at the start of a sitting, after the instructions.
+    """
+
+    task: str
+    about: str
+    instructions: Callable[[Sitting], Sequence[str]]
+    trial: Callable[[Sitting, Any], Answer]
+    pictures: Callable[[Any], Sequence[tuple[str, str, str]]] = lambda design: ()
+    check: Callable[[Any, Display, tuple[int, int]], None] = lambda design, display, room: None
+    background: float = -1.0
+    before: Callable[[Sitting], None] = lambda sitting: None
+
+
+@dataclass
+class Sitting:
+    """What a trial has at hand.
+
+    Parameters
+    ----------
+    screen
+        Window, keys and clock.
+    design, participant
+        What is run, and for whom (empty until it has been asked).
+    stimuli
+        The set of pictures, where there is one.
+    start
+        When the sitting began, on the screen's clock.
+    events
+        Name and time, on the sitting's clock, of what has happened since the last trial was recorded.
+    """
+
+    screen: Screen
+    design: Any
+    participant: str
+    stimuli: StimulusSet | None = None
+    start: float = 0.0
+    events: list[tuple[str, float]] = field(default_factory=list)
+
+    def since_start(self, time: float) -> float:
+        """A time of the screen's clock, on that of the sitting."""
+        return time - self.start
+
+    def picture(self, scene: str, aperture: str, fixation: str) -> tuple[Picture, Any]:
+        """A picture of the set, and what draws it."""
+        assert self.stimuli is not None
+        found = self.stimuli.picture(scene, aperture, fixation)
+        return found, self.screen.picture(self.pixels(found))
+
+    def pixels(self, picture: Picture) -> NDArray[np.uint8]:
+        """The 8-bit values of a picture, H x W x 3."""
+        assert self.stimuli is not None
+        return self.stimuli.pixels(picture)
+
+    def fixated(self, picture: Picture) -> tuple[float, float]:
+        """Where the object is that is fixated in a picture, in its pixels from the upper left corner."""
+        assert self.stimuli is not None
+        return self.stimuli.scene(picture.scene).target(picture.fixation).position_px
+
+    def mark(self, picture: Picture) -> Any:
+        """The mark on the object that is fixated in a picture."""
+        height, width = self.pixels(picture).shape[:2]
+        x, y = self.fixated(picture)
+        return self.screen.fixation(x - width / 2, height / 2 - y)

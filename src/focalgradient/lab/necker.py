@@ -1,0 +1,155 @@
+"""Experiment 2: the turning Necker cube, watched; one key is held while it looks rigid, another while it wobbles.
+
+Every press and release is kept with its time on the clock of the display. Where neither key is held, or both are, that
+is what the table says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from focalgradient.dataset import Press, Watched, percepts
+from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.lab.cube_frames import frame_count, frames_of, shape_of
+from focalgradient.lab.experiment import Experiment, Sitting
+from focalgradient.lab.questions import pages
+
+__all__ = ["NECKER", "feedback", "ready", "show_cube"]
+
+LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
+SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
+WORDS = {"rigid": "rigid", "nonrigid": "wobbling"}
+
+
+def _instructions(sitting: Sitting) -> Sequence[str]:
+    """Pages that the participant reads."""
+    design: NeckerDesign = sitting.design
+    keys = design.keys_of(sitting.participant)
+    return (
+        "The turning cube\n"
+        "You will see a cube made of wires that turns. It can look in two ways: as a rigid cube that keeps its shape, "
+        "or as a thing that wobbles: it stretches and shrinks as it turns, the other way round.\n\n"
+        "What you see may change by itself, again and again. Just look, and do not try to see it in one of the ways.",
+        "Two keys\n"
+        f"Hold  {keys['rigid'].upper()}  as long as it looks rigid.\n\n"
+        f"Hold  {keys['nonrigid'].upper()}  as long as it looks wobbling.\n\n"
+        "Change the key as soon as what you see changes. Hold none while you cannot tell. The keys are shown below the "
+        "cube all the time.\n\n"
+        "ESCAPE stops at any time; you will be asked before anything ends.",
+    )
+
+
+def _check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> None:
+    """Refuse what cannot be shown on this display, in a window of `room` pixels, or pressed."""
+    from focalgradient.lab.screen import key_names
+
+    for key in design.keys:
+        if key not in key_names():
+            raise InputError(f"keys names {key!r}, which no keyboard has: name keys like 'f', 'left' or 'space'.")
+    height, width = shape_of(design, _pixel_angle(display))
+    if width > room[0] or height > SHARE * room[1]:
+        raise InputError(
+            f"the cube takes {width} x {height} pixels, but beside the keys the window has only {room[0]} x "
+            f"{SHARE * room[1]:.0f}: leave out --windowed, lower size_deg or strengths_mm, or sit farther away."
+        )
+    # Lines that are too thin for the pixels are refused here.
+    cube = next(trial for trial in design.trials("01") if trial.shape == "ambiguous")
+    next(frames_of(cube, design, 3, _pixel_angle(display)))
+
+
+def _pixel_angle(display: Display) -> float:
+    return display.pixel_pitch / display.distance
+
+
+def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
+    """The pictures of a quarter turn, on the graphics card."""
+    screen, display = sitting.screen, sitting.screen.display
+    frames = frame_count(sitting.design, 1 / screen.frame_s)
+    said = screen.text("One moment ...", height=0.026, y=-0.42)
+    loop = []
+    for number, light in enumerate(frames_of(trial, sitting.design, frames, _pixel_angle(display))):
+        if number % 10 == 0:
+            said.draw()
+            screen.frame()
+            screen.stop_if_asked(screen.keys.events())
+        pixels = np.zeros(light.shape, np.uint8)
+        lit = light > 0  # a few in a hundred
+        pixels[lit] = display.encode(LEVEL * light[lit])
+        loop.append(screen.picture(pixels))
+        screen.warm(loop[-1])
+    return loop
+
+
+def _reminder(sitting: Sitting) -> list[Any]:
+    """Which key is for what, each on the side where it lies."""
+    design: NeckerDesign = sitting.design
+    of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
+    return [
+        sitting.screen.text(f"{key.upper()}   {WORDS[of_key[key]]}", height=0.028, x=side * 0.3, y=-0.46)
+        for key, side in zip(design.keys, (-1, 1), strict=True)
+    ]
+
+
+def ready(sitting: Sitting, trial: NeckerTrial) -> None:
+    """Say which key is for what, and wait for the space bar."""
+    screen = sitting.screen
+    title = "Practice" if trial.phase == "practice" else "Ready?"
+    parts = [
+        screen.text(title, height=0.05, y=0.1, bold=True),
+        screen.text("Hold the key for what you see as long as you see it.", y=0.0),
+        screen.text("Press SPACE to start.", y=-0.1),
+        *_reminder(sitting),
+    ]
+    screen.wait(lambda: [part.draw() for part in parts], ["space"], "ready")
+
+
+def show_cube(sitting: Sitting, trial: NeckerTrial, before: Callable[[], object]) -> Watched:
+    """Draw the cube of a trial, do what comes `before` it, show it, and keep what is pressed meanwhile."""
+    screen = sitting.screen
+    loop, reminder = _loop(sitting, trial), _reminder(sitting)
+    keys = sitting.design.keys_of(sitting.participant)
+    before()
+    rate = 1 / screen.frame_s
+
+    def draw(seconds: float) -> None:
+        loop[round(seconds * rate) % len(loop)].draw()
+        for part in reminder:
+            part.draw()
+
+    found: list[Press] = []
+    onset = screen.play(draw, trial.trial_s, "cube", presses=found)
+    end = screen.blank()
+    screen.on_event("off", end)
+    found += screen.keys.events()
+    presses = sorted(Press(time - onset, key, down) for time, key, down in found if key in keys.values())
+    return Watched(onset=sitting.since_start(onset), presses=presses, trial_duration=end - onset)
+
+
+def feedback(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> None:
+    """After practice: how long the right key was held."""
+    if trial.shape == "ambiguous":
+        return
+    keys = sitting.design.keys_of(sitting.participant)
+    held = percepts(watched.presses, keys, watched.trial_duration)
+    right = sum(one.end - one.onset for one in held if one.percept == trial.shape) / watched.trial_duration
+    text = (
+        f"This one was {WORDS[trial.shape]}\n"
+        f"You held the key for it ({keys[trial.shape].upper()}) {right:.0%} of the time.\n\n"
+        "In the cubes to come, there is no right or wrong: hold the key for what you see."
+    )
+    pages(sitting.screen, [text], "feedback")
+
+
+def _trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
+    watched = show_cube(sitting, trial, before=lambda: ready(sitting, trial))
+    if trial.phase == "practice":
+        feedback(sitting, trial, watched)
+    return watched
+
+
+NECKER = Experiment(task="necker", about=__doc__, instructions=_instructions, trial=_trial, check=_check)

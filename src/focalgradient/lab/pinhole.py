@@ -1,0 +1,156 @@
+"""The demonstration: depth with one eye through a pinhole, without it, and through a tube of the same field.
+
+In the real world the participant is guided: which eye, what is held before it, for how long. In pictures, the pinhole
+and the tube show the same round field about the object that is marked before: the one of the pinhole's picture, the
+other of the natural one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.dataset import Rated
+from focalgradient.design import Pinhole, PinholeTrial
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.lab.experiment import Experiment, Sitting
+from focalgradient.lab.questions import Given, Scale, ask, pages
+
+__all__ = ["PINHOLE", "ask_depth", "look", "show_picture", "show_standard", "through_tube"]
+
+FIXATION = "nearest"  # in focus in the pictures, and marked before them
+MARK_S = 1.0
+
+WAYS = {
+    "pinhole": "Through the pinhole\nClose one eye. Hold the pinhole close to the other eye and look through it at "
+    "the room, at things near and far.",
+    "natural": "Without anything\nClose one eye. Put pinhole and tube away, and look with the other eye at the room, "
+    "at things near and far.",
+    "tube": "Through the tube\nClose one eye. Hold the tube close to the other eye and look through it at the room, "
+    "at things near and far.",
+}
+
+
+def _instructions(sitting: Sitting) -> Sequence[str]:
+    """Pages that the participant reads."""
+    design: Pinhole = sitting.design
+    texts = [
+        "How deep does it look?\n"
+        "You will look with one eye only, always the same one, and tell how three-dimensional what you see looks: how "
+        "much it seems to extend in depth.\n\n"
+        "What you see through the pinhole counts as 1. What looks twice as deep is a 2, what looks half as deep is 0.5."
+        " There are no right or wrong answers.\n\n"
+        "ESCAPE stops at any time; you will be asked before anything ends."
+    ]
+    if "real" in design.forms:
+        texts.append(
+            "What you need\n"
+            "A pinhole: a card with a hole of about 1 mm. A tube that shows as little of the room as the pinhole does. "
+            "A room with things at various distances, and good light.\n\n"
+            f"Each look takes {design.look_s:g} seconds. The screen turns white when it is over."
+        )
+    return texts
+
+
+def _pictures(design: Pinhole) -> Sequence[tuple[str, str, str]]:
+    """All that the design can show."""
+    if "picture" not in design.forms:
+        return ()
+    return [(*pair, FIXATION) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
+
+
+def _check(design: Pinhole, display: Display, room: tuple[int, int]) -> None:
+    """Refuse a field that does not fit in a window of `room` pixels."""
+    wide = _field_px(design, display)
+    if "picture" in design.forms and wide > min(room):
+        raise InputError(
+            f"field_deg is {design.field_deg:g}, which takes {wide:.0f} pixels of a window of {room[0]} x {room[1]}: "
+            "make it smaller, leave out --windowed, or sit farther away."
+        )
+
+
+def _field_px(design: Pinhole, display: Display) -> float:
+    """Diameter in pixels of the field that the tube leaves."""
+    return 2 * display.distance * math.tan(math.radians(design.field_deg) / 2) / display.pixel_pitch
+
+
+def through_tube(pixels: NDArray[np.uint8], middle: tuple[float, float], wide: float) -> NDArray[np.uint8]:
+    """A picture, H x W x 3, black outside a circle of `wide` pixels about (x, y) from its upper left corner."""
+    y, x = (np.arange(side) + 0.5 for side in pixels.shape[:2])
+    field = np.hypot(y[:, None] - middle[1], x - middle[0]) <= wide / 2
+    return np.where(field[..., None], pixels, 0).astype(np.uint8)
+
+
+def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
+    """Guide a look at the real world: when it began (s of the sitting)."""
+    screen = sitting.screen
+    pages(screen, [WAYS[viewing]], "ready", foot="Press SPACE when you are ready to look.")
+    text = screen.text("Look at the room now, not at the screen.", height=0.04)
+    onset = screen.play(lambda seconds: text.draw(), sitting.design.look_s, event)
+    white = screen.whole(1.0)
+    screen.play(lambda seconds: white.draw(), 0.5, "off", lit=False)
+    return sitting.since_start(onset)
+
+
+def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "picture") -> tuple[float, str]:
+    """Show the picture that stands for a look: when it appeared (s of the sitting), and its file."""
+    design, screen = sitting.design, sitting.screen
+    picture, image = sitting.picture(scene, "pinhole" if viewing == "pinhole" else design.natural_aperture, FIXATION)
+    if viewing != "natural":
+        middle, wide = sitting.fixated(picture), _field_px(design, screen.display)
+        image = screen.picture(through_tube(sitting.pixels(picture), middle, wide))
+    mark = sitting.mark(picture)
+    screen.warm(image, mark)
+    screen.play(lambda seconds: mark.draw(), MARK_S, "mark", lit=False)
+    onset = screen.play(lambda seconds: image.draw(), design.picture_s, event)
+    screen.on_event("off", screen.blank())
+    return sitting.since_start(onset), picture.png
+
+
+def show_standard(sitting: Sitting) -> None:
+    """Let the participant see what counts as 1."""
+    text = "The standard\nFirst, the view through the pinhole. How deep it looks counts as 1."
+    pages(sitting.screen, [text], "ready")
+    if "real" in sitting.design.forms:
+        look(sitting, "pinhole", "standard")
+    else:
+        show_picture(sitting, "pinhole", sitting.design.scenes[0], "standard")
+
+
+def ask_depth(sitting: Sitting) -> Given:
+    """Ask how three-dimensional it looked, as a ratio to the view through the pinhole."""
+    design: Pinhole = sitting.design
+    scale = Scale(
+        "How three-dimensional did it look?",
+        "The view through the pinhole is 1.",
+        design.least_rating,
+        design.most_rating,
+        ends=("flatter", "deeper"),
+    )
+    return ask(sitting.screen, scale)
+
+
+def _trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
+    onset, shown = (
+        (look(sitting, trial.viewing), None)
+        if trial.form == "real"
+        else show_picture(sitting, trial.viewing, trial.scene)
+    )
+    answer = ask_depth(sitting)
+    return Rated(onset=onset, rating=answer.value, response_time=answer.seconds, stimulus=shown)
+
+
+PINHOLE = Experiment(
+    task="pinhole",
+    about=__doc__,
+    instructions=_instructions,
+    trial=_trial,
+    pictures=_pictures,
+    check=_check,
+    before=show_standard,
+)
