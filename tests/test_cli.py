@@ -233,9 +233,13 @@ def poke(value: float):
 BAD = {
     # files
     "no settings file": (None, ("none.toml", "--out", "out"), r"none\.toml cannot be read \(No such file"),
-    "settings is a folder": (lambda f: (f / "d.toml").mkdir(), ("d.toml", "--out", "out"), r"d\.toml cannot be read"),
+    "settings is a folder": (
+        lambda f: (f / "d.toml").mkdir(),
+        ("d.toml", "--out", "out"),
+        r"d\.toml is a folder: give the path of a settings",
+    ),
     "no image": (lambda f: (f / "b.png").unlink(), SETTINGS, r"b\.png cannot be read \(No such file"),
-    "image is a folder": (edit("b.png", ".."), SETTINGS, r"\.\. cannot be read \(Is a directory"),
+    "image is a folder": (edit("b.png", ".."), SETTINGS, r"\.\. is a folder: give the path of an image"),
     "empty image": (content("b.png", b""), SETTINGS, r"b\.png is empty"),
     "not an image": (content("b.png", b"hello " * 40), SETTINGS, r"b\.png cannot be read as an image: expected"),
     "damaged image": (
@@ -249,6 +253,12 @@ BAD = {
     "saturated": (pixels("b.png", lambda p: np.where(p > 2**14, 2**16 - 1, p)), SETTINGS, r"b\.png is saturated: \d+%"),
     "constant": (pixels("b.png", lambda p: 0 * p + 999), SETTINGS, r"b\.png is the same everywhere \(999\)"),
     "NaN": (poke(np.nan), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
+    "values beyond single precision": (poke(1e38), SETTINGS, r"b\.npy holds values from .* to 1e\+38, but the bright"),
+    "a torn array": (
+        lambda f: (edit("b.png", "b.npy")(f), (f / "b.npy").write_bytes(b"PK\x03\x04" + b"x" * 99)),
+        SETTINGS,
+        r"b\.npy cannot be read as an image: expected an array that numpy\.save wrote",
+    ),
     "infinite": (poke(np.inf), SETTINGS, r"b\.npy holds 5760 pixels that are NaN or infinite \(62%\)"),
     "array of a wrong shape": (
         array(lambda p: p[None]),
@@ -257,9 +267,24 @@ BAD = {
     ),
     "array of a wrong type": (array(lambda p: p.astype(int)), SETTINGS, r"b\.npy holds pixels of type int64"),
     "pickled array": (array(lambda p: p.astype(object)), SETTINGS, r"b\.npy cannot be read as an image"),
+    "results over an image": (
+        lambda f: ((f / "depth.png").write_bytes((f / "b.png").read_bytes()), edit("b.png", "depth.png")(f)),
+        ("views.toml", "--out", "."),
+        r"depth\.png would be overwritten, but it is read",
+    ),
+    "results over a photograph": (
+        lambda f: ((f / "in").mkdir(), (f / "b.png").rename(f / "in" / "depth.png")),
+        ("a.png", "in/depth.png", "--out", "in"),
+        r"in/depth\.png would be overwritten, but it is read",
+    ),
+    "results over an image behind a link": (
+        lambda f: ((f / "in").mkdir(), (f / "in" / "depth.png").symlink_to(f / "b.png")),
+        ("views.toml", "--out", "in"),
+        r"in/depth\.png would be overwritten, but it is read \(b\.png\)",
+    ),
     # settings
     "not TOML": (edit("= 25.0", "25.0"), SETTINGS, r"views\.toml is not valid TOML: .*line 2"),
-    "not text": (content("views.toml", b"\xff\xfe\x00"), SETTINGS, r"views\.toml is not a TOML file: expected text"),
+    "not text": (content("views.toml", b"\xff\xfe\x00"), SETTINGS, r"views\.toml is not text in UTF-8 \(byte 1\)"),
     "backslash": (edit("a.png", "C:\\Users\\a.png"), SETTINGS, r"views\.toml is not valid TOML: .*write \\ as /"),
     "empty settings": (content("views.toml", b""), SETTINGS, r"camera is missing: give a table \[camera\]"),
     "missing key": (

@@ -182,6 +182,16 @@ def test_wrong_targets_are_refused_in_a_sentence(tmp_path, line, said):
     assert said in sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
 
 
+@pytest.mark.parametrize("out", ["targets.toml", "0.5_8.png", "folder/../targets.toml", "link.toml"])
+def test_no_input_is_written_over(tmp_path, out):
+    path = targets(tmp_path, (0.5,))
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link.toml").symlink_to(path)
+    before = path.read_bytes()
+    assert "would be overwritten, but it is read" in sentence(run("calibrate", path, "--out", tmp_path / out))
+    assert path.read_bytes() == before
+
+
 def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
     a, b = (picture(tmp_path / f"{n}.png", 1.0, 8) for n in "ab")
     use = ("--calibration", camera[0], "--out", tmp_path / "out")

@@ -101,13 +101,18 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
 @pytest.mark.parametrize(
     ("args", "said"),
     [
-        (["none.mp4", "--out", "d.mp4"], "none.mp4 does not exist"),
+        (["none.mp4", "--out", "d.mp4"], "none.mp4 cannot be read (No such file"),
         (["video.mkv", "--out", "d.gif"], "use one of .mp4"),
         (["video.mkv", "--out", "d.mp4", *OPTICS[2:]], "--focal-length is missing"),
         (["video.mkv", "--out", "d.mp4", *OPTICS[:4], *OPTICS[6:]], "--f-number is given 1 times"),
         (["video.mkv", "--out", "d.mp4", "--near", "1"], "needs the optics"),
         (["video.mkv", "--out", "d.mp4", *OPTICS, "--far", "0.5"], "lies beyond or at --far"),
-        (["video.mkv", "--out", "video.mkv"], "the video itself"),
+        (["video.mkv", "--out", "video.mkv"], "video.mkv would be overwritten, but it is read"),
+        (["video.mkv", "--out", "./new/../video.mkv"], "video.mkv would be overwritten, but it is read"),
+        (["video.mkv", "--out", "d.mp4", "--values", "d.json"], "name one file twice"),
+        (["video.mkv", "--out", "d.mp4", "--values", "video.mkv"], "video.mkv would be overwritten, but it is read"),
+        (["a\udcff.mkv", "--out", "d.mp4"], "not UTF-8"),
+        (["video.mkv", "--out", "a\udcff.mp4"], "not UTF-8"),
         (
             ["video.mkv", "--out", "d.mp4", *OPTICS[:2], "--f-number", "5.6", "--f-number", "16", *OPTICS[6:]],
             "even frames are the sharper",

@@ -135,8 +135,8 @@ def header(text: str) -> bytes:
 def test_torn_arrays_are_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "view.npy"
     path.write_bytes(content)
-    assert "not a whole .npy file" in refused(read_array, path)
-    assert "no intact .npz archive" in refused(read_arrays, path, ("a",))
+    assert "is not a .npy file of plain numbers, or is damaged" in refused(read_array, path)
+    assert "is not a .npz archive, or is damaged" in refused(read_arrays, path, ("a",))
 
 
 def test_an_archive_that_unpacks_beyond_the_limit_is_refused(tmp_path: Path) -> None:

@@ -127,7 +127,7 @@ def test_a_video_cut_off_is_read_up_to_there_and_the_rest_reported(tmp_path: Pat
 
 
 def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="does not exist"):
+    with pytest.raises(InputError, match="No such file"):
         Source(tmp_path / "none.mp4")
     (tmp_path / "text.mp4").write_text("no video")
     with pytest.raises(InputError, match="cannot be read as a video"):

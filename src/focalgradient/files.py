@@ -21,8 +21,8 @@ import sys
 import time
 import tomllib
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
@@ -33,7 +33,9 @@ from focalgradient.errors import InputError
 
 __all__ = [
     "LARGEST",
+    "existing",
     "flush",
+    "inner_name",
     "move",
     "opened",
     "parse_json",
@@ -47,6 +49,7 @@ __all__ = [
     "read_toml",
     "refuse_overwriting",
     "replace_set",
+    "replacing",
     "staged",
     "sweep",
     "write_whole",
@@ -129,7 +132,7 @@ def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LA
         try:
             yield file
         except OSError as error:
-            if error.filename is not None:  # of another file
+            if error.filename is not None or error.errno is None:  # of another file, or a decoder's
                 raise
             raise InputError(f"{name} cannot be read ({error.strerror or error}): give {what} that can.") from error
 
@@ -229,7 +232,9 @@ def _no_constant(word: str) -> NoReturn:
     raise ValueError(f"{word} is no JSON")
 
 
-def read_array(path: str | os.PathLike[str], what: str = "a .npy file", largest: int = LARGEST) -> NDArray[Any]:
+def read_array(
+    path: str | os.PathLike[str], what: str = "a .npy file of plain numbers", largest: int = LARGEST
+) -> NDArray[Any]:
     """Read a ``.npy`` file of plain numbers: nothing in it is run, and memory is taken for what is there only.
 
     Raises
@@ -241,7 +246,7 @@ def read_array(path: str | os.PathLike[str], what: str = "a .npy file", largest:
 
 
 def _parsed_array(data: bytes, name: str, what: str) -> NDArray[Any]:
-    wrong = f"{name} is not a whole .npy file of plain numbers: give {what} that numpy.save wrote."
+    wrong = f"{name} is not {what}, or is damaged: give one that is whole."
     head = io.BytesIO(data)
     try:
         major, _ = np.lib.format.read_magic(head)  # type: ignore[no-untyped-call]
@@ -253,12 +258,12 @@ def _parsed_array(data: bytes, name: str, what: str) -> NDArray[Any]:
     plain = not dtype.hasobject and dtype.itemsize > 0 and all(type(n) is int and n >= 0 for n in shape)
     if not plain or len(shape) > 32 or math.prod(shape) * dtype.itemsize != len(content):
         raise InputError(wrong)
-    array = np.frombuffer(content, dtype)
+    array = np.frombuffer(content, dtype).copy()  # to be written to, as what numpy.load gives
     return array.reshape(shape[::-1]).transpose() if in_columns else array.reshape(shape)
 
 
 def read_arrays(
-    path: str | os.PathLike[str], names: Iterable[str], what: str = "a .npz file", largest: int = LARGEST
+    path: str | os.PathLike[str], names: Iterable[str], what: str = "a .npz archive", largest: int = LARGEST
 ) -> dict[str, NDArray[Any]]:
     """Read arrays of plain numbers or texts out of a ``.npz`` archive: those of `names` that are there.
 
@@ -285,7 +290,7 @@ def read_arrays(
         except MemoryError as error:
             raise InputError(f"{name} is too large for the memory: give {what} that is smaller.") from error
         except Exception as error:  # damaged archives fail in many ways
-            raise InputError(f"{name} is no intact .npz archive: give {what}.") from error
+            raise InputError(f"{name} is not {what}, or is damaged: give one that is whole.") from error
     return {key: _parsed_array(data, name, what) for key, data in found.items()}
 
 
@@ -316,6 +321,24 @@ def plain_name(name: str, where: str = "a file's name") -> str:
     )
     if bad:
         raise InputError(f"{where} is {printable(str(name))[:80]!r}, but must be a plain file name without a folder.")
+    return name
+
+
+def inner_name(name: str, where: str = "a file's name") -> str:
+    """Give `name` back if it is the path of a file within a folder, its parts plain names with / between.
+
+    Raises
+    ------
+    InputError
+        If it is not; `where` says where it stands.
+
+    Examples
+    --------
+    >>> inner_name("none/0001.png")
+    'none/0001.png'
+    """
+    for part in name.split("/") if isinstance(name, str) else [name]:
+        plain_name(part, where)
     return name
 
 
@@ -491,10 +514,7 @@ def _make(path: Path, content: bytes | Callable[[Path], object], mode: int = 0o6
 def replace_set(
     out: str | os.PathLike[str], contents: Mapping[str, bytes | Callable[[Path], object]], summary: str
 ) -> None:
-    """Write a set of results into a folder, in place of an older one.
-
-    All are made out of sight first. Then the old `summary` goes, the others are moved to their places, and the new
-    summary last: a folder with a summary holds the whole set that it belongs to.
+    """Write a set of results into a folder, in place of an older one, as `replacing` does.
 
     Parameters
     ----------
@@ -504,6 +524,31 @@ def replace_set(
         What to write, by plain name, or what writes it to the path that it is given.
     summary
         The one of them that is moved last.
+    """
+    places = {plain_name(name): Path(out, name) for name in contents}
+    with replacing(list(places.values()), Path(out, summary)) as hidden:
+        for name, content in contents.items():
+            _make(hidden[places[name]], content)
+
+
+@contextmanager
+def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path]]:
+    """Replace a set of files, in one folder or several, by what is written to the hidden paths that are given.
+
+    All are made out of sight first. Then the old `summary` goes, the others are moved to their places, and the new
+    summary last: where there is a summary, there is the whole set that it belongs to.
+
+    Parameters
+    ----------
+    places
+        Of the files; their folders are made where they are not there.
+    summary
+        The one of them that is moved last.
+
+    Yields
+    ------
+    dict
+        For each place where to write, under the same name.
 
     Raises
     ------
@@ -512,26 +557,34 @@ def replace_set(
     KeyboardInterrupt
         As it comes; with such a message where some had been moved.
     """
-    out = Path(out)
-    for name in contents:
-        plain_name(name)
-    base = next(folder for folder in (out.absolute(), *out.absolute().parents) if os.path.lexists(folder))
     left = "nothing was written"
     try:
-        with staged(base) as folder:
-            for name, content in contents.items():
-                _make(folder / name, content)
-            out.mkdir(parents=True, exist_ok=True)
-            left = f"{printable(out)} holds results of two runs mixed, without {summary}"
-            (out / summary).unlink(missing_ok=True)
-            for name in (*(name for name in contents if name != summary), summary):
-                move(folder / name, out / name)
+        with ExitStack() as folders:
+            bases = {place.parent: existing(place.parent) for place in places}
+            hidden = {folder: folders.enter_context(staged(base)) for folder, base in bases.items()}
+            made = {place: hidden[place.parent] / place.name for place in places}
+            yield made
+            for path in made.values():
+                _flush_file(path)
+            for folder in hidden:
+                folder.mkdir(parents=True, exist_ok=True)
+            left = f"{printable(summary.parent)} holds results of two runs mixed, without {printable(summary.name)}"
+            summary.unlink(missing_ok=True)
+            for place in (*(place for place in places if place != summary), summary):
+                move(made[place], place)
             left = "all was written"
-        _flush_folder(out)
+        for folder in hidden:
+            _flush_folder(folder)
     except OSError as error:
+        named = error.filename is not None and _HIDDEN.search(str(error.filename)) is None
         raise InputError(
-            f"{printable(error.filename or out)} cannot be written ({error.strerror or error}): {left}; make room on "
-            "the disk or choose another --out, and run this again."
+            f"{printable(error.filename if named else summary.parent)} cannot be written "
+            f"({error.strerror or error}): {left}; make room on the disk or choose another --out, and run this again."
         ) from error
     except KeyboardInterrupt as stop:
         raise type(stop)(f"{left}.") from None
+
+
+def existing(folder: Path) -> Path:
+    """Give the folder, or the nearest above it that is there."""
+    return next(one for one in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(one))

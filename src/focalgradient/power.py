@@ -26,6 +26,7 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
+from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.statistics import Effect, Equivalence, Interval, depth_rating, quality
 
 __all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "run", "simulated_ratings"]
@@ -298,18 +299,36 @@ def run(
 
 
 def _begun(study: Study, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
-    """What the file holds; begun where it is missing, and without its last line where that was cut off."""
+    """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
     head = json.dumps({"focalgradient": version("focalgradient")} | study.told())
-    *whole, cut = file.read_text(encoding="utf-8").split("\n") if file.exists() else [""]
-    if whole and whole[0] != head:
+    text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
+    first, *lines = text.split("\n")
+    if lines and first != head:
         raise InputError(
-            f"{file} holds experiments of another effect, design, bound, seed or version: give another folder."
+            f"{printable(file)} holds experiments of another effect, design, bound, seed or version, or is damaged: "
+            "give another folder."
         )
-    if cut or not whole:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text("".join(line + "\n" for line in whole or [head]), encoding="utf-8")
-    told = [json.loads(line) for line in whole[1:]]
-    return {(row.pop("subjects"), row.pop("number")): row for row in told}
+    rows = {line: row for line in lines if (row := _row(line)) is not None}
+    whole = "".join(f"{line}\n" for line in (head, *rows))
+    if text != whole:
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{printable(file.parent)} cannot be made ({error.strerror}): give another.") from error
+        write_whole(file, whole.encode())
+    return {(int(row.pop("subjects") or 0), int(row.pop("number") or 0)): row for row in rows.values()}
+
+
+def _row(line: str) -> dict[str, float | None] | None:
+    """An experiment as a line tells it; None if it is not whole."""
+    try:
+        row = parse_json(line, "a line")
+    except InputError:
+        return None
+    if not isinstance(row, dict) or set(row) != {"subjects", "number", "width", "far_width", "left_out", *TESTS}:
+        return None
+    numbers = {name: value for name, value in row.items() if value is not None or name not in ("width", "far_width")}
+    return row if all(type(value) in (int, float) for value in numbers.values()) else None
 
 
 def _simulated(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -12,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from focalgradient.errors import InputError
 
-__all__ = ["Table", "check_table", "load_table", "read_toml", "shown"]
+__all__ = ["Table", "check_table", "load_table", "shown"]
 
 
 class Table(BaseModel):
@@ -29,28 +28,6 @@ class Table(BaseModel):
 
 
 Kind = TypeVar("Kind", bound=Table)
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a settings file as it stands.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is not TOML.
-    """
-    try:
-        # "utf-8-sig": some editors put a byte order mark, which TOML does not know.
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of a settings file.") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a TOML file: expected text in UTF-8.") from error
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        hint = "; write \\ as / in paths" if "\\" in text else ""
-        raise InputError(f"{path} is not valid TOML: {error}{hint}.") from error
 
 
 def load_table(path: Path, data: dict[str, Any], kind: type[Kind]) -> Kind:

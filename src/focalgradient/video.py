@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.files import opened, printable
 
 # What FFmpeg finds wrong with a file is told as skipped frames, not on standard error by FFmpeg; it reads this once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
@@ -34,6 +35,9 @@ Grey = NDArray[np.uint8]
 
 CODECS = {".mp4": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "MJPG", ".webm": "VP80"}
 """How each kind of file is encoded: what OpenCV's own FFmpeg writes everywhere and common players show."""
+
+LARGEST_VIDEO = 2**60
+"""Bytes of a video: any number, as it is read frame by frame."""
 
 PLAIN = 0.1
 """Change of the logarithm of detail from frame to frame below which the two apertures cannot be told apart."""
@@ -91,8 +95,9 @@ class Source:
     def __init__(self, path: Path, grey: Callable[[Grey], Grey] | None = None) -> None:
         self.path = path
         self._grey = grey or _luma
-        if not path.is_file():
-            raise InputError(f"{path} does not exist or is no file: give the path of a video.")
+        _check_name(path)
+        with opened(path, "a video", LARGEST_VIDEO):
+            pass
         said = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         try:
@@ -100,7 +105,7 @@ class Source:
         finally:
             cv2.utils.logging.setLogLevel(said)
         if not self._capture.isOpened():
-            raise InputError(f"{path} cannot be read as a video: give a file that FFmpeg can decode.")
+            raise InputError(f"{printable(path)} cannot be read as a video: give a file that FFmpeg can decode.")
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         self.fps = fps if math.isfinite(fps) and fps > 0 else 30.0
         # An estimate from the file's header; 0 where it has none.
@@ -328,8 +333,21 @@ class VideoFile:
 
 def check_ending(path: Path) -> None:
     """Refuse a name whose ending is no kind of video that can be written."""
+    _check_name(path)
     if path.suffix.lower() not in CODECS:
-        raise InputError(f"--out {path} has no ending of a video that can be written: use one of {', '.join(CODECS)}.")
+        raise InputError(
+            f"--out {printable(path)} has no ending of a video that can be written: use one of {', '.join(CODECS)}."
+        )
+
+
+def _check_name(path: Path) -> None:
+    """Refuse a name that OpenCV cannot be given."""
+    try:
+        if "\0" not in str(path).encode().decode():
+            return
+    except UnicodeEncodeError:
+        pass
+    raise InputError(f"{printable(path)} has a name that is not UTF-8, which video files need: rename it.")
 
 
 class ValuesFile:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from focalgradient.cli.program import progress, warnings_told, writable, write
+from focalgradient.cli.program import progress, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning
+from focalgradient.files import printable, refuse_overwriting, replacing
 
 if TYPE_CHECKING:
     from focalgradient.calibration import Calibration, Prediction, Reading
@@ -62,16 +63,17 @@ def calibrate(targets: Path, out: Path) -> None:
       focus_distance_m = 0.25    # as marked; may be left out where all share one focus
       flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    base = writable(out.parent, (out.name,))
+    writable(out.parent, (out.name,), [targets])
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
     from focalgradient.photographs.tables import Sensor
 
     settings = load_targets(targets)
+    refuse_overwriting((path for shot in settings.shots for path in (shot.image, shot.flat) if path), [out])
     readings: list[Reading] = []
     with progress(len(settings.shots) + 1) as say, warnings_told():
         for shot in settings.shots:
-            say(shot.image.name)
+            say(printable(shot.image.name))
             readings.append(settings.read(shot))
         say("fitting the camera")
         sensor = settings.camera
@@ -82,7 +84,8 @@ def calibrate(targets: Path, out: Path) -> None:
         _warn_of_the_odd(settings, readings)
     plain = Sensor.model_validate({name: getattr(sensor, name) for name in Sensor.model_fields})
     text = camera_toml(Calibrated(sensor=plain, calibration=camera))
-    write(out.parent, base, {out.name: lambda path: path.write_text(text, encoding="utf-8")})
+    with replacing([out], out) as hidden:
+        hidden[out].write_bytes(text.encode())
     for line in [
         *_told(camera, len({reading.distance for reading in readings})),
         "",

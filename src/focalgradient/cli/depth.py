@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import platform
 import time
@@ -18,9 +17,10 @@ import numpy as np
 from click.core import ParameterSource
 
 from focalgradient.cli.options import optics_options, search_options
-from focalgradient.cli.program import progress, strict, warnings_told, writable, write
+from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import printable, refuse_overwriting, replace_set
 from focalgradient.psf import PsfName
 
 if TYPE_CHECKING:
@@ -95,10 +95,13 @@ def depth(
     start = time.perf_counter()
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-    base = writable(out, ("depth.npz", "depth.png", "summary.json"))
+    names = ("depth.npz", "depth.png", "summary.json")
+    writable(out, names, inputs if calibration is None else (*inputs, calibration))
     with progress(STAGES) as say, warnings_told() as told:
         say("reading the views")
         settings, photographs = _read(inputs, optics, calibration, METHODS[method].least)
+        read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path is not None]
+        refuse_overwriting(read, [out / name for name in names])
 
         from focalgradient import recover_depth
         from focalgradient.photographs import make_views
@@ -128,23 +131,17 @@ def depth(
         say("drawing")
         from focalgradient.plotting import depth_figure
 
-        figure = depth_figure(views, result, names=[photograph.path.name for photograph in photographs])
+        figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
 
     asked = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
     summary = _summary(settings, views, photographs, asked, result, told)
 
-    def write_summary(path: Path) -> None:
-        text = json.dumps(
-            strict(summary | {"seconds": time.perf_counter() - start}), indent=2, allow_nan=False, ensure_ascii=False
-        )
-        path.write_text(text + "\n", encoding="utf-8")
-
-    writers: dict[str, Callable[[Path], object]] = {
+    writers: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": result.save,
         "depth.png": figure.savefig,
-        "summary.json": write_summary,
+        "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
     }
-    write(out, base, writers)
+    replace_set(out, writers, "summary.json")
     distance = summary["medians"]["distance_m"]
     click.echo(f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m'}")
     click.echo(f"Valid pixels: {summary['share_valid']:.1%}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import platform
 import time
@@ -15,8 +14,9 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import progress, strict, warnings_told, writable, write
+from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.errors import InputError
+from focalgradient.files import replace_set
 
 if TYPE_CHECKING:
     from focalgradient.eye import Band, Course
@@ -103,7 +103,7 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
     start = time.perf_counter()
     if scene not in NAMES:
         raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
-    base = writable(out, FILES)
+    writable(out, FILES)
     with progress(STAGES) as say, warnings_told() as told:
         say("forming the views")
         from focalgradient import recover_depth
@@ -159,20 +159,14 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
         | {"python": platform.python_version()},
     }
 
-    def write_summary(path: Path) -> None:
-        text = json.dumps(
-            strict(summary | {"seconds": time.perf_counter() - start}), indent=2, allow_nan=False, ensure_ascii=False
-        )
-        path.write_text(text + "\n", encoding="utf-8")
-
-    writers: dict[str, Callable[[Path], object]] = dict(
-        zip(
-            FILES,
-            (figure.savefig, focus.savefig, lambda path: _write_film(path, film), result.save, write_summary),
-            strict=True,
-        )
-    )
-    write(out, base, writers)
+    writers: dict[str, bytes | Callable[[Path], object]] = {
+        "views.png": figure.savefig,
+        "focus.png": focus.savefig,
+        "oscillation.mp4": lambda path: _write_film(path, film),
+        "depth.npz": result.save,
+        "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
+    }
+    replace_set(out, writers, "summary.json")
     click.echo(f"Median error: {found['median_error_D']:.3g} D")
     click.echo(f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus.")
     click.echo(f"Valid pixels: {found['valid']:.1%}")

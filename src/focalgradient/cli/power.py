@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from functools import partial
 from pathlib import Path
 
 import click
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import writable, write
+from focalgradient.cli.program import resumable, writable
 from focalgradient.errors import InputError
+from focalgradient.files import printable, replace_set
 
 __all__ = ["power"]
 
@@ -78,8 +77,6 @@ def power(
     Example:
       focalgradient power depth-rating --subjects 6,10,20 --effect 1.3 --out power
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from tqdm import tqdm
-
     from focalgradient.design import DepthRatingDesign, load_design
     from focalgradient.plotting.subjects import as_files, power_figure
     from focalgradient.power import TESTS, Model, Study, run
@@ -91,26 +88,21 @@ def power(
         raise InputError(f"{design} is a design of {shown.task}, but must be one of depthrating.")
     model = Model(effect=effect, far_effect=far_effect, between=between, noise=noise, lapses=lapses)
     study = Study(model, shown, bound, seed)
-    base = writable(out, ["experiments.jsonl", "power.csv", "power.png", "power.pdf"])
-    bar = tqdm(total=len(subjects) * experiments, unit=" experiments", leave=False, disable=not sys.stderr.isatty())
-    with bar:
-        try:
-            table = run(
-                study,
-                subjects,
-                experiments,
-                out / "experiments.jsonl",
-                workers=workers,
-                progress=lambda done: bar.update(done - bar.n),
-            )
-        except KeyboardInterrupt:
-            bar.close()
-            click.echo(f"Interrupted: {out / 'experiments.jsonl'} is kept; the same command goes on.", err=True)
-            sys.exit(130)
+    writable(out, ["experiments.jsonl", "power.csv", "power.png", "power.pdf"], [] if design is None else [design])
+    total = len(subjects) * experiments
+    with resumable(f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on.") as say:
+        table = run(
+            study,
+            subjects,
+            experiments,
+            out / "experiments.jsonl",
+            workers=workers,
+            progress=lambda done: say(done / total, f"{done} of {total} experiments"),
+        )
     found = sum_up(table)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found)).items()}
     files["power.csv"] = as_table(found).assign(simulated=True).to_csv(index=False, lineterminator="\n").encode()
-    write(out, base, {name: partial(Path.write_bytes, data=content) for name, content in files.items()})
+    replace_set(out, files, "power.csv")
     click.echo("Simulated subjects, of a statistical model: share of experiments that find")
     for name, meaning in TESTS.items():
         told = ", ".join(

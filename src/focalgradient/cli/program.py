@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
-import os
+import signal
 import sys
 import tempfile
+import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -16,8 +18,29 @@ import click
 import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import existing, printable, refuse_overwriting
 
-__all__ = ["Program", "fail", "progress", "resumable", "strict", "warnings_told", "writable", "write"]
+__all__ = [
+    "Program",
+    "Terminated",
+    "fail",
+    "progress",
+    "resumable",
+    "strict",
+    "summary_json",
+    "warnings_told",
+    "writable",
+]
+
+INTERRUPTED, TERMINATED = 130, 143
+"""Exit codes after Ctrl-C and after SIGTERM: 128 and the signal's number, as shells have it."""
+
+MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
+NESTED = "something in the input is nested too deeply to be read: give a simpler file."
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: ends as Ctrl-C does, with an exit code of its own."""
 
 
 class Program(click.Group):
@@ -25,8 +48,11 @@ class Program(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run, and leave with exit code 2 after one sentence where the input is wrong."""
+        with suppress(AttributeError, ValueError):  # a name that the terminal cannot show is no reason to fail
+            sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
         try:
-            code = super().main(*args, **{**kwargs, "standalone_mode": False})
+            with _terminable():
+                code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
             fail(f"{error.format_message().rstrip('.')}: see '{program} --help'.")
@@ -35,16 +61,39 @@ class Program(click.Group):
         except InputError as error:
             fail(str(error))
         except OSError as error:
-            fail(f"{error.filename or 'a file'} could not be read or written ({error.strerror or error}).")
+            fail(f"{printable(error.filename or 'a file')} could not be read or written ({error.strerror or error}).")
+        except MemoryError:
+            fail(MEMORY)
+        except RecursionError:
+            fail(NESTED)
+        except (KeyboardInterrupt, click.Abort):
+            sys.exit(INTERRUPTED)
         sys.exit(code if isinstance(code, int) else 0)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; Ctrl-C leaves with exit code 130."""
+        """Run the command; Ctrl-C leaves with exit code 130, SIGTERM with 143, and both say what is there then."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            click.echo("Interrupted: nothing was written.", err=True)
-            ctx.exit(130)
+        except KeyboardInterrupt as stop:
+            click.echo(f"Interrupted: {str(stop) or 'nothing was written.'}", err=True)
+            ctx.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM end what is going on as Ctrl-C does."""
+
+    def stop(*_: object) -> NoReturn:
+        raise Terminated
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def fail(sentence: str) -> NoReturn:
@@ -91,7 +140,7 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def resumable(left: str) -> Iterator[Callable[[float, str], object]]:
-    """Show a bar of the share done with the time left; Ctrl-C says what is `left`, and leaves with exit code 130."""
+    """Show a bar of the share done with the time left; a Ctrl-C goes on with what is `left` then."""
     from tqdm import tqdm
 
     layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
@@ -103,9 +152,8 @@ def resumable(left: str) -> Iterator[Callable[[float, str], object]]:
                 bar.update(share - bar.n)
 
             yield say
-    except KeyboardInterrupt:
-        click.echo(f"Interrupted: {left}", err=True)
-        click.get_current_context().exit(130)
+    except KeyboardInterrupt as stop:
+        raise type(stop)(left) from None
 
 
 def strict(value: Any) -> Any:
@@ -121,29 +169,26 @@ def strict(value: Any) -> Any:
     return value
 
 
-def writable(out: Path, names: Sequence[str]) -> Path:
-    """Give the folder at or above `out` that exists; refuse what cannot be written before the long work, not after."""
-    base = next(folder for folder in (out.absolute(), *out.absolute().parents) if os.path.lexists(folder))
+def summary_json(content: Mapping[str, Any]) -> bytes:
+    """A summary as strict JSON, in UTF-8 whatever the names of files in it."""
+    text = json.dumps(strict(content), indent=2, allow_nan=False, ensure_ascii=False)
+    return (text + "\n").encode("utf-8", "backslashreplace")
+
+
+def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> None:
+    """Refuse what cannot be written, and files that are `inputs` too, before the long work and not after."""
     try:
-        with tempfile.TemporaryFile(dir=base):
+        with tempfile.TemporaryFile(dir=existing(out)):
             pass
+    except ValueError as error:
+        raise InputError(f"--out is {printable(out)!r}, which is no name of a folder: give another.") from error
     except OSError as error:
         raise InputError(
-            f"--out {out} cannot be written ({error.strerror}): give a folder that you may write in."
+            f"--out {printable(out)} cannot be written ({error.strerror}): give a folder that you may write in."
         ) from error
     for name in names:
         if (out / name).is_dir():
             raise InputError(
-                f"{out / name} is a folder, where a file is to be written: move it or choose another --out."
+                f"{printable(out / name)} is a folder, where a file is to be written: move it or choose another --out."
             )
-    return base
-
-
-def write(out: Path, base: Path, writers: Mapping[str, Callable[[Path], object]]) -> None:
-    """Write all files out of sight in `base`, on the same disk; then move all into `out`."""
-    with tempfile.TemporaryDirectory(prefix=".focalgradient-", dir=base) as staging:
-        for name, make in writers.items():
-            make(Path(staging, name))
-        out.mkdir(parents=True, exist_ok=True)
-        for name in writers:
-            Path(staging, name).replace(out / name)
+    refuse_overwriting(inputs, [out / name for name in names])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import click
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import writable, write
+from focalgradient.cli.program import writable
+from focalgradient.files import replace_set
 
 __all__ = ["report"]
 
@@ -36,14 +36,14 @@ def report(folder: Path, out: Path, bound: float | None, ordinal: bool) -> None:
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import BOUND, make_report
 
-    base = writable(out, ["report.html", "report.md"])
+    writable(out, ["report.html", "report.md"])
     made = make_report(
         folder,
         bound=BOUND if bound is None else bound,
         bound_stated=bound is not None,
         scale="ordinal" if ordinal else "ratio",
     )
-    write(out, base, {name: partial(Path.write_bytes, data=content) for name, content in made.files.items()})
+    replace_set(out, made.files, "report.html")
     for problem in made.problems:
         click.echo(f"Problem: {' '.join(problem.split())}", err=True)
     click.echo(f"Done: open {out / 'report.html'}")

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
 import numpy as np
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import progress, strict, warnings_told, writable
+from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import printable, replacing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -158,8 +157,12 @@ def stream(
     check_ending(out)
     note = out.with_suffix(".json")
     places = [out, note] + ([values] if values else [])
-    if len({place.absolute() for place in [video, *places]}) < len(places) + 1:
-        raise InputError("--out and --values name one file twice, or the video itself: give each a name of its own.")
+    if len({place.resolve() for place in places}) < len(places):
+        raise InputError(
+            f"--values and --out name one file twice (--out brings {note.name} too): give each a name of its own."
+        )
+    for place in places:
+        writable(place.parent, (place.name,), [video])
 
     levels = np.linspace(0, 1, 256, dtype=np.float32) if encoding == "linear" else _srgb()
 
@@ -179,7 +182,7 @@ def stream(
 
         skipped: list[Skipped] = []
         frames = pairs_found = 0
-        with _beside(places) as staged, Source(video, grey) as source, ExitStack() as open_files:
+        with replacing(places, note) as staged, Source(video, grey) as source, ExitStack() as open_files:
             picture: VideoFile | None = None
             numbers: ValuesFile | None = None
             # Decoding and writing go on beside the computation, each in a thread of its own.
@@ -207,10 +210,10 @@ def stream(
                     grid, valid = to_grid(pair.even, pair.odd)
                     if picture is None:
                         shape = grid.shape[0], grid.shape[1]
-                        picture = VideoFile(staged[0], source.fps, shape, scale)
+                        picture = VideoFile(staged[out], source.fps, shape, scale)
                         open_files.callback(picture.close)
                         if values:
-                            numbers = ValuesFile(staged[2], shape)
+                            numbers = ValuesFile(staged[values], shape)
                             open_files.callback(numbers.close)
                         writer = open_files.enter_context(ThreadPoolExecutor(1))
                     if written is not None:
@@ -218,7 +221,7 @@ def stream(
                     written = writer.submit(write, grid, valid)
                     pairs_found += 1
             if written is None:
-                raise InputError(f"{video} has no two successive frames that make a pair: {_list(skipped)}.")
+                raise InputError(f"{printable(video)} has no two successive frames that make a pair: {_list(skipped)}.")
             written.result()
             open_files.close()
             seconds = time.perf_counter() - start
@@ -243,7 +246,7 @@ def stream(
                 "seconds": seconds,
                 "warnings": list(told),
             }
-            staged[1].write_text(json.dumps(strict(summary), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            staged[note].write_bytes(summary_json(summary))
     for item in skipped[:20]:
         click.echo(f"Skipped: {_sentence(item)}.", err=True)
     if len(skipped) > 20:
@@ -362,19 +365,3 @@ def _sentence(item: Skipped) -> str:
 
 def _list(skipped: list[Skipped]) -> str:
     return "; ".join(_sentence(item) for item in skipped[:3]) or "it has fewer than two frames"
-
-
-@contextmanager
-def _beside(places: list[Path]) -> Iterator[list[Path]]:
-    """Paths to write to, out of sight beside `places`; all are moved there at the end, or none."""
-    with ExitStack() as folders:
-        staged = []
-        for place in places:
-            base = writable(place.parent, (place.name,))
-            staged.append(
-                Path(folders.enter_context(TemporaryDirectory(prefix=".focalgradient-", dir=base)), place.name)
-            )
-        yield staged
-        for path, place in zip(staged, places, strict=True):
-            place.parent.mkdir(parents=True, exist_ok=True)
-            path.replace(place)

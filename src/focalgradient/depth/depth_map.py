@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.files import printable, read_arrays, write_whole
 
 __all__ = ["DepthMap"]
+
+_GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,10 +82,9 @@ class DepthMap:
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` (D), ``valid`` and
         ``side_known`` (bool); ``offset`` (m); and ``details``, a JSON text.
         """
-        path = Path(path)
-        partial = path.with_name(path.name + ".partial")
-        try:
-            with partial.open("wb") as file:
+
+        def write(place: Path) -> None:
+            with place.open("wb") as file:
                 np.savez_compressed(
                     file,
                     distance=self.distance,
@@ -94,9 +95,8 @@ class DepthMap:
                     offset=np.array(self.offset),
                     details=np.array(json.dumps(self.details)),
                 )
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+
+        write_whole(path, write)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> DepthMap:
@@ -107,15 +107,16 @@ class DepthMap:
         InputError
             If the file is not such an archive.
         """
+        what = "a depth map that focalgradient wrote"
+        found = read_arrays(path, (*_GRIDS, "details", "offset"), what)
         try:
-            with Path(path).open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-                return cls(
-                    file["vergence"],
-                    file["vergence_sd"],
-                    file["valid"],
-                    file["side_known"],
-                    json.loads(str(file["details"])),
-                    float(file["offset"]) if "offset" in file else 0.0,
-                )
-        except (KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path} is not a depth map: expected the depth.npz that focalgradient writes.") from error
+            vergence, vergence_sd, valid, side_known = grids = [found[name] for name in _GRIDS]
+            details = json.loads(str(found["details"][()]))
+            offset = float(found["offset"]) if "offset" in found else 0.0
+            if any(grid.ndim != 2 or grid.shape != grids[0].shape for grid in grids):
+                raise ValueError("shapes differ")
+            if [grid.dtype.kind for grid in grids] != ["f", "f", "b", "b"] or not isinstance(details, dict):
+                raise ValueError("other types")
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
+            raise InputError(f"{printable(path)} is not {what}, or is damaged: give one that is whole.") from error
+        return cls(vergence, vergence_sd, valid, side_known, details, offset)

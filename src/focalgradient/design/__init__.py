@@ -18,7 +18,8 @@ from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
 from focalgradient.design.plan import Phase, Trial
 from focalgradient.errors import InputError
-from focalgradient.tables import check_table, read_toml, shown
+from focalgradient.files import read_toml
+from focalgradient.tables import check_table, shown
 
 __all__ = [
     "DESIGNS",

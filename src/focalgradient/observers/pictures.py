@@ -7,12 +7,15 @@ import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.files import printable, read_arrays, write_whole
 from focalgradient.observers.answers import Seen, Shown
 from focalgradient.observers.look import Look, look_at
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
@@ -21,6 +24,8 @@ __all__ = ["CACHE", "cache_folder", "looks", "small_set"]
 
 CACHE = "FOCALGRADIENT_CACHE"
 """Environment variable that names another folder for what is made once and kept."""
+
+ARRAYS = ("blur", "fixated_blur", "depth")
 
 READING = 1
 """Version of how pictures are read: what another version has kept is not used."""
@@ -73,8 +78,8 @@ def looks(
         If the set is not as its manifest says, or the looks cannot be kept.
     """
     kept = cache_folder() / f"looks-{READING}-{check_stimuli(stimuli.folder).sha256[:16]}.npz"
-    if kept.exists():
-        return _kept(stimuli, kept)
+    if (seen := _kept(stimuli, kept)) is not None:
+        return seen
     files: dict[str, list[Shown]] = {}
     for picture in stimuli.pictures:
         files.setdefault(picture.png, []).append((picture.scene, picture.aperture, picture.fixation))
@@ -86,8 +91,9 @@ def looks(
         found.update(zip(shown, looked, strict=True))
         if progress is not None:
             progress(number / len(files))
-    _keep(stimuli, found, kept)
-    return _kept(stimuli, kept)
+    arrays = _arrays(stimuli, found)
+    _keep(arrays, kept)
+    return _seen(stimuli, arrays)
 
 
 def _look(job: tuple[Path, list[Shown]]) -> list[Look]:
@@ -100,30 +106,42 @@ def _look(job: tuple[Path, list[Shown]]) -> list[Look]:
     return look_at(stimuli.pixels(picture), stimuli.display, fixations, stimuli.depth(picture.scene))
 
 
-def _keep(stimuli: StimulusSet, found: Mapping[Shown, Look], place: Path) -> None:
-    """Write the looks in the order of the set's pictures; whole or not at all."""
+def _arrays(stimuli: StimulusSet, found: Mapping[Shown, Look]) -> dict[str, NDArray[Any]]:
+    """The looks in the order of the set's pictures."""
     ordered = [found[one.scene, one.aperture, one.fixation] for one in stimuli.pictures]
-    beside = place.with_name(f".{place.stem}.{os.getpid()}.npz")
+    return {name: np.array([getattr(look, name) for look in ordered]) for name in ARRAYS}
+
+
+def _keep(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
+    """Write the looks, whole or not at all."""
+
+    def write(path: Path) -> None:
+        with path.open("wb") as file:
+            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+    remedy = f"name another folder by {CACHE} in the environment"
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(
-            beside,
-            blur=np.array([look.blur for look in ordered]),
-            fixated_blur=np.array([look.fixated_blur for look in ordered]),
-            depth=np.array([look.depth for look in ordered]),
-        )
-        beside.replace(place)
     except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise InputError(
-            f"{place} cannot be written ({error.strerror or error}): name another folder by {CACHE} in the environment."
-        ) from error
+        raise InputError(f"{printable(place.parent)} cannot be made ({error.strerror}): {remedy}.") from error
+    write_whole(place, write, remedy=remedy)
 
 
-def _kept(stimuli: StimulusSet, place: Path) -> Seen:
-    """Looks as they are kept: the same numbers whether just taken or long ago."""
-    with np.load(place) as arrays:
-        blur, fixated, depth = (arrays[name] for name in ("blur", "fixated_blur", "depth"))
+def _kept(stimuli: StimulusSet, place: Path) -> Seen | None:
+    """Looks as they are kept: the same numbers whether just taken or long ago; None for none, or damaged ones."""
+    try:
+        arrays = read_arrays(place, ARRAYS)
+    except InputError:
+        return None
+    count = len(stimuli.pictures)
+    sound = len(arrays) == len(ARRAYS) and all(
+        array.shape[:1] == (count,) and np.issubdtype(array.dtype, np.number) for array in arrays.values()
+    )
+    return _seen(stimuli, arrays) if sound and arrays["fixated_blur"].ndim == 1 else None
+
+
+def _seen(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> Seen:
+    blur, fixated, depth = (arrays[name] for name in ARRAYS)
     return {
         (one.scene, one.aperture, one.fixation): (one.png, Look(blur[index], float(fixated[index]), depth[index]))
         for index, one in enumerate(stimuli.pictures)

@@ -11,8 +11,9 @@ from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
+from focalgradient.files import read_toml
 from focalgradient.photographs.tables import Sensor
-from focalgradient.tables import Table, load_table, read_toml
+from focalgradient.tables import Table, load_table
 
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
 

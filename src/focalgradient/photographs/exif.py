@@ -16,7 +16,7 @@ from PIL import ExifTags, Image
 
 from focalgradient.errors import InputError
 from focalgradient.photographs.cameras import Calibrated
-from focalgradient.photographs.images import Encoding, read_bytes
+from focalgradient.photographs.images import Encoding, read_image_bytes
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
 
@@ -152,7 +152,7 @@ def _recorded(path: Path) -> _Recorded:
     """Read what the file's EXIF tells: nothing where it has none."""
     tags: Mapping[int, Any] = {}
     size = (0, 0)
-    data = read_bytes(path)
+    data = read_image_bytes(path)
     # EXIF is foreign and optional: damaged is as good as absent, and Pillow's remarks on it help nobody.
     with contextlib.suppress(Exception), warnings.catch_warnings(), Image.open(io.BytesIO(data)) as image:
         warnings.simplefilter("ignore")
@@ -197,7 +197,7 @@ def _number(tags: Mapping[int, Any], tag: int) -> float | None:
     """Read a positive number, or None where the tag is absent, zero or senseless."""
     try:
         value = float(tags[tag])
-    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+    except (KeyError, TypeError, ValueError, ZeroDivisionError, OverflowError):
         return None
     return value if value > 0 and math.isfinite(value) else None
 

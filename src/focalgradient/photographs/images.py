@@ -8,10 +8,14 @@ from __future__ import annotations
 import io
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+# Of compressed TIFF files, as many as Pillow takes of the others; OpenCV reads this once.
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
 
 import cv2
 import numpy as np
@@ -19,6 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import opened, printable, read_array, read_bytes
+from focalgradient.memory import require
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
 
 __all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs", "srgb_to_linear"]
@@ -33,6 +39,17 @@ _UNUSABLE = 0.5
 
 _SATURATED_WORTH_SAYING = 1e-3
 """Share of pixels at the file type's maximum above which a warning says so."""
+
+_BYTES_KEPT, _BYTES_MADE = 5, 40
+"""Bytes a pixel that a photograph keeps (luminance and mask), and that are taken beside while one is decoded."""
+
+_SMALLER = "crop or reduce the images, or give fewer of them"
+
+_ARRAY = "an array of an image"
+
+_BRIGHT = 1e9
+"""Absolute value of floating-point pixels above which, and under the inverse of which at the brightest, squares of
+squares leave what single precision holds."""
 
 _DARK = 0.05
 """Brightness of a flat field, as a share of its brightest place, below which it is refused."""
@@ -138,6 +155,9 @@ def read_photographs(
     InputError
         As `read_photograph` does, and if the sizes differ.
     """
+    sizes = [_size(Path(path)) or 0 for path in paths]
+    needed = _BYTES_KEPT * sum(sizes) + _BYTES_MADE * max(sizes, default=0)
+    require(needed, f"reading {len(paths)} images of {max(sizes, default=0) / 1e6:.3g} million pixels", _SMALLER)
     each = zip(paths, flats or [None] * len(paths), strict=True)
     photographs = [read_photograph(path, encoding, flat) for path, flat in each]
     for other in photographs[1:]:
@@ -153,7 +173,7 @@ def read_photographs(
 def _read(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding]:
     """The file's pixels and how they are encoded."""
     if is_raw(path):
-        return read_raw(path, read_bytes(path)), "linear"
+        return read_raw(path, read_image_bytes(path)), "linear"
     array = path.suffix.lower() == ".npy"
     pixels = _read_array(path) if array else _read_image(path)
     return pixels, encoding or ("srgb" if pixels.dtype == np.uint8 and not array else "linear")
@@ -200,53 +220,88 @@ def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _read_image(path: Path) -> NDArray[Any]:
     """Read the file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
-    data = read_bytes(path)
+    data = read_image_bytes(path)
     try:
-        if data.startswith(b"\xff\xd8\xff"):
-            # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
-            return _read_jpeg(data)
-        if data.startswith(b"\x89PNG"):
-            with Image.open(io.BytesIO(data)) as image:
-                image.verify()  # of a damaged PNG the decoder below would complain on standard error
-        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+        with _quiet():
+            if data.startswith(b"\xff\xd8\xff"):
+                # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
+                return _read_jpeg(data)
+            if data.startswith(b"\x89PNG"):
+                with Image.open(io.BytesIO(data)) as image:
+                    image.verify()  # of a damaged PNG the decoder below would complain on standard error
+            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+    except MemoryError:
+        raise
+    except Image.DecompressionBombError as error:
+        raise _too_large(path) from error
     except Exception as error:  # decoders fail in many ways on what is not theirs
+        if isinstance(error, cv2.error) and error.code == cv2.Error.StsNoMem:
+            raise MemoryError from error
         raise _not_an_image(path) from error
     if pixels is None or pixels.shape[2:] not in ((), (3,)):
         raise _not_an_image(path)
     return pixels[..., ::-1] if pixels.ndim == 3 else pixels
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep to themselves what the decoders remark on odd files."""
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
-    with warnings.catch_warnings(), Image.open(io.BytesIO(data)) as image:
-        warnings.simplefilter("ignore")  # Pillow's remarks on odd metadata
+    with Image.open(io.BytesIO(data)) as image:
         upright = ImageOps.exif_transpose(image)
         return np.asarray(upright if upright.mode == "L" else upright.convert("RGB"))
 
 
 def _read_array(path: Path) -> NDArray[Any]:
     try:
-        pixels = np.load(io.BytesIO(read_bytes(path)), allow_pickle=False)
-    except (ValueError, EOFError) as error:
-        raise _not_an_image(path, "an array that numpy.save wrote") from error
-    if not isinstance(pixels, np.ndarray) or 0 in pixels.shape or pixels.shape[2:] not in ((), (3,)) or pixels.ndim < 2:
-        shape = pixels.shape if isinstance(pixels, np.ndarray) else "not that of one array"
-        raise InputError(f"{path}: its shape is {shape}, but must be H x W or H x W x 3 (red, green, blue).")
-    return pixels
+        pixels = read_array(path, _ARRAY)
+    except InputError as error:
+        if _ARRAY in str(error) and "damaged" in str(error):
+            raise _not_an_image(path, "an array that numpy.save wrote") from error
+        raise
+    if 0 in pixels.shape or pixels.shape[2:] not in ((), (3,)) or pixels.ndim < 2:
+        raise InputError(f"{path}: its shape is {pixels.shape}, but must be H x W or H x W x 3 (red, green, blue).")
+    return pixels.astype(pixels.dtype.newbyteorder("="), copy=False)
 
 
-def read_bytes(path: Path) -> bytes:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of an image file.") from error
+def read_image_bytes(path: Path) -> bytes:
+    """The bytes of an image file, which are some."""
+    data = read_bytes(path, "an image file")
     if not data:
-        raise InputError(f"{path} is empty: give an image file.")
+        raise InputError(f"{printable(path)} is empty: give an image file.")
     return data
 
 
+def _size(path: Path) -> int | None:
+    """Pixels of an image file by its header; None where that does not tell."""
+    array = path.suffix.lower() == ".npy"
+    if array or is_raw(path):
+        with opened(path, "an image file") as file:
+            return os.fstat(file.fileno()).st_size // (8 if array else 2)
+    try:
+        with opened(path, "an image file") as file, _quiet(), Image.open(file) as image:
+            return int(image.width * image.height)
+    except InputError:
+        raise
+    except Image.DecompressionBombError as error:
+        raise _too_large(path) from error
+    except Exception:  # not Pillow's, or damaged: decoding will tell
+        return None
+
+
+def _too_large(path: Path) -> InputError:
+    most = 2 * (Image.MAX_IMAGE_PIXELS or 0) / 1e6
+    return InputError(f"{printable(path)} has more than {most:.0f} million pixels: reduce or crop it.")
+
+
 def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy file") -> InputError:
-    return InputError(f"{path} cannot be read as an image: expected {expected}.")
+    return InputError(f"{printable(path)} cannot be read as an image: expected {expected}.")
 
 
 def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
@@ -285,6 +340,11 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     darkest, brightest = good.min(), pixels.max() if integer else good.max()
     if brightest <= max(2.0, 1e-3 * top) * integer:
         raise InputError(f"{path} is black: its brightest value is {brightest:g}: expose it more.")
+    if not integer and (max(brightest, -darkest) > _BRIGHT or brightest < 1 / _BRIGHT):
+        raise InputError(
+            f"{path} holds values from {darkest:g} to {brightest:g}, but the brightest must lie between "
+            f"{1 / _BRIGHT:g} and {_BRIGHT:g}: multiply all images by one constant."
+        )
     if darkest == brightest:
         raise InputError(f"{path} is the same everywhere ({brightest:g}), so it shows no blur: give one with texture.")
     if integer and bad > _SATURATED_WORTH_SAYING:

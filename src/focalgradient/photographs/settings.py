@@ -12,12 +12,13 @@ from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
+from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import Photograph, read_photographs
 from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.photographs.vignetting import even_out
-from focalgradient.tables import Table, load_table, read_toml, shown
+from focalgradient.tables import Table, load_table, shown
 from focalgradient.view import View
 
 __all__ = ["Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]

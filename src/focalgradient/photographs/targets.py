@@ -10,10 +10,11 @@ from pydantic import Field
 
 from focalgradient.calibration import Beliefs, Reading, read_target
 from focalgradient.errors import InputError
+from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.tables import ImagePath, Sensor
-from focalgradient.tables import Table, load_table, read_toml
+from focalgradient.tables import Table, load_table
 from focalgradient.view import View
 
 __all__ = ["TargetShot", "Targets", "load_targets"]

@@ -1,19 +1,19 @@
 """A folder of files that are whole or not there: made one by one, resumed after a kill, verified when finished.
 
 What has been finished is listed with its SHA-256 in ``unfinished.json`` until the manifest takes its place. A file is
-written beside its place, flushed to the disk, and moved there; whatever cuts that off, what the list names is valid.
+written whole or not at all (`focalgradient.files`): whatever cuts that off, what the list names is valid.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from focalgradient.errors import InputError
+from focalgradient.files import inner_name, printable, read_bytes, read_json, sweep, write_whole
 
 __all__ = ["MANIFEST", "Folder", "dumped"]
 
@@ -47,15 +47,17 @@ class Folder:
         self.damaged: list[str] = []
         self.finished = (path / MANIFEST).exists()
         name = MANIFEST if self.finished else UNFINISHED
+        sweep(path)
         if not (path / name).exists():
             return
         try:
-            found = json.loads((path / name).read_bytes())
+            found = read_json(path / name)
             held = {key: found[key] for key in asked}
-            files, by = dict(found["files"]), found["versions"]
-        except (ValueError, TypeError, KeyError) as error:
+            files = {inner_name(file): sha256 for file, sha256 in found["files"].items()}
+            by = dict(found["versions"])
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(
-                f"{path / name} is no list of a set of this kind: choose another --out, or remove the file."
+                f"{printable(path / name)} is no list of a set of this kind: choose another --out, or remove the file."
             ) from error
         other = [key for key in asked if held[key] != json.loads(dumped(asked[key]))]
         if other:
@@ -102,23 +104,15 @@ class Folder:
 
     def _write(self, name: str, content: bytes) -> None:
         place = self.path / name
-        beside = place.with_name(f".{place.name}.part")
+        going_on = (
+            "make room or give a folder that you may write in; "
+            f"the {len(self.files)} files finished before are valid, and the same command goes on from them"
+        )
         try:
             place.parent.mkdir(parents=True, exist_ok=True)
-            with beside.open("wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            beside.replace(place)
         except OSError as error:
-            beside.unlink(missing_ok=True)
-            raise InputError(
-                f"{place} cannot be written ({error.strerror or error}): make room or give a folder that you may write "
-                f"in; the {len(self.files)} files finished before are valid, and the same command goes on from them."
-            ) from error
-        except BaseException:
-            beside.unlink(missing_ok=True)
-            raise
+            raise InputError(f"{printable(place)} cannot be written ({error.strerror}): {going_on}.") from error
+        write_whole(place, content, remedy=going_on)
 
 
 def dumped(content: Any) -> bytes:
@@ -148,6 +142,6 @@ def _told(versions: Mapping[str, Any]) -> str:
 
 def _sha256(path: Path) -> str | None:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
+        return hashlib.sha256(read_bytes(path)).hexdigest()
+    except InputError:
         return None

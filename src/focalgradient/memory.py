@@ -1,0 +1,101 @@
+"""How much memory there is, so that work that cannot fit in it is refused before it begins."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from focalgradient.errors import InputError
+
+__all__ = ["available", "require"]
+
+GB = 1024**3
+
+
+def available() -> int | None:
+    """Bytes that this process may still take: of the machine, of its container, of its own limit; None if unknown."""
+    return min(_limits(), default=None)
+
+
+def require(needed: float, what: str, remedy: str) -> None:
+    """Refuse work that needs more memory than there is.
+
+    Parameters
+    ----------
+    needed
+        Bytes, estimated.
+    what
+        The work: begins the message.
+    remedy
+        Ends the message.
+
+    Raises
+    ------
+    InputError
+        If it is known that there is less.
+
+    Examples
+    --------
+    >>> require(1e6, "this", "take less")
+    """
+    there = available()
+    if there is not None and needed > there:
+        raise InputError(
+            f"{what} needs about {needed / GB:.1f} GB of memory, but {max(there, 0) / GB:.1f} GB are there: {remedy}."
+        )
+
+
+def _limits() -> Iterator[int]:
+    if sys.platform == "linux":
+        yield from _linux()
+    elif sys.platform == "win32":
+        yield from _windows()
+    with suppress(ImportError, AttributeError, OSError, ValueError):
+        import resource
+
+        soft = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if soft != resource.RLIM_INFINITY:
+            yield soft - _taken()
+
+
+def _taken() -> int:
+    """Bytes of address space that this process has; 0 where that cannot be told."""
+    with suppress(OSError, ValueError, IndexError):
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        return pages * os.sysconf("SC_PAGE_SIZE")
+    return 0
+
+
+def _linux() -> Iterator[int]:
+    with suppress(OSError, ValueError, IndexError):
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            name, _, rest = line.partition(":")
+            if name == "MemAvailable":
+                yield 1024 * int(rest.split()[0])
+    # Version 2, then 1 of control groups; what files left in memory can be dropped, and counts as free.
+    for folder, limit, used, dropped in (
+        ("", "memory.max", "memory.current", "inactive_file"),
+        ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+    ):
+        root = Path("/sys/fs/cgroup", folder)
+        with suppress(OSError, ValueError, KeyError):  # "max" is no number: no limit
+            told = dict(line.split() for line in (root / "memory.stat").read_text().splitlines())
+            yield int((root / limit).read_text()) - int((root / used).read_text()) + int(told[dropped])
+
+
+def _windows() -> Iterator[int]:
+    class Status(ctypes.Structure):
+        _fields_ = (
+            ("length", ctypes.c_uint32),
+            ("load", ctypes.c_uint32),
+            *((name, ctypes.c_uint64) for name in ("total", "free", "all_pages", "free_pages")),
+            *((name, ctypes.c_uint64) for name in ("all_own", "free_own", "free_extended")),
+        )
+
+    status = Status(length=ctypes.sizeof(Status))
+    if ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):  # type: ignore[attr-defined,unused-ignore]
+        yield status.free_pages
