@@ -22,6 +22,7 @@ ROOMS = {
     "memory": {"errors"},
     "progress": set(),
     "optics": {"errors"},
+    "paper": {"errors", "optics"},
     "psf": {"errors"},
     "view": {"errors", "optics"},
     "depth": {"errors", "files", "optics", "psf", "view"},

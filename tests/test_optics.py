@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from focalgradient import InputError, Lens, paper_distance
+from focalgradient import FocalGradientWarning, InputError, Lens
 
 FOCAL = st.floats(0.004, 0.2)
 NUMBER = st.floats(0.95, 45)
@@ -120,48 +120,6 @@ def test_error_of_distance_of_fig_2() -> None:
     assert error == pytest.approx([0.0075, 0.01, 0.0, 0.08, 0.8], rel=1e-3, abs=1e-9)
 
 
-# --- the paper's own terms --------------------------------------------------------------------------------------------
-
-
-@given(focal_length=FOCAL, f_number=NUMBER, focus=FOCUS, distance=DISTANCE)
-def test_eq_1_and_16_agree_with_vergence(focal_length: float, f_number: float, focus: float, distance: float) -> None:
-    assume(min(focus, distance) > 1.01 * focal_length)
-    lens = Lens(focal_length, f_number, focus)
-    found = paper_distance(
-        lens.blur_radius(distance) * lens.sensor_distance,
-        focal_length=focal_length,
-        sensor_distance=lens.sensor_distance,
-        paper_f_number=2 * f_number,
-        side="beyond" if distance > focus else "nearer",
-    )
-    # Equation 1 subtracts the nearly equal v0 and F, which costs digits.
-    assert 1 / found == pytest.approx(1 / distance, abs=1e-9)
-
-
-@pytest.mark.parametrize(("side", "true", "trapped"), [("beyond", 2.0, 4 / 3), ("nearer", 2 / 3, 4 / 5)])
-def test_the_trap_of_the_factor_two(side: str, true: float, trapped: float) -> None:
-    """f = F / (lens radius): the photographer's number takes the point half as far, in dioptres, from focus."""
-    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
-    given_lens = {"focal_length": 0.050, "sensor_distance": lens.sensor_distance, "side": side}
-    sigma = 0.025 / 76  # worked by hand above
-    assert paper_distance(sigma, paper_f_number=4, **given_lens) == pytest.approx(true)
-    assert paper_distance(sigma, paper_f_number=2, **given_lens) == pytest.approx(trapped)
-
-
-def test_eq_1_says_where_no_point_blurs_so_much() -> None:
-    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
-    infinity = float(lens.blur_radius(math.inf)) * lens.sensor_distance
-    found = paper_distance(
-        np.array([0.999, 1.001]) * infinity,
-        focal_length=0.050,
-        sensor_distance=lens.sensor_distance,
-        paper_f_number=4,
-        side="beyond",
-    )
-    assert found[0] == pytest.approx(1000, rel=1e-6)
-    assert found[1] < 0
-
-
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 
@@ -178,11 +136,30 @@ def test_eq_1_says_where_no_point_blurs_so_much() -> None:
         ((0.025, 4, -1.0), r"focus_distance is -1\.0"),
         ((0.025, 4, 0.025), r"focus_distance 0\.025 m lies within the focal length 0\.025 m"),
         ((0.1, 4, 0.05), r"focus_distance 0\.05 m lies within the focal length 0\.1 m"),
+        ((50, 2, 1000), r"focal_length is 50 m, longer than any camera's: give it in metres, 0\.05 for 50 mm"),
+        (("50 mm", 2, 1.0), "focal_length is '50 mm', but must be a positive finite number"),
+        ((0.05, [2, 4], 1.0), r"f_number is \[2, 4\], but must be a positive number"),
+        ((0.05, np.ones(3), 1.0), r"f_number is an array of shape \(3,\)"),
+        ((0.05, 2, None), "focus_distance is None"),
+        ((0.05, 2, 1.0, math.nan), r"own_variance is nan, but must be a finite number: give it in rad\^2"),
     ],
 )
 def test_impossible_lenses(values: tuple[float, float, float], said: str) -> None:
     with pytest.raises(InputError, match=said):
         Lens(*values)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((4.2, 1.8, 1000.0), r"focal_length is 4\.2 m: if millimetres are meant, give 0\.0042"),
+        ((0.05, 0.025, 1.0), r"f_number is 0\.025, below the 0\.5 .* if it is the aperture's diameter"),
+    ],
+)
+def test_what_is_more_likely_a_slip_is_warned_of(values: tuple[float, float, float], said: str) -> None:
+    with pytest.warns(FocalGradientWarning, match=said) as caught:
+        Lens(*values)
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.parametrize("distance", [0.0, -1.0, math.nan, [1.0, -2.0]])

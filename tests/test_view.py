@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from focalgradient import InputError, Lens, View
+from focalgradient import FocalGradientWarning, InputError, Lens, View
 
 LENS = Lens(focal_length=0.025, f_number=4, focus_distance=1.0)
 
@@ -36,10 +36,12 @@ def spoiled(*values: float) -> np.ndarray:
         (np.ones((0, 5)), 3e-4, r"image has shape \(0, 5\)"),
         (spoiled(np.nan), 3e-4, "image holds 1 NaN or infinite pixels"),
         (spoiled(np.nan, np.inf, -np.inf), 3e-4, "image holds 3 NaN or infinite pixels, .*repair or crop"),
-        (np.ones((4, 5)), 0.0, r"pixel_angle is 0\.0, but must be a positive angle in radians"),
+        (np.ones((4, 5)), 0.0, r"pixel_angle is 0\.0, but must be a positive finite number: give it in radians"),
         (np.ones((4, 5)), -3e-4, r"pixel_angle is -0\.0003"),
         (np.ones((4, 5)), math.inf, "pixel_angle is inf"),
         (np.ones((4, 5)), math.nan, "pixel_angle is nan"),
+        (np.ones((4, 5)), 8.0, "pixel_angle is 8 rad, .* give the angle in radians, pixel pitch / sensor distance"),
+        (np.ones((4, 5)), "3e-4", "pixel_angle is '3e-4', but must be"),
     ],
 )
 def test_bad_images_and_angles_are_refused(image: Any, pixel_angle: float, said: str) -> None:
@@ -66,3 +68,17 @@ def test_a_mask_says_which_pixels_can_be_used() -> None:
 def test_masks_that_say_nothing_of_each_pixel_are_refused(mask: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         View(np.ones((4, 5)), LENS, 3e-4, mask=mask)
+
+
+def test_a_pixel_pitch_for_a_pixel_angle_is_warned_of() -> None:
+    with pytest.warns(
+        FocalGradientWarning, match=r"pixel_angle is 8e-06 rad, which is 0\.21 um on the sensor, .* pitch"
+    ):
+        View(np.ones((4, 5)), LENS, 8e-6)
+    View(np.ones((4, 5)), Lens(0.6, 8, 100.0), 8e-6)  # a long lens has such pixels
+
+
+@pytest.mark.parametrize("optics", [None, "50 mm", 0.05, [LENS, LENS], np.ones(3)])
+def test_optics_that_are_none_are_refused(optics: Any) -> None:
+    with pytest.raises(InputError, match=r"optics is .*, but must be a Lens, an Eye or whatever else has an aperture"):
+        View(np.ones((4, 5)), optics, 3e-4)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.depth import DepthMap, recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.optics import Lens, paper_distance
+from focalgradient.optics import Lens
+from focalgradient.paper import paper_distance
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
         lab,
         observers,
         optics,
+        paper,
         photographs,
         plotting,
         power,
@@ -66,6 +68,7 @@ __all__ = [
     "lab",
     "observers",
     "optics",
+    "paper",
     "paper_distance",
     "photographs",
     "plotting",

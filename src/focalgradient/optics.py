@@ -2,25 +2,32 @@
 
 Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
 Defocus = (focus vergence) - V: **positive for a point beyond the plane of focus**. A blur disc has the angular
-radius (aperture diameter / 2) x |defocus|, in radians, seen from the lens: one line for cameras and eyes alike
-(Pentland 1987, Eqs. 12-16, in vergence). It is exact for a thin lens with its stop at the lens.
+radius (aperture diameter / 2) x |defocus|, in radians, seen from the lens: one line for cameras and eyes alike, which
+is Eq. 12 to Eq. 16 of Pentland (1987) in vergence. It is exact for a thin lens with its stop at the lens. The paper's
+equations in its own terms stand in `focalgradient.paper`.
 """
 
 from __future__ import annotations
 
-import math
+import warnings
 from dataclasses import dataclass
-from typing import Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
 
-__all__ = ["HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "paper_distance"]
+__all__ = ["HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "check_optics"]
 
 Side = Literal["beyond", "nearer"]
 """On which side of the plane of focus a point lies."""
+
+LONG, LONGEST = 2.0, 10.0
+"""Focal lengths in metres above which millimetres are suspected, and known: the longest made for a camera has 5.2 m."""
+
+FASTEST = 0.5
+"""Least f-number of a lens in air, whose rays cannot meet at more than a right angle (Abbe's sine condition)."""
 
 
 class Optics(Protocol):
@@ -74,7 +81,12 @@ class Lens:
     Raises
     ------
     InputError
-        If a length is not positive, or the focus lies within the focal length.
+        If a length is not positive, or the focus lies within the focal length, or the focal length is over 10 m.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If the focal length is over 2 m, or the f-number below 0.5: millimetres, or a diameter, may have been given.
 
     Examples
     --------
@@ -91,17 +103,36 @@ class Lens:
     own_variance: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, finite in (("focal_length", True), ("f_number", False), ("focus_distance", False)):
-            value = getattr(self, name)
-            if not (value > 0 and (math.isfinite(value) or not finite)):
-                raise InputError(
-                    f"{name} is {value!r}, but must be a positive {'finite ' if finite else ''}number: "
-                    f"give it in {'f-stops' if name == 'f_number' else 'metres'}."
-                )
+        check_number("focal_length", self.focal_length, "metres", positive=True)
+        check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
+        check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
+        check_number("own_variance", self.own_variance, "rad^2")
+        self._check_units()
         if self.focus_distance <= self.focal_length:
             raise InputError(
                 f"focus_distance {self.focus_distance:g} m lies within the focal length "
                 f"{self.focal_length:g} m, where a lens forms no real image: focus farther than the focal length."
+            )
+
+    def _check_units(self) -> None:
+        """Refuse lengths in millimetres, and warn of what may be meant but is more likely a slip."""
+        if self.focal_length > LONGEST:
+            raise InputError(
+                f"focal_length is {self.focal_length:g} m, longer than any camera's: give it in metres, "
+                f"{self.focal_length / 1e3:g} for {self.focal_length:g} mm."
+            )
+        if self.focal_length > LONG:
+            warnings.warn(
+                f"focal_length is {self.focal_length:g} m: if millimetres are meant, give {self.focal_length / 1e3:g}.",
+                FocalGradientWarning,
+                stacklevel=4,
+            )
+        if self.f_number < FASTEST:
+            warnings.warn(
+                f"f_number is {self.f_number:g}, below the {FASTEST:g} that a lens in air can have: if it is the "
+                "aperture's diameter, give focal length / diameter.",
+                FocalGradientWarning,
+                stacklevel=4,
             )
 
     @property
@@ -116,7 +147,7 @@ class Lens:
 
     @property
     def sensor_distance(self) -> float:
-        """Distance v0 from lens to sensor in metres (Eq. 12: 1/u + 1/v = 1/F)."""
+        """Distance v0 from lens to sensor in metres, by the thin lens's law 1/u + 1/v = 1/F: Eq. 12."""
         return 1.0 / (1.0 / self.focal_length - self.focus_vergence)
 
     def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
@@ -130,7 +161,9 @@ class Lens:
     def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
 
-        Multiply by `sensor_distance` for metres on the sensor; divide by a view's pixel angle for pixels.
+        In vergence what Eq. 15 is by similar triangles: r / v = sigma / (v0 - v), with r the lens's radius and sigma
+        the disc's radius on the sensor. Multiply by `sensor_distance` for metres on the sensor; divide by a view's
+        pixel angle for pixels.
 
         >>> float(Lens(0.050, 2, 1.0).blur_radius(2.0))  # (25 mm / 2) x 0.5 D
         0.00625
@@ -162,44 +195,21 @@ class Lens:
             return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)
 
 
-def paper_distance(
-    sigma: ArrayLike, *, focal_length: float, sensor_distance: float, paper_f_number: float, side: Side
-) -> NDArray[np.float64]:
-    """Pentland's Eq. 1 in its own terms: D = F v0 / (v0 - F - sigma f), with + sigma f on the near side (Eq. 16).
-
-    TRAP: the paper's appendix defines f = F / (lens *radius*), which is **twice** the photographer's f-number.
-    With the photographer's number the blur comes out half as steep in vergence as it is.
-
-    Parameters
-    ----------
-    sigma
-        Radius of the blur circle *on the sensor*, in metres; any shape.
-    focal_length, sensor_distance
-        F and v0, in metres.
-    paper_f_number
-        F / (lens radius) = 2 x the photographer's f-number.
-    side
-        ``"beyond"`` or ``"nearer"`` than the plane of focus.
-
-    Returns
-    -------
-    ndarray
-        Distance in metres, of the shape of `sigma`; ``inf`` or negative where no real point blurs so much.
-
-    Examples
-    --------
-    A 50 mm f/2 lens focused at 1 m: a blur circle of 0.329 mm radius on the sensor comes from 2 m.
-
-    >>> lens = Lens(0.050, 2, 1.0)
-    >>> round(float(paper_distance(0.00032895, focal_length=0.050, sensor_distance=lens.sensor_distance,
-    ...                            paper_f_number=2 * lens.f_number, side="beyond")), 3)
-    2.0
-    """
-    spread = np.asarray(sigma, dtype=float) * paper_f_number
-    if side == "nearer":
-        spread = -spread
-    with np.errstate(divide="ignore"):
-        return focal_length * sensor_distance / (sensor_distance - focal_length - spread)
+def check_optics(optics: Any) -> None:
+    """Refuse what is no optics: `Optics` have a finite aperture diameter of 0 or more, and a finite focus vergence."""
+    try:
+        aperture, focus = optics.aperture_diameter, optics.focus_vergence
+    except AttributeError as error:
+        raise InputError(
+            f"optics is {described(optics)}, but must be a Lens, an Eye or whatever else has an aperture_diameter "
+            "(m) and a focus_vergence (D)."
+        ) from error
+    for value in (aperture, focus):
+        if not (np.ndim(value) == 0 and np.isfinite(value) and aperture >= 0):
+            raise InputError(
+                f"optics has an aperture of {aperture!r} m and a focus vergence of {focus!r} D, "
+                "but both must be finite and the aperture 0 or more."
+            )
 
 
 def _distances(distance: ArrayLike) -> NDArray[np.float64]:

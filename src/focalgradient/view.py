@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
-from focalgradient.optics import Optics
+from focalgradient.errors import FocalGradientWarning, InputError, check_number
+from focalgradient.optics import Optics, check_optics
 
-__all__ = ["View"]
+__all__ = ["View", "check_pixel_angle"]
+
+FINEST = 0.4e-6
+"""Pixel pitch in metres below which no sensor is made: the smallest sold, of phones, have 0.5 um."""
+
+WIDEST = 0.5
+"""Angle in radians of one pixel from which no picture is left: two of them are a frame of 60 degrees."""
+
+_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +42,13 @@ class View:
     Raises
     ------
     InputError
-        If the image is not an H x W array of finite floating-point numbers, the pixel angle is not positive, or the
-        mask is not an H x W array of booleans that is True somewhere.
+        If the image is not an H x W array of finite floating-point numbers, the optics are none, the pixel angle is not
+        a positive angle below 0.5, or the mask is not an H x W array of booleans that is True somewhere.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If the pixel angle is below 0.4 um on the sensor of a `Lens`: a pixel pitch may have been given.
 
     Examples
     --------
@@ -66,8 +80,8 @@ class View:
                 f"image holds {count} NaN or infinite pixels, but every pixel must be finite: repair or crop it, "
                 "or fill them with np.nan_to_num(image) and give mask=np.isfinite(image)."
             )
-        if not (self.pixel_angle > 0 and math.isfinite(self.pixel_angle)):
-            raise InputError(f"pixel_angle is {self.pixel_angle!r}, but must be a positive angle in radians.")
+        check_optics(self.optics)
+        check_pixel_angle(self.pixel_angle, self.optics)
         _check_mask(self.mask, image.shape)
 
     @property
@@ -75,6 +89,21 @@ class View:
         """Height and width in pixels."""
         height, width = self.image.shape
         return height, width
+
+
+def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
+    """Refuse what is no angle of a pixel, and warn of one that is too small for a sensor: more likely a pixel pitch."""
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
+    if pixel_angle >= WIDEST:
+        raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {_ANGLE}.")
+    pitch = pixel_angle * getattr(optics, "sensor_distance", math.inf)
+    if pitch < FINEST:
+        warnings.warn(
+            f"pixel_angle is {pixel_angle:g} rad, which is {pitch * 1e6:.2g} um on the sensor, finer than any pixel "
+            f"made: {_ANGLE}.",
+            FocalGradientWarning,
+            stacklevel=4,
+        )
 
 
 def _check_mask(mask: object, shape: tuple[int, ...]) -> None:

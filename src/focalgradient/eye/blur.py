@@ -11,11 +11,10 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.diffraction import optical_transfer
 from focalgradient.eye.light import Light
 from focalgradient.eye.optics import Eye
-from focalgradient.eye.ranges import check_number, finite
 from focalgradient.eye.wavefront import pupil_transfer
 from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
 
@@ -77,8 +76,8 @@ def blur_transfer(
             if share > 0
         )
         return sum(transfers, np.zeros(()))
-    down = finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree")
-    right = finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree")
+    down = check_finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree")
+    right = check_finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree")
     defocus = eye.focus_vergence - vergence
     if model != "wave":
         per_radian, radius = 180 / np.pi * np.hypot(down, right), abs(defocus) * eye.pupil_diameter / 2

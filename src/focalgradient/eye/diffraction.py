@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import jv
 
-from focalgradient.errors import FocalGradientWarning
+from focalgradient.errors import FocalGradientWarning, check_finite, check_number
 from focalgradient.eye.quadrature import RADIANS, panels
-from focalgradient.eye.ranges import check_number, check_pupil, finite, wavelengths
+from focalgradient.eye.ranges import check_pupil, wavelengths
 
 __all__ = ["cutoff_cpd", "lommel_point_spread", "mean_eye_mtf", "optical_transfer"]
 
@@ -71,7 +71,7 @@ def optical_transfer(
     [1.0, -0.1012, 0.0471]
     """
     check_number("defocus", defocus, "dioptres")
-    frequency = np.abs(finite("frequency_cpd", frequency_cpd, "cycles per degree"))
+    frequency = np.abs(check_finite("frequency_cpd", frequency_cpd, "cycles per degree"))
     distinct, where = np.unique(frequency, return_inverse=True)  # grids hold each radius up to eight times
     s = distinct / cutoff_cpd(pupil_diameter, wavelength_nm)
     transfer = np.zeros_like(s)
@@ -130,7 +130,7 @@ def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[
             ),
             stacklevel=2,
         )
-    frequency = finite("frequency_cpd", frequency_cpd, "cycles per degree")
+    frequency = check_finite("frequency_cpd", frequency_cpd, "cycles per degree")
     corner = 21.95 - 5.512 * mm + 0.3922 * mm**2
     diffraction = optical_transfer(frequency, pupil_diameter=pupil_diameter, wavelength_nm=555, defocus=0)
     return (1 + (frequency / corner) ** 2) ** -0.62 * np.sqrt(np.maximum(diffraction, 0))
@@ -176,7 +176,7 @@ def lommel_point_spread(
     check_number("wavelength_nm", wavelength_nm, "nanometres")
     check_number("defocus", defocus, "dioptres")
     wavelength = 1e-9 * float(wavelengths(wavelength_nm))
-    radians = finite("angle", angle, "radians")
+    radians = check_finite("angle", angle, "radians")
     v = np.atleast_1d(np.pi * pupil_diameter * np.abs(radians) / wavelength)
     u = np.pi * abs(defocus) * pupil_diameter**2 / (2 * wavelength)
     light = np.empty_like(v)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import boxcox, inv_boxcox
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.quadrature import panels
-from focalgradient.eye.ranges import check_number, finite, ordered_times
+from focalgradient.eye.ranges import ordered_times
 
 __all__ = ["Microfluctuations", "Oscillation"]
 
@@ -76,7 +76,7 @@ class Oscillation:
         >>> round(float(Oscillation().change_rms(0.25)), 4)  # 0.5 D x (root mean square of a sine)
         0.3536
         """
-        delay = finite("delay", delay, "seconds")
+        delay = check_finite("delay", delay, "seconds")
         return np.sqrt(2) * self.amplitude * np.abs(np.sin(np.pi * self.frequency * delay))
 
 
@@ -151,7 +151,7 @@ class Microfluctuations:
 
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
         """Root mean square in dioptres of how much focus changes over a `delay` (s, any shape), over all courses."""
-        delay = finite("delay", delay, "seconds")
+        delay = check_finite("delay", delay, "seconds")
         nodes, weights = panels(
             2 * np.pi * HIGH_END * float(np.abs(delay).max(initial=0)) * math.log(LOW_END / self.lowest)
         )

@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
-from focalgradient.eye.ranges import check_number, check_pupil, ordered_times, wavelengths
+from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
 from focalgradient.optics import Side
 

@@ -8,9 +8,9 @@ from typing import cast
 
 import numpy as np
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.eye.light import Band, band_light, illuminant, luminosity
-from focalgradient.eye.ranges import check_number, check_pupil
+from focalgradient.eye.ranges import check_pupil
 
 __all__ = ["Photons"]
 

@@ -13,10 +13,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.eye.optics import Course, Eye
 from focalgradient.eye.photons import Photons
-from focalgradient.eye.ranges import check_number
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.psf import pixel_transfer
 from focalgradient.render import Rendered, cast

@@ -12,10 +12,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.quadrature import gauss
-from focalgradient.eye.ranges import check_number, check_pupil, finite
+from focalgradient.eye.ranges import check_pupil
 
 __all__ = ["Aberrations", "check_aberrations", "point_spread", "pupil_transfer", "zernike", "zernike_defocus"]
 
@@ -103,8 +103,8 @@ def pupil_transfer(
     """
     pupil = _Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
     down, right = np.broadcast_arrays(
-        finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree"),
-        finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree"),
+        check_finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree"),
+        check_finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree"),
     )
     shift = ((right + 1j * down) / cutoff_cpd(pupil_diameter, wavelength_nm)).ravel()
     transfer = np.zeros(shift.shape, complex)
@@ -166,7 +166,7 @@ def point_spread(
     pupil = _Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
     turn = np.pi * pupil_diameter / (1e-9 * wavelength_nm)  # radians of phase at the rim per radian of angle
     rows, columns = (
-        turn * np.atleast_1d(finite(name, angle, "radians"))
+        turn * np.atleast_1d(check_finite(name, angle, "radians"))
         for name, angle in (("angle_y", angle_y), ("angle_x", angle_x))
     )
     steepness = float(max(np.abs(rows).max(), np.abs(columns).max()))

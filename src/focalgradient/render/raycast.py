@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from focalgradient.errors import InputError
-from focalgradient.optics import Optics
+from focalgradient.optics import Optics, check_optics
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere
 from focalgradient.scenes.texture import TILE
-from focalgradient.view import View
+from focalgradient.view import View, check_pixel_angle
 
 __all__ = ["Rendered", "cast", "castable", "check_frame"]
 
@@ -115,18 +115,12 @@ def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samp
     """Refuse what no renderer can render."""
     if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
         raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_optics(optics)
+    check_pixel_angle(pixel_angle, optics)
     if not (isinstance(samples, int) and samples >= 1):
         raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
     if not (isinstance(seed, int) and seed >= 0):
         raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
-    aperture, focus = optics.aperture_diameter, optics.focus_vergence
-    if not (0 <= aperture < math.inf and math.isfinite(focus)):
-        raise InputError(
-            f"optics has an aperture of {aperture!r} m and a focus vergence of {focus!r} D, "
-            "but both must be finite and the aperture 0 or more."
-        )
 
 
 def castable(scene: Scene) -> bool:
