@@ -123,7 +123,7 @@ def test_damage_that_no_kill_explains_is_told(tmp_path):
     with pytest.raises(InputError, match="does not begin as a journal does"):
         resumed(tmp_path / "data")
     path.write_bytes(b"\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
-    with pytest.raises(InputError, match="does not follow the order of its design"):
+    with pytest.raises(InputError, match="lines before line 2 are missing, or were changed or moved: restore"):
         resumed(tmp_path / "data")
 
 

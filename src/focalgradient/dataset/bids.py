@@ -9,13 +9,16 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.columns import COLUMNS, TITLES, cell
-from focalgradient.dataset.journal import Event, Log, create_whole, read_journal, writing
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.journal import Journal, Log, create_whole, flush, make_folder, read_journal, writing
+from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
@@ -26,6 +29,7 @@ __all__ = [
     "add_participant",
     "begin_dataset",
     "check_folder",
+    "check_participant",
     "export",
     "journals",
     "read_description",
@@ -152,7 +156,7 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     """
     check_folder(root, kind)
     description = root / "dataset_description.json"
-    root.mkdir(parents=True, exist_ok=True)
+    make_folder(root)
     ours = version("focalgradient")
     note = "SIMULATED OBSERVERS, not people: every answer was computed by a model.\n\n" if kind == "simulated" else ""
     told = {
@@ -170,7 +174,7 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
         (root / "participants.json", _json(ABOUT)),
         (root / "participants.tsv", "\t".join(("participant_id", *ABOUT)) + "\n"),
     ):
-        if not path.exists():
+        with suppress(FileExistsError):  # another session may be beginning beside this one
             create_whole(path, content.encode())
 
 
@@ -183,6 +187,8 @@ def check_folder(root: Path, kind: Kind) -> None:
         If it holds something else, or a data set of the other kind.
     """
     description = root / "dataset_description.json"
+    # Looked at first: a session that begins at this moment makes the description before all else.
+    taken = root.is_dir() and any(not entry.name.startswith(".") for entry in root.iterdir())
     if description.exists():
         simulated = read_description(root).get("Simulated", False)
         if simulated != (kind == "simulated"):
@@ -190,39 +196,67 @@ def check_folder(root: Path, kind: Kind) -> None:
             raise InputError(f"{root} is a data set of {there}, which {here} cannot join: give another folder.")
     elif root.exists() and not root.is_dir():
         raise InputError(f"{root} is a file, where the folder of a data set is to be: give another path.")
-    elif root.exists() and any(not entry.name.startswith(".") for entry in root.iterdir()):
+    elif taken:
         raise InputError(f"{root} holds files but is no data set: give a new or an empty folder.")
 
 
-def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> None:
-    """Add a participant's row to ``participants.tsv``, if there is none; columns that others have added stay.
+def check_participant(root: Path, participant: str, kind: Kind) -> None:
+    """Refuse a participant whom ``participants.tsv`` has otherwise: of the other kind, or as 1 where this is 01.
 
     Raises
     ------
     InputError
-        If a row of that name says something else of `about`.
+        Naming the row.
     """
     path = root / "participants.tsv"
-    text = path.read_text(encoding="utf-8-sig")
-    header, *rows = text.splitlines()
-    names = header.split("\t")
-    for row in rows:
-        known = dict(zip(names, row.split("\t"), strict=False))
-        if known.get("participant_id") == f"sub-{participant}":
-            if known.get("kind") != about["kind"]:
-                raise InputError(
-                    f"{path}: sub-{participant} is {known.get('kind')}, not {about['kind']}: mend the row."
-                )
-            return
-    told = {"participant_id": f"sub-{participant}", **about}
-    line = "\t".join(cell(told.get(name)).replace("\t", " ") for name in names)
-    # A single write to the end: sessions that run at once do not disturb each other.
-    file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
+    if not path.exists():
+        return
+    for row in _participant_rows(path, _text_of(path)):
+        label = str(row.get("participant_id")).removeprefix("sub-")
+        if label == participant and row.get("kind") != kind:
+            raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: mend the row.")
+        if label != participant and same_number(label, participant):
+            raise InputError(
+                f"{path} has sub-{label}, which is the same number as sub-{participant}: give {label}, or another."
+            )
+
+
+def same_number(one: str, other: str) -> bool:
+    """Whether two labels are one number, and so one place in the order of participants.
+
+    >>> same_number("1", "01"), same_number("1", "a1")
+    (True, False)
+    """
+    return all(label.isascii() and label.isdigit() for label in (one, other)) and one.lstrip("0") == other.lstrip("0")
+
+
+def _text_of(path: Path) -> str:
     try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not text in UTF-8 ({error}): save it so.") from error
+
+
+def _participant_rows(path: Path, text: str) -> list[dict[str, str]]:
+    header, *rows = text.splitlines() or [""]
+    names = header.split("\t")
+    if "participant_id" not in names:
+        raise InputError(f"{path}: there is no column participant_id: add it.")
+    return [dict(zip(names, row.split("\t"), strict=False)) for row in rows]
+
+
+def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> None:
+    """Add a participant's row to ``participants.tsv``, if there is none; columns that others have added stay."""
+    path = root / "participants.tsv"
+    with locked(path) as file:
+        text = _text_of(path)
+        known = {row["participant_id"] for row in _participant_rows(path, text)}
+        if f"sub-{participant}" in known:
+            return
+        row = {"participant_id": f"sub-{participant}", **about}
+        line = "\t".join(cell(row.get(name)) for name in text.splitlines()[0].split("\t"))
         os.write(file, (("" if text.endswith("\n") else "\n") + line + "\n").encode())
-        os.fsync(file)
-    finally:
-        os.close(file)
+        flush(file)
 
 
 def table_rows(log: Log) -> list[dict[str, Any]]:
@@ -260,18 +294,24 @@ def export(journal: Path) -> Files:
     Raises
     ------
     InputError
-        If the journal is damaged, or the table that is there says something that the journal does not.
+        If the journal is damaged or being recorded, or the table that is there differs from it.
     """
+    with Journal.take(journal):
+        return make_table(journal)
+
+
+def make_table(journal: Path) -> Files:
+    """Make table and sidecar of a journal, for its owner: see `export`."""
     log = read_journal(journal)
     files = files_of(log)
     text = table_text(log)
-    if files.table.exists() and not text.startswith(files.table.read_text(encoding="utf-8")):
+    if files.table.exists() and not text.encode().startswith(files.table.read_bytes()):
         raise InputError(
             f"{files.table} does not say what its journal {journal} says: move it away, and it is made anew."
         )
     with writing(files.table):
-        files.table.parent.mkdir(parents=True, exist_ok=True)
-        create_whole(files.sidecar, _json(_sidecar(log)).encode(), replace=True)
+        make_folder(files.table.parent)
+        create_whole(files.sidecar, _json(sidecar_of(log)).encode(), replace=True)
         create_whole(files.table, text.encode(), replace=True)
     return files
 
@@ -279,7 +319,9 @@ def export(journal: Path) -> Files:
 def files_of(log: Log) -> Files:
     """Files of the session that a journal in a data set tells."""
     head = log.head
-    root = next(folder.parent for folder in log.path.absolute().parents if folder.name == "sourcedata")
+    root = next((folder.parent for folder in log.path.absolute().parents if folder.name == "sourcedata"), None)
+    if root is None:
+        raise InputError(f"{log.path} lies in no folder sourcedata of a data set: put it back where it was.")
     return Files(root, head["design"]["task"], head["participant"], head["session"])
 
 
@@ -291,7 +333,7 @@ def table_text(log: Log) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _sidecar(log: Log) -> dict[str, Any]:
+def sidecar_of(log: Log) -> dict[str, Any]:
     head = log.head
     task = head["design"]["task"]
     sittings = [head, *log.of("resumed")]

@@ -8,11 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["APERTURE", "COLUMNS", "TITLES", "Column", "cell"]
+__all__ = ["APERTURE", "COLUMNS", "FORMULA", "TITLES", "Column", "cell"]
 
 Form = Literal["integer", "number", "bool", "text"]
 
 APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
+
+
+FORMULA = ("=", "+", "-", "@")
+"""What a cell that a spreadsheet takes for a formula begins with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,20 @@ class Column:
     above: float | None = None
     optional: bool = False
 
+    @property
+    def expected(self) -> str:
+        """What a cell must be, in words."""
+        if self.form == "bool":
+            return "true or false"
+        if self.form == "text":
+            if self.name == "aperture":
+                return "'pinhole' or an f-number like 'f/5.6'"
+            return f"one of {', '.join(self.levels)}" if self.levels else "a text"
+        kind = "a whole number" if self.form == "integer" else "a number"
+        if self.above is not None:
+            return f"{kind} above {self.above:g}"
+        return kind if self.least is None else f"{kind} of {self.least:g} or more"
+
     def described(self) -> dict[str, Any]:
         """What a sidecar says of it."""
         levels = {"true": "yes", "false": "no"} if self.form == "bool" else dict(self.levels)
@@ -59,9 +77,14 @@ class Column:
 def cell(value: Any) -> str:
     """A value as a cell of a table: numbers to nine decimals, "n/a" where there is none.
 
-    >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22")]
-    ['n/a', 'true', '3', '0.3', 'f/22']
+    A text that a spreadsheet would take for a formula gets an apostrophe before it; one line stays one line.
+
+    >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22", "=1+1")]
+    ['n/a', 'true', '3', '0.3', 'f/22', "'=1+1"]
     """
+    if isinstance(value, str):
+        text = value if value.isprintable() else " ".join(value.split())
+        return f"'{text}" if text.startswith(FORMULA) else text
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "n/a"
     if isinstance(value, bool):

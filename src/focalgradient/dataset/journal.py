@@ -1,27 +1,42 @@
 """The journal of a session: one line of JSON an event, on the disk before the next trial begins.
 
-Lines are only ever added. Whatever kills the program, a kill of the process or of the power, finished lines stay and
-at most the last one is broken: it is passed over, told, and what goes on after it begins on a line of its own.
+Lines are only ever added, by one program at a time, which holds the file's lock. Whatever kills the program, a kill of
+the process or of the power, finished lines stay and at most the last one is cut short: it is passed over and listed,
+and what goes on after it begins on a line of its own.
+
+Each line ends in its "chain": the digest of the line before it, and its own, of that and of the rest of the line. A
+line that was changed, added or taken away later no longer fits. Journals of earlier versions have no chain; what is
+added to them chains all that stands above it.
 """
 
 from __future__ import annotations
 
+import errno
+import hashlib
 import json
 import os
+import re
+import sys
+import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from focalgradient.dataset.events import Event, wrong_event
+from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
 
-__all__ = ["Event", "Journal", "Log", "create_whole", "read_journal", "writing"]
+__all__ = ["Journal", "Log", "create_whole", "flush", "make_folder", "read_journal", "scan_journal", "writing"]
 
-Event = dict[str, Any]
-"""What a line says; its kind stands under "event"."""
+CHAIN = re.compile(rb', "chain": \["([0-9a-f]{32})?", "([0-9a-f]{32})"\]\}$')
+"""How a line ends."""
+
+MOST_BYTES = 1 << 30
+"""Of a journal that is read: two thousand trials (the most of a design) of half a megabyte each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +48,32 @@ class Log:
     path
         The file.
     events
-        All that can be read, in order; the first tells the session.
+        All that can be read, in order; the first describes the session.
     broken
         Numbers of the lines, from 1, that a kill cut short.
+    damaged
+        What no kill explains, a sentence each: the journal cannot be relied on.
+    changed
+        Where the chain does not hold, a sentence each: lines were changed, added or taken away after they were written.
+    altered
+        Numbers of the lines whose own digest does not hold.
+    lines
+        Number of the line of each event.
+    chained
+        Whether every line has its chain.
+    last
+        Digest of the last line, "" where there is none.
     """
 
     path: Path
     events: tuple[Event, ...]
     broken: tuple[int, ...]
+    damaged: tuple[str, ...] = ()
+    changed: tuple[str, ...] = ()
+    altered: tuple[int, ...] = ()
+    lines: tuple[int, ...] = ()
+    chained: bool = False
+    last: str = ""
 
     @property
     def head(self) -> Event:
@@ -53,7 +86,7 @@ class Log:
 
 
 class Journal:
-    """A journal that is being written.
+    """A journal that is being written; nobody else can write to it meanwhile.
 
     Examples
     --------
@@ -61,15 +94,16 @@ class Journal:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "journal.jsonl")
     ...     with Journal.begin(path, {"event": "begun", "participant": "01"}) as journal:
-    ...         journal.write({"event": "trial", "rating": 1.5})
-    ...     [event["event"] for event in read_journal(path).events]
-    ['begun', 'trial']
+    ...         journal.write({"event": "note", "kind": "break"})
+    ...     len(path.read_text().splitlines())
+    2
     """
 
-    def __init__(self, path: Path, file: int, durable: bool):
+    def __init__(self, path: Path, file: int, durable: bool, last: str):
         self.path = path
         self._file = file
         self._durable = durable
+        self._last = last
 
     @classmethod
     def begin(cls, path: Path, head: Mapping[str, Any], *, durable: bool = True) -> Journal:
@@ -92,30 +126,53 @@ class Journal:
         InputError
             If it cannot be written.
         """
+        line, last = _line(head, "")
         with writing(path):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            create_whole(path, _line(head))
-            return cls._opened(path, durable)
+            make_folder(path.parent)
+            create_whole(path, line)
+        journal = cls.take(path)
+        journal._durable, journal._last = durable, last
+        return journal
 
     @classmethod
-    def resume(cls, path: Path, event: Mapping[str, Any], *, durable: bool = True) -> Journal:
-        """Go on with a journal, after its broken line if it ends in one; `event` tells that it does.
+    def take(cls, path: Path) -> Journal:
+        """Become the owner of a journal that is there: nobody else can write to it until it is closed.
+
+        Raises
+        ------
+        InputError
+            If there is none, another program has it, or it cannot be written.
+        """
+        try:
+            file = os.open(path, os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0))
+        except FileNotFoundError as error:
+            raise InputError(f"{path} is missing: there is no such session to resume; begin it.") from error
+        except OSError as error:
+            raise InputError(f"{path} cannot be written ({error.strerror}): see who may write to it.") from error
+        try:
+            if not try_lock(file, path):
+                raise InputError(
+                    f"{path} is being recorded by another program: let that go on, or end it and resume the session "
+                    "(--resume)."
+                )
+        except InputError:
+            os.close(file)
+            raise
+        return cls(path, file, True, "")
+
+    def resume(self, log: Log, event: Mapping[str, Any], *, durable: bool = True) -> None:
+        """Go on after what was read, after its broken line if it ends in one; `event` says that it goes on.
 
         Raises
         ------
         InputError
             If it cannot be written.
         """
-        with writing(path):
-            journal = cls._opened(path, durable)
-            if not path.read_bytes().endswith(b"\n"):
-                os.write(journal._file, b"\n")
-        journal.write(event)
-        return journal
-
-    @classmethod
-    def _opened(cls, path: Path, durable: bool) -> Journal:
-        return cls(path, os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0)), durable)
+        self._durable, self._last = durable, log.last
+        with writing(self.path):
+            if not self.path.read_bytes().endswith(b"\n"):
+                os.write(self._file, b"\n")
+        self.write(event)
 
     def write(self, event: Mapping[str, Any]) -> None:
         """Add a line, and come back when it is safe.
@@ -125,20 +182,24 @@ class Journal:
         InputError
             If it cannot be written, as on a full disk.
         """
-        rest = memoryview(_line(event))
+        line, last = _line(event, self._last)
+        rest = memoryview(line)
         try:
             with writing(self.path):
                 while rest:
                     rest = rest[os.write(self._file, rest) :]
                 if self._durable:
-                    os.fsync(self._file)
+                    flush(self._file)
         except InputError:
             self.close()  # what would follow a line cut short would be lost with it
             raise
+        self._last = last
 
     def close(self) -> None:
         """Let go of the file."""
         if self._file >= 0:
+            with suppress(OSError):
+                unlock(self._file)
             os.close(self._file)
             self._file = -1
 
@@ -146,6 +207,9 @@ class Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
         self.close()
 
 
@@ -163,8 +227,16 @@ def writing(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _line(event: Mapping[str, Any]) -> bytes:
-    return (json.dumps(event, allow_nan=False, ensure_ascii=False, default=_plain) + "\n").encode()
+def _line(event: Mapping[str, Any], before: str) -> tuple[bytes, str]:
+    """A line of a journal, and its digest."""
+    body = json.dumps(event, allow_nan=False, ensure_ascii=False, default=_plain).encode()
+    own = _digest(before, body)
+    return body[:-1] + f', "chain": ["{before}", "{own}"]}}\n'.encode(), own
+
+
+def _digest(before: str, body: bytes) -> str:
+    """128 bits, which no accident and no typing by hand leaves as they were."""
+    return hashlib.sha256(before.encode() + body).hexdigest()[:32]
 
 
 def _plain(value: Any) -> Any:
@@ -174,25 +246,47 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{value!r} cannot be written as JSON.")
 
 
+def flush(file: int) -> None:
+    """Wait until a file is on the disk; macOS needs another word for it than `fsync`."""
+    if sys.platform == "darwin":
+        import fcntl
+
+        with suppress(OSError):  # a network share may not know it
+            fcntl.fcntl(file, fcntl.F_FULLFSYNC)
+            return
+    os.fsync(file)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it that are missing, for their owner alone."""
+    missing = [one for one in (folder, *folder.parents) if not one.exists()]
+    for one in reversed(missing):
+        one.mkdir(mode=0o700, exist_ok=True)
+
+
 def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
-    """Write a file so that it is never there in part: out of sight, to the disk, then into its place.
+    """Write a file for its owner alone, so that it is never there in part: out of sight, to the disk, into its place.
 
     Raises
     ------
     FileExistsError
-        If it is there already, and is not to be replaced.
+        If it is there already, and is not to be replaced: of several programs that try at once, one succeeds.
     """
     if not replace and os.path.lexists(path):
         raise FileExistsError(f"{path} is there already.")
-    hidden = path.with_name(f".{path.name}.{os.getpid()}")
+    file, hidden = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
-        with hidden.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        hidden.replace(path)
+        with os.fdopen(file, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            flush(stream.fileno())
+        if replace:
+            os.replace(hidden, path)
+        else:
+            _place(hidden, path, content)
     finally:
-        hidden.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            os.unlink(hidden)
     if os.name == "posix":  # elsewhere folders cannot be opened, and need not be
         folder = os.open(path.parent, os.O_RDONLY)
         try:
@@ -201,45 +295,154 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
             os.close(folder)
 
 
+def _place(hidden: str, path: Path, content: bytes) -> None:
+    """Give a file its name, if nothing has that name."""
+    if sys.platform == "win32":
+        os.rename(hidden, path)  # refuses there what is taken
+        return
+    try:
+        os.link(hidden, path)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK):
+            raise
+        # Without hard links, as on a memory stick's file system, a kill may leave it in part; never two owners.
+        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            flush(stream.fileno())
+
+
 def read_journal(path: Path) -> Log:
     """Read a journal, also one that is being written or was cut off.
 
     Raises
     ------
     InputError
-        If it cannot be read, or a line is broken that no kill explains: one followed by other than a resumption.
+        If it cannot be read, or a line is damaged as no kill explains; the first such line is named.
     """
+    log = scan_journal(path)
+    if log.damaged:
+        raise InputError(log.damaged[0])
+    return log
+
+
+def scan_journal(path: Path) -> Log:
+    """Read what can be read of a journal, and list what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read at all.
+    """
+    scan = _Scan(path)
     try:
-        lines = path.read_bytes().split(b"\n")
+        with path.open("rb") as file:
+            if not path.is_file():
+                raise OSError(errno.EINVAL, "it is no regular file")
+            content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): give the path of a journal.") from error
-    events: list[Event] = []
-    broken: list[int] = []
-    cut = False
-    for number, line in enumerate(lines, start=1):
-        if not line.strip():
-            continue
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{path} is longer than {MOST_BYTES} bytes, which no session is: restore it from a copy.")
+    for number, line in enumerate(content.split(b"\n"), start=1):
+        if line.strip():
+            scan.add(number, line)
+    return scan.done()
+
+
+class _Scan:
+    """A journal while it is read, line by line."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.events: list[Event] = []
+        self.lines: list[int] = []
+        self.broken: list[int] = []
+        self.damaged: list[str] = []
+        self.changed: list[str] = []
+        self.altered: list[int] = []
+        self.last = ""
+        self.first_chained = 0
+        self.cut = False
+        self.beheaded = False
+
+    def add(self, number: int, line: bytes) -> None:
         event = _parsed(line)
         if event is None:
-            broken.append(number)
-            cut = True
-        elif cut and event["event"] != "resumed":
-            raise InputError(
-                f"{path}: line {broken[-1]} is damaged, which no kill of the program explains: restore the file from "
-                "a copy."
-            )
-        else:
-            events.append(event)
-            cut = False
-    if not events or events[0]["event"] != "begun":
-        raise InputError(f"{path} does not begin as a journal does: restore the file from a copy.")
-    return Log(path, tuple(events), tuple(broken))
+            self.broken.append(number)
+            self.cut = True
+            self.beheaded = self.beheaded or not self.events
+            return
+        if self.cut and event["event"] != "resumed":
+            self._damage(f"line {self.broken[-1]} is damaged, which no kill of the program explains")
+        self.cut = False
+        self._follow(number, line.rstrip(b"\r"), event)
+        if not self.events and event["event"] != "begun":
+            self.beheaded = True
+        if self.beheaded:
+            return
+        head = self.events[0] if self.events else event
+        wrong = "a session begins here, but it began above" if self.events and event["event"] == "begun" else None
+        wrong = wrong or wrong_event(event, head)
+        if wrong is not None:
+            self._damage(f"line {number}: {wrong}")
+            if not self.events:
+                self.beheaded = True
+            return
+        self.events.append(event)
+        self.lines.append(number)
+
+    def _damage(self, what: str) -> None:
+        self.damaged.append(f"{self.path}: {what}: restore the file from a copy, or use 'focalgradient repair'.")
+
+    def _change(self, what: str) -> None:
+        self.changed.append(f"{self.path}: {what}: restore the file from a copy, or use 'focalgradient repair'.")
+
+    def _follow(self, number: int, line: bytes, event: Event) -> None:
+        """Follow the chain over a line."""
+        found = CHAIN.search(line)
+        if found is None:
+            if self.first_chained or "chain" in event:
+                self._change(f"line {number} was added or changed after the session: it has no chain")
+                self.altered.append(number)
+            self.last = _digest(self.last, line)
+            return
+        self.first_chained = self.first_chained or number
+        before, own = ((part or b"").decode() for part in found.groups())
+        if _digest(before, line[: found.start()] + b"}") != own:
+            self._change(f"line {number} was changed after it was written")
+            self.altered.append(number)
+        if before != self.last:
+            self._change(f"lines before line {number} are missing, or were changed or moved")
+        self.last = own
+        del event["chain"]
+
+    def done(self) -> Log:
+        if self.beheaded or not self.events:
+            sentence = f"{self.path} does not begin as a journal does: restore the file from a copy."
+            self.damaged.insert(0, sentence)
+        first = self.lines[0] if self.lines else 0
+        return Log(
+            self.path,
+            tuple(self.events),
+            tuple(self.broken),
+            tuple(self.damaged),
+            tuple(self.changed),
+            tuple(self.altered),
+            tuple(self.lines),
+            bool(self.lines) and self.first_chained == first,
+            self.last,
+        )
 
 
 def _parsed(line: bytes) -> Event | None:
-    """What a line says; None if it is broken: no piece of a line is JSON itself."""
+    """What a line holds; None if it is broken: no piece of a line is JSON itself."""
     try:
-        event = json.loads(line)
-    except ValueError:
+        event = json.loads(line, parse_constant=_no_number)
+    except (ValueError, RecursionError):
         return None
     return event if isinstance(event, dict) and isinstance(event.get("event"), str) else None
+
+
+def _no_number(name: str) -> Any:
+    raise ValueError(f"{name} is no number that a journal holds.")

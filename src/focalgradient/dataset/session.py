@@ -7,14 +7,24 @@ import os
 import platform
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.bids import Files, Kind, add_participant, begin_dataset, check_folder, export
-from focalgradient.dataset.journal import Event, Journal, Log, create_whole, read_journal, writing
+from focalgradient.dataset.bids import (
+    Files,
+    Kind,
+    add_participant,
+    begin_dataset,
+    check_folder,
+    check_participant,
+    make_table,
+)
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, NeckerDesign, Trial, check_design
@@ -190,10 +200,12 @@ class Session:
         """
         files = Files(root, design.task, participant, session)
         if resume:
-            _, design, _ = _to_resume(files, stimuli)
+            with Journal.take(files.journal):
+                _, design, _ = _to_resume(files, stimuli)
         else:
             _new(files, stimuli)
             check_folder(root, kind)
+            check_participant(root, participant, kind)
         base = next(folder for folder in (root.absolute(), *root.absolute().parents) if folder.exists())
         with writing(root), tempfile.TemporaryFile(dir=base) as file:
             file.write(bytes(ROOM))
@@ -243,10 +255,11 @@ class Session:
         manifest = _new(files, stimuli)
         with writing(root):
             begin_dataset(root, kind)
-            if manifest is not None and not files.manifest(manifest.sha256).exists():
-                files.manifest(manifest.sha256).parent.mkdir(exist_ok=True)
-                create_whole(files.manifest(manifest.sha256), manifest.content)
-            add_participant(root, participant, {"kind": kind, **(about or {})})
+            check_participant(root, participant, kind)
+            if manifest is not None:
+                make_folder(files.manifest(manifest.sha256).parent)
+                with suppress(FileExistsError):
+                    create_whole(files.manifest(manifest.sha256), manifest.content)
         head = _event(
             "begun",
             apparatus,
@@ -256,8 +269,19 @@ class Session:
             design=design.model_dump(mode="json"),
             keys=design.keys_of(participant) if isinstance(design, NeckerDesign) else None,
             stimuli=None if manifest is None else manifest.sha256,
+            about=dict(about or {}),
         )
-        return cls(files, design, Journal.begin(files.journal, head, durable=kind == "human"), 0)
+        try:
+            journal = Journal.begin(files.journal, head, durable=kind == "human")
+        except FileExistsError as error:
+            raise _taken(files, files.journal) from error
+        try:
+            with writing(root):
+                add_participant(root, participant, {"kind": kind, **(about or {})})
+        except InputError:
+            journal.close()
+            raise
+        return cls(files, design, journal, 0)
 
     @classmethod
     def resume(
@@ -286,19 +310,30 @@ class Session:
         Raises
         ------
         InputError
-            If there is no such session, it is finished, its journal is damaged, or the pictures have changed.
+            If there is no such session, another program records it, it is finished, its journal is damaged, or the
+            pictures have changed.
         """
         files = Files(root, task, participant, session)
-        log, design, done = _to_resume(files, stimuli)
-        journal = Journal.resume(files.journal, _event("resumed", apparatus), durable=log.head["kind"] == "human")
+        journal = Journal.take(files.journal)
+        try:
+            log, design, done = _to_resume(files, stimuli)
+            kind = log.head["kind"]
+            with writing(root):  # a kill may have come before the row
+                add_participant(root, participant, {"kind": kind, **log.head.get("about", {})})
+            journal.resume(log, _event("resumed", apparatus), durable=kind == "human")
+        except BaseException:
+            journal.close()
+            raise
         return cls(files, design, journal, done)
 
     def remaining(self) -> tuple[Trial, ...]:
         """Trials still to be run, practice among them, in their order."""
         return self.trials[self._done :]
 
-    def record(self, trial: Trial, answer: Answer) -> None:
+    def record(self, trial: Trial, answer: Answer, **noted: Any) -> None:
         """Write what was answered in the next trial, and come back when it is safe.
+
+        What is `noted` beside it, as the times of a second clock, stays in the journal.
 
         Raises
         ------
@@ -309,7 +344,7 @@ class Session:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
         if isinstance(answer, Watched) != isinstance(self.design, NeckerDesign):
             raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
-        self._journal.write({"event": "trial", **asdict(trial), **asdict(answer)})
+        self._journal.write({**noted, "event": "trial", **asdict(trial), **asdict(answer)})
         self._done += 1
 
     def note(self, kind: str, **told: Any) -> None:
@@ -320,33 +355,38 @@ class Session:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._journal.close()
-        export(self.files.journal)
+        # While the journal is still ours: whoever resumes the session next makes a longer table.
+        with self._journal:
+            make_table(self.files.journal)
 
 
 def _new(files: Files, stimuli: Path | None) -> Manifest | None:
     """Make sure that a session is not there yet, and that its pictures are as they were made."""
     there = next((path for path in (files.journal, files.table) if path.exists()), None)
     if there is not None:
-        raise InputError(
-            f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it "
-            "(--resume), or give a new session label (--session)."
-        )
+        raise _taken(files, there)
     return None if stimuli is None else check_stimuli(stimuli)
 
 
+def _taken(files: Files, there: Path) -> InputError:
+    return InputError(
+        f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it "
+        "(--resume), or give a new session label (--session)."
+    )
+
+
 def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
-    """Read what a session that can be resumed has recorded, its design, and how many trials are done."""
-    if not files.journal.exists():
-        raise InputError(f"{files.journal} is missing: there is no such session to resume; begin it.")
+    """Read what a session has recorded whose journal is ours, its design, and how many trials are done."""
     log = read_journal(files.journal)
+    if log.changed:
+        raise InputError(log.changed[0])
     design = check_design(str(files.journal), log.head["design"])
     trials = design.trials(files.participant, files.session)
     done = [(event["phase"], event["trial"]) for event in log.of("trial")]
     if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
         raise InputError(f"{files.journal} does not follow the order of its design: begin a new session (--session).")
     if len(done) == len(trials):
-        export(files.journal)  # the end may have come between the last trial and the table
+        make_table(files.journal)  # the end may have come between the last trial and the table
         raise InputError(
             f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
         )

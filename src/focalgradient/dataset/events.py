@@ -1,0 +1,151 @@
+"""What the events of a journal must hold before anything is made of them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+from focalgradient.dataset.columns import APERTURE, COLUMNS, Column
+
+__all__ = ["Event", "wrong_event"]
+
+Event = dict[str, Any]
+"""What a line says; its kind stands under "event"."""
+
+LABEL = re.compile(r"[A-Za-z0-9]+")
+SHA256 = re.compile(r"[0-9a-f]{64}")
+
+MOST = 1e9
+"""Seconds of thirty years, and more frames or trials than they hold: no number of a session is larger."""
+
+DERIVED = {"sitting", "trial_onset"}
+"""Columns that no event holds."""
+
+OF_PERCEPTS = {"onset", "duration", "percept", "censored"}
+"""Columns of the cube's table that are made of the keys pressed."""
+
+
+def wrong_event(event: Event, head: Event) -> str | None:
+    """Say what keeps an event from being used; None where nothing does. `head` is the event that began the journal.
+
+    >>> wrong_event({"event": "note"}, {})
+    >>> wrong_event({"event": "trial", "phase": "main", "trial": 0}, {"design": {"task": "pinhole"}})
+    'trial is 0, but must be a whole number of 1 or more'
+    """
+    kind = event["event"]
+    if kind == "begun":
+        return _wrong_head(event)
+    if kind == "resumed":
+        return _wrong_sitting(event)
+    if kind != "trial":
+        return None
+    if event.get("phase") not in ("practice", "main"):
+        return f"phase is {_shown(event, 'phase')}, but must be practice or main"
+    for name, allowed, expected in _cells(head["design"]["task"]):
+        if not allowed(event.get(name)):
+            if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
+                continue
+            return f"{name} is {_shown(event, name)}, but must be {expected}"
+    return _wrong_presses(event) if head["design"]["task"] == "necker" else None
+
+
+def _shown(event: Event, name: str) -> str:
+    return repr(event[name])[:60] if name in event else "missing"
+
+
+def _wrong_head(head: Event) -> str | None:
+    design = head.get("design")
+    task = design.get("task") if isinstance(design, dict) else None
+    keys = head.get("keys")
+    wanted: Mapping[str, tuple[bool, str]] = {
+        "participant": (_label(head.get("participant")), "a label of letters and digits"),
+        "session": (head.get("session") is None or _label(head["session"]), "a label of letters and digits, or null"),
+        "kind": (head.get("kind") in ("human", "simulated"), "human or simulated"),
+        "design": (isinstance(task, str) and task in COLUMNS, "the settings of a known task"),
+        "stimuli": (
+            head.get("stimuli") is None
+            or (isinstance(head["stimuli"], str) and bool(SHA256.fullmatch(head["stimuli"]))),
+            "a SHA-256 in hexadecimal, or null",
+        ),
+        "keys": (
+            task != "necker"
+            or (isinstance(keys, dict) and set(keys) == {"rigid", "nonrigid"} and all(map(_text, keys.values()))),
+            "a key for rigid and one for nonrigid",
+        ),
+    }
+    for name, (right, expected) in wanted.items():
+        if not right:
+            return f"{name} is {_shown(head, name)}, but must be {expected}"
+    return _wrong_sitting(head)
+
+
+def _wrong_sitting(event: Event) -> str | None:
+    for name in ("apparatus", "versions"):
+        if not isinstance(event.get(name), dict):
+            return f"{name} is {_shown(event, name)}, but must be a table"
+    try:
+        zone = datetime.fromisoformat(event["time"]).tzinfo
+    except (KeyError, TypeError, ValueError):
+        zone = None
+    return None if zone else f"time is {_shown(event, 'time')}, but must be a date and time with its zone"
+
+
+@cache
+def _cells(task: str) -> tuple[tuple[str, Callable[[Any], bool], str], ...]:
+    """Name of each value that a trial of a task holds, what is allowed there, and that in words."""
+    columns = [column for column in COLUMNS[task] if column.name not in DERIVED]
+    if task == "necker":
+        columns = [column for column in columns if column.name not in OF_PERCEPTS]
+        columns.append(Column("onset", "", "number", least=0))
+    return tuple((column.name, _test(column), column.expected) for column in columns)
+
+
+def _test(column: Column) -> Callable[[Any], bool]:
+    least = -math.inf if column.least is None else column.least
+    above = -math.inf if column.above is None else column.above
+    levels, optional = frozenset(column.levels), column.optional
+
+    def number(value: Any) -> bool:
+        if type(value) is float or type(value) is int:
+            return value >= least and value > above and value < MOST
+        return value is None and optional
+
+    def integer(value: Any) -> bool:
+        return type(value) is int and number(value)
+
+    def text(value: Any) -> bool:
+        if value is None:
+            return optional
+        if type(value) is not str or not value:
+            return False
+        return value in levels if levels else column.name != "aperture" or bool(APERTURE.fullmatch(value))
+
+    tests = {"number": number, "integer": integer, "text": text, "bool": lambda value: type(value) is bool}
+    return tests[column.form]
+
+
+def _wrong_presses(event: Event) -> str | None:
+    presses = event.get("presses")
+    if not isinstance(presses, list):
+        return f"presses is {_shown(event, 'presses')}, but must be a list"
+    for press in presses:
+        match press:
+            case [float() | int() as time, str(), bool()] if type(time) is not bool and abs(time) < MOST:
+                continue
+        return f"a press is {press!r}"[:90] + ", but must be a time, a key, and whether it went down"
+    if not all(one[0] <= other[0] for one, other in pairwise(presses)):
+        return "presses are not in order of time"
+    return None
+
+
+def _label(value: Any) -> bool:
+    return isinstance(value, str) and bool(LABEL.fullmatch(value))
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str) and value != ""
