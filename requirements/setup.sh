@@ -34,15 +34,15 @@ debian_packages() {
 }
 
 version() { "$1" -c 'import platform; print(platform.python_version())' 2>/dev/null || echo missing; }
-fits() { "$1" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; }
+fits() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }
 
 find_python() { # sets $python
-    for python in ${PYTHON:-python3 python3.12 python3.11}; do
+    for python in ${PYTHON:-python3 python3.12 python3.11 python3.13 python3.14}; do
         ! fits "$python" || return 0
     done
     python=${PYTHON:-python3}
-    fail "focalgradient needs Python 3.11 or 3.12, but $python is $(version "$python"):" \
-        "install one of the two and name it, as in 'make PYTHON=python3.12 $purpose'."
+    fail "focalgradient needs Python 3.11 or newer, but $python is $(version "$python"):" \
+        "install one and name it, as in 'make PYTHON=python3.12 $purpose'."
 }
 
 python_packages() {

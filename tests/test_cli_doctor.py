@@ -73,7 +73,7 @@ def test_without_psychopy(tmp_path, monkeypatch):
     result = run("--data", tmp_path)
     assert result.exit_code == 1
     assert "psychopy missing" in result.stdout
-    assert "pip install 'focalgradient[lab]' |" in result.stdout
+    assert "pip install 'focalgradient[lab]', on Python 3.11 or 3.12 |" in result.stdout
 
 
 def _without_psychopy(name: str) -> str:

@@ -126,7 +126,7 @@ def test_trouble_is_said_in_one_sentence_with_the_remedy(house: House) -> None:
     house.python("old", "3.9.1", fits=False)
     house.python("bare", ensurepip=False)
     for environment, sentence in [
-        ({"PYTHON": "old"}, r"needs Python 3\.11 or 3\.12, but old is 3\.9\.1: .*make PYTHON=python3\.12 test"),
+        ({"PYTHON": "old"}, r"needs Python 3\.11 or newer, but old is 3\.9\.1: .*make PYTHON=python3\.12 test"),
         ({"PYTHON": "absent"}, r"but absent is missing: install"),
         ({"PYTHON": "bare"}, r"bare cannot make virtual environments: .*python3-venv"),
     ]:
@@ -172,6 +172,13 @@ def test_every_package_asked_for_is_pinned_with_a_hash() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     for asked in map(Requirement, project["project"]["dependencies"] + project["dependency-groups"]["dev"]):
         assert all(version in asked.specifier for version in pins[asked.name]), f"compile the pins anew for {asked}"
+
+
+def test_the_version_stands_once() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert "version" not in project
+    assert "version" in project["dynamic"]
+    assert "\nversion:" not in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
 def test_examples_in_readme_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

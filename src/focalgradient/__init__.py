@@ -7,7 +7,6 @@ libraries that it needs, is loaded when it is first touched. (`fg.render` is the
 """
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.depth import DepthMap, recover_depth
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from focalgradient.eye import Eye
     from focalgradient.render import Rendered, cast, render_bands, render_series
 
-__version__ = version("focalgradient")
+__version__ = "0.1.0"
 __all__ = [
     "DepthMap",
     "Eye",

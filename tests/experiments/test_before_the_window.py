@@ -54,7 +54,10 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
         ("--participant 01 --design set", "set cannot be read (Is a directory)"),
         ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but 'necker' is to be run"),
-        ("--participant 01 --consent no.txt", "--consent no.txt cannot be read as text"),
+        (
+            "--participant 01 --consent no.txt",
+            "no.txt cannot be read (No such file or directory): give the path of the text that --consent shows",
+        ),
         ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds)"),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
         ("--participant 01 --data set", "set holds files but is no data set: give a new or an empty folder"),

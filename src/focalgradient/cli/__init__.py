@@ -6,6 +6,7 @@ first, written beside their place, and moved there together. Heavy rooms are imp
 
 import click
 
+from focalgradient import __version__
 from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
 from focalgradient.cli.doctor import doctor
@@ -25,7 +26,7 @@ __all__ = ["main"]
 @click.group(
     "focalgradient", cls=Program, no_args_is_help=False, context_settings={"help_option_names": ["-h", "--help"]}
 )
-@click.version_option(package_name="focalgradient", message="%(prog)s %(version)s", prog_name="focalgradient")
+@click.version_option(__version__, message="%(prog)s %(version)s", prog_name="focalgradient")
 def main() -> None:
     """Depth from blur: the focal gradient as a source of depth (after Pentland 1987)."""
 

@@ -142,4 +142,9 @@ def _versions() -> Check:
         except PackageNotFoundError:
             missing.append(name)
     found += [f"{name} missing" for name in missing] + [f"Python {platform.python_version()}", platform.platform()]
-    return Check("versions", ", ".join(found), not missing, "pip install 'focalgradient[lab]'" if missing else "")
+    return Check(
+        "versions",
+        ", ".join(found),
+        not missing,
+        "pip install 'focalgradient[lab]', on Python 3.11 or 3.12" if missing else "",
+    )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
+import platform
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from focalgradient.dataset import Session
 from focalgradient.design import DESIGNS, NAMES, Design, check_label, design_text, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.files import read_text
 from focalgradient.lab.experiment import Experiment
 from focalgradient.stimuli import StimulusSet, read_set
 
@@ -30,6 +32,8 @@ ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that 
 WINDOW = (1024, 768)  # pixels
 NEAR = 0.01  # by which the degrees of pictures may be wrong
 GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
+
+NO_PSYCHOPY = (3, 13)  # the first Python that PsychoPy cannot be installed on, by its own metadata
 
 Hook = Callable[[int, str, float], object]
 
@@ -178,11 +182,10 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
 
 
 def _consent(path: Path | None) -> str | None:
-    try:
-        text = None if path is None else path.read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"--consent {path} cannot be read as text ({error}): give a text file in UTF-8.") from error
-    if text == "":
+    if path is None:
+        return None
+    text = read_text(path, "the text that --consent shows").strip()
+    if not text:
         raise InputError(f"--consent {path} is empty: give the text that participants are to agree to.")
     return text
 
@@ -207,8 +210,14 @@ def _markers(path: Path | None) -> Hook | None:
 
 def _psychopy() -> None:
     """Refuse to go on without PsychoPy, before anything else is asked for."""
-    if importlib.util.find_spec("psychopy") is None:
-        raise InputError("PsychoPy is not installed: pip install 'focalgradient[lab]'.")
+    if importlib.util.find_spec("psychopy") is not None:
+        return
+    if sys.version_info >= NO_PSYCHOPY:
+        raise InputError(
+            f"PsychoPy is not installed, and Python {platform.python_version()} is too new for it: use Python 3.11 or "
+            "3.12, and pip install 'focalgradient[lab]'."
+        )
+    raise InputError("PsychoPy is not installed: pip install 'focalgradient[lab]'.")
 
 
 def import_screen() -> ModuleType:
