@@ -7,6 +7,7 @@ libraries that it needs, is loaded when it is first touched. (`fg.render` is the
 """
 
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.depth import DepthMap, recover_depth
@@ -16,33 +17,32 @@ from focalgradient.paper import paper_distance
 from focalgradient.view import View
 
 if TYPE_CHECKING:
-    from focalgradient import (
-        calibration,
-        dataset,
-        depth,
-        design,
-        display,
-        errors,
-        eye,
-        files,
-        lab,
-        observers,
-        optics,
-        paper,
-        photographs,
-        plotting,
-        power,
-        progress,
-        psf,
-        render,
-        report,
-        scenes,
-        statistics,
-        stimuli,
-        tables,
-        video,
-        view,
-    )
+    from focalgradient import calibration as calibration
+    from focalgradient import dataset as dataset
+    from focalgradient import depth as depth
+    from focalgradient import design as design
+    from focalgradient import display as display
+    from focalgradient import errors as errors
+    from focalgradient import eye as eye
+    from focalgradient import files as files
+    from focalgradient import lab as lab
+    from focalgradient import memory as memory
+    from focalgradient import observers as observers
+    from focalgradient import optics as optics
+    from focalgradient import paper as paper
+    from focalgradient import photographs as photographs
+    from focalgradient import plotting as plotting
+    from focalgradient import power as power
+    from focalgradient import progress as progress
+    from focalgradient import psf as psf
+    from focalgradient import render as render
+    from focalgradient import report as report
+    from focalgradient import scenes as scenes
+    from focalgradient import statistics as statistics
+    from focalgradient import stimuli as stimuli
+    from focalgradient import tables as tables
+    from focalgradient import video as video
+    from focalgradient import view as view
     from focalgradient.eye import Eye
     from focalgradient.render import Rendered, cast, render_bands, render_series
 
@@ -55,48 +55,26 @@ __all__ = [
     "Lens",
     "Rendered",
     "View",
-    "calibration",
     "cast",
-    "dataset",
-    "depth",
-    "design",
-    "display",
-    "errors",
-    "eye",
-    "files",
-    "lab",
-    "observers",
-    "optics",
-    "paper",
     "paper_distance",
-    "photographs",
-    "plotting",
-    "power",
-    "progress",
-    "psf",
     "recover_depth",
-    "render",
     "render_bands",
     "render_series",
-    "report",
-    "scenes",
-    "statistics",
-    "stimuli",
-    "tables",
-    "video",
-    "view",
 ]
 
 _HOMES = {"Eye": "eye", "Rendered": "render", "cast": "render", "render_bands": "render", "render_series": "render"}
 """The room of each name that is loaded when it is first touched."""
 
 
+_ROOMS = {module.name for module in iter_modules(__path__)} - {"cli"}  # the command line is a program, not a library
+
+
 def __getattr__(name: str) -> Any:
     """Load a room, or a name from its room, when it is first touched."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name not in _HOMES:
+    if name in _ROOMS:
         return import_module(f"{__name__}.{name}")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
@@ -104,4 +82,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """List the names and the rooms, loaded or not."""
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_ROOMS})

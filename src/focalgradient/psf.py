@@ -89,6 +89,8 @@ def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = D
 def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np.float64]:
     """Transfer of a square pixel that averages the light over its whole area, in cycles per pixel; broadcasts.
 
+    The sinc in frequency that the paper's appendix adds to blur.
+
     >>> round(float(pixel_transfer(0.0, 0.5)), 4)
     0.6366
     """

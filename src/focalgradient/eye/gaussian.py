@@ -54,7 +54,8 @@ class GaussianFit:
 def best_gaussian(eye: Eye, vergence: float, light: Light | None = None) -> GaussianFit:
     """Least-squares fit of a Gaussian of unit light to the point spread that `eye` gives to a point at `vergence` (D).
 
-    The square of the difference is summed over the plane: by Parseval, of the transfers over all frequencies.
+    The paper's appendix holds that blur has "the general shape" of a Gaussian; how far it has is the residual here. The
+    square of the difference is summed over the plane: by Parseval, of the transfers over all frequencies.
 
     Parameters
     ----------

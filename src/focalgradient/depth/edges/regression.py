@@ -58,6 +58,9 @@ def regress_edges(
 ) -> tuple[FloatArray, FloatArray]:
     """Variance of the Gaussian blur at each of P edges, in pixels^2, and its standard deviation from the noise.
 
+    C, the Laplacian of the blurred image (Eq. 2), is the derivative of a Gaussian across a step (Eq. 3); the logarithm
+    of C / x (Eq. 4) is a straight line in x^2 (Eq. 5), which is fitted by least squares (Eq. 6), weighted or not.
+
     Parameters
     ----------
     image

@@ -88,7 +88,9 @@ def spectral_difference(
 ) -> tuple[FloatArray, FloatArray]:
     """sigma2^2 - sigma1^2 of two Gaussian-blurred images of one scene, in pixels^2, and its standard deviation.
 
-    If the first is a pinhole's (sigma1 = 0), the square root is sigma2.
+    Both are one scene, convolved with either Gaussian (Eq. 7), so that either spectrum is the scene's times the
+    Gaussian's (Eq. 8), and the logarithm of their ratio is a straight line in squared frequency (Eq. 9), whose slope is
+    2 pi^2 times the difference. If the first is a pinhole's (sigma1 = 0), the square root is sigma2.
 
     Parameters
     ----------
