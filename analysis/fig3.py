@@ -16,7 +16,7 @@ from report import Progress, Shown, images, numbers_json
 from focalgradient import InputError
 from focalgradient.plotting.subjects import depth_rating_figure
 from focalgradient.report import BOUND, analyse_ratings
-from focalgradient.statistics import Effect, Equivalence, Interval, NotComputed
+from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, Interval, NotComputed
 
 __all__ = ["main", "make", "shown"]
 
@@ -40,15 +40,13 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
         "trials_analysed": result.trials,
     }
     for each in result.fixations:
-        if isinstance(each.rise, Interval):
-            ends = [each.rise.estimate, each.rise.low, each.rise.high]
-            summary[f"rise_with_{each.fixation}_in_focus_and_its_interval"] = ends
-        summary[f"p_of_the_slope_with_{each.fixation}_in_focus"] = (
-            each.slope.p if isinstance(each.slope, Effect) else None
-        )
+        if isinstance(each.rise, Effect):
+            ratio = each.rise.ratio
+            summary[f"rise_with_{each.fixation}_in_focus_and_its_interval"] = [ratio.estimate, ratio.low, ratio.high]
+        summary[f"p_by_holm_of_the_rise_with_{each.fixation}_in_focus"] = _decisive(each.rise)
         if isinstance(each.equivalence, Equivalence):
             summary[f"equivalent_to_none_with_{each.fixation}_in_focus"] = each.equivalence.equivalent
-    summary["p_of_the_difference_of_slopes"] = result.interaction.p if isinstance(result.interaction, Effect) else None
+    summary["p_by_holm_of_the_difference_of_rises"] = _decisive(result.interaction)
     plotted: dict[str, Any] = {}
     for each in result.fixations:
         means = [mean for mean in result.means if mean.fixation == each.fixation and isinstance(mean.ratio, Interval)]
@@ -72,14 +70,27 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
             f"Increase in the impression of depth relative to a pinhole picture, {len(result.participants)} {who}, "
             "for growing apertures: with the nearest object in focus, so that farther ones are blurred, and with the "
             "farthest in focus, so that nearer ones are. Every subject thin; bold the geometric mean over subjects "
-            "with its 95 % bootstrap interval (BCa).",
-            "The increase was tested by a linear mixed model with a slope of each subject’s own, its absence by two "
-            f"one-sided tests against a factor {bound:g} at the largest aperture.",
+            f"with its 95 % interval by t on the logarithm, {_generality(result)}.",
+            "The rise from the pinhole to the largest aperture was tested likewise, its equivalence to zero by two "
+            f"one-sided tests against a factor of {bound:g}.",
         ),
         figure=depth_rating_figure(result, simulated=part.simulated),
         summary=summary,
         plotted=plotted,
     )
+
+
+def _decisive(test: Effect | NotComputed) -> float | None:
+    return test.p_holm if isinstance(test, Effect) else None
+
+
+def _generality(result: DepthRatingResult) -> str:
+    """What the intervals hold for: other scenes, too, where there are enough of them."""
+    methods = {each.rise.method for each in result.fixations if isinstance(each.rise, Effect)}
+    scenes = f"{len(result.scenes)} scene{'' if len(result.scenes) == 1 else 's'}"
+    if any("Satterthwaite" in method for method in methods):
+        return f"over subjects and the {scenes}"
+    return f"over subjects, for the {scenes} shown"
 
 
 def make(dataset: Path, *, full: bool = False, progress: Progress | None = None) -> Shown:

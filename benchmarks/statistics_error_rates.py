@@ -24,7 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: thread
 import numpy as np
 import pandas as pd
 
-from focalgradient.statistics import Effect, Trend, depth_rating, necker
+from focalgradient.statistics import Effect, depth_rating, necker
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.27, "f/11": 4.55, "f/5.6": 8.93}
 LARGEST = max(APERTURES.values())
@@ -98,7 +98,7 @@ def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFr
 
 def found(results: dict[str, Any]) -> dict[str, float]:
     """Probability of each test; NaN where it could not be done."""
-    return {name: result.p if isinstance(result, Effect | Trend) else math.nan for name, result in results.items()}
+    return {name: result.p if isinstance(result, Effect) else math.nan for name, result in results.items()}
 
 
 def experiment(kind: str, subjects: int, spread: float, seed: np.random.SeedSequence) -> dict[str, float]:
@@ -114,13 +114,11 @@ def experiment(kind: str, subjects: int, spread: float, seed: np.random.SeedSequ
     near = result.fixations[0]
     largest = result.means[len(APERTURES) - 1].against_pinhole
     tests = {
-        "slope (mixed model)": near.slope,
-        "slope (two stages)": near.two_stage,
+        "rise": near.rise,
+        "slope": near.slope,
         "interaction": result.interaction,
-        "Page's trend": near.trend,
+        "largest against pinhole": largest,
     }
-    tests["trend over subjects"] = near.trend.over_subjects if isinstance(near.trend, Trend) else near.trend
-    tests["largest against pinhole"] = largest
     at_bound = ratings(rng, subjects, spread, math.log(BOUND)).query("fixation == 'farthest'")
     far = depth_rating(at_bound, equivalence_bound=BOUND).fixations[0].equivalence
     return found(tests) | {"equivalence, true rise at bound": getattr(far, "p", math.nan)}

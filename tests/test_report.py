@@ -60,10 +60,11 @@ def page(made) -> str:
 
 def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     result = analyse_ratings(data, bound=1.25).result
-    slopes = table(made, "depth_rating_slopes.csv").set_index(["fixation", "model"])
-    near = result.fixations[0].slope
-    assert slopes.loc[("nearest", "mixed model"), "estimate"] == near.estimate
-    assert slopes.loc[("nearest", "mixed model"), "p_holm"] == near.p_holm
+    rises = table(made, "depth_rating_rises.csv").set_index(["fixation", "generalises_over"])
+    near = result.fixations[0].rise
+    assert rises.loc[("nearest", "subjects and scenes"), "estimate"] == near.estimate
+    assert rises.loc[("nearest", "subjects and scenes"), "p_holm"] == near.p_holm
+    assert rises.loc[("nearest", "subjects and scenes"), "dz_low"] == near.dz_interval.low
     means = table(made, "depth_rating_means.csv")
     assert list(means["ratio.estimate"]) == [mean.ratio.estimate for mean in result.means]
     assert table(made, "depth_rating_equivalence.csv")["bound"].iloc[0] == pytest.approx(np.log(1.25))
@@ -72,9 +73,9 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     effects = table(made, "necker_effects.csv")
     assert list(effects["share.p"]) == [effect.share.p for effect in cube.effects]
     assert len(table(made, "necker_durations.csv")) == 6
-    assert f"t(5) = {near.statistic:.3g}" in page(made)
+    assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
-    assert said | {"depth_rating_subjects.csv", "necker_subjects.csv"} == {
+    assert said | {"depth_rating_subjects.csv", "necker_subjects.csv", "depth_rating_scenes.csv"} == {
         name for name in made.files if name.endswith(".csv")
     }
 
@@ -115,8 +116,8 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
         "6 subjects with 192 trials before exclusions",
         "pinhole, f/22, f/11 and f/5.6",
         "within a factor 2 of 1",
-        "linear mixed model",
-        "against a factor 1.25",
+        "crossed as random effects",
+        "against a factor of 1.25",
         "statsmodels",
         "seed of depthrating",
     ):
@@ -192,7 +193,7 @@ def test_equal_answers_are_said_to_be_so(tmp_path):
     same = Model(effect=1.0, between=0, scenes=0, noise=0, lapses=0)
     result = analyse_ratings(record_ratings(tmp_path / "data", 3, same)).result
     told = " ".join(rating_findings(result))
-    assert told.count("there is no test of the slope: All answers are the same") == 2
+    assert told.count("the rise was not tested: All 3 subjects have the same value") == 2
     depth_rating_figure(result, simulated=True)
 
 

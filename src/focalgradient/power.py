@@ -1,7 +1,8 @@
 """How many subjects an experiment needs: whole experiments simulated, judged and analysed, and what they find counted.
 
-Subjects are drawn from a *statistical* model, not from pictures: the logarithm of a rating is the subject's own slope
-times the aperture over the largest, plus what a scene adds, plus noise. What comes out is as good as that model.
+Subjects are drawn from a *statistical* model, not from pictures: the logarithm of a rating is the subject's own rise
+plus the scene's, times the aperture over the largest, plus what a scene adds, plus noise. Results are as good as that
+model.
 """
 
 from __future__ import annotations
@@ -27,16 +28,20 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_bytes, write_whole
-from focalgradient.statistics import Effect, Equivalence, Interval, depth_rating, quality
+from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 
 __all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "run", "simulated_ratings"]
 
 TESTS = {
-    "near_slope": "near: rises with blur",
-    "far_equivalent": "far: equivalent to no rise",
+    "near_rise": "near: rises with blur",
+    "far_equivalent": "far: equivalent to zero",
     "interaction": "near rises more than far",
 }
-"""What is counted, and what it means: each at .05, the first and the last before Holm's correction."""
+"""What is counted, and what it means: each at .05 by the rule of the report, the first and the last by Holm's p."""
+
+
+ANALYSIS = 2
+"""Number of the analysis, told in the file of experiments: those of another are not gone on with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +55,8 @@ class Model:
         focus.
     between
         Standard deviation over subjects of the logarithm of each rise.
+    between_scenes
+        The same over scenes, which all subjects share.
     scenes
         Standard deviation of what a subject adds to the logarithm of all ratings of a scene.
     noise
@@ -66,6 +73,7 @@ class Model:
     effect: float = 1.3
     far_effect: float = 1.0
     between: float = 0.15
+    between_scenes: float = 0.05
     scenes: float = 0.1
     noise: float = 0.3
     lapses: float = 0.01
@@ -75,7 +83,7 @@ class Model:
             value = getattr(self, name)
             if not 0.1 <= value <= 10:
                 raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10: 1 is no effect.")
-        for name in ("between", "scenes", "noise"):
+        for name in ("between", "between_scenes", "scenes", "noise"):
             value = getattr(self, name)
             if not 0 <= value <= 3:
                 raise InputError(f"{name} is {value!r}, but must be a standard deviation of a logarithm, from 0 to 3.")
@@ -114,10 +122,12 @@ class Study:
             raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
         if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
             raise InputError("The design has one aperture or one fixation only: there is nothing to compare.")
+        if "pinhole" not in self.design.apertures:
+            raise InputError("The design has no pinhole: the rise is measured from it.")
 
     def told(self) -> dict[str, object]:
         """All of it, as a file may tell it."""
-        told = {"bound": self.bound, "seed": self.seed, "model": dataclasses.asdict(self.model)}
+        told = {"bound": self.bound, "seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
 
@@ -179,6 +189,11 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
     """
     told = design.model_dump_json()
     tables = []
+    tilt = {
+        (scene, fixation): rng.normal(0, model.between_scenes)
+        for scene in design.scenes
+        for fixation in ("nearest", "farthest")
+    }
     for number in range(1, subjects + 1):
         trials = _trials(told, f"{number:02}")
         own = {
@@ -190,7 +205,10 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         table = _columns(told, f"{number:02}")
         level = np.array(
             [
-                0.0 if trial.catch else own[trial.fixation] * trial.aperture_mm / largest + of_scene[trial.scene]
+                0.0
+                if trial.catch
+                else (own[trial.fixation] + tilt[trial.scene, trial.fixation]) * trial.aperture_mm / largest
+                + of_scene[trial.scene]
                 for trial in trials
             ]
         )
@@ -239,14 +257,14 @@ def experiment(study: Study, subjects: int, number: int) -> dict[str, float | No
     of = {each.fixation: each for each in result.fixations}
     for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
         rise = of[fixation].rise if fixation in of else None
-        if isinstance(rise, Interval) and rise.low and rise.high:
-            told[width] = math.log(rise.high / rise.low)
-    if "nearest" in of and isinstance(slope := of["nearest"].slope, Effect):
-        told["near_slope"] = float(slope.p < 0.05 and slope.estimate > 0)
+        if isinstance(rise, Effect):
+            told[width] = rise.high - rise.low
+    if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
+        told["near_rise"] = float(near.significant and near.estimate > 0)
     if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
         told["far_equivalent"] = float(equal.equivalent)
     if isinstance(result.interaction, Effect):
-        told["interaction"] = float(result.interaction.p < 0.05 and result.interaction.estimate > 0)
+        told["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
     return told
 
 
@@ -363,9 +381,9 @@ def power(experiments: pd.DataFrame) -> list[Power]:
 
     Examples
     --------
-    >>> rows = [{"subjects": 6, "left_out": 0, "near_slope": one, "far_equivalent": 0, "interaction": 1,
+    >>> rows = [{"subjects": 6, "left_out": 0, "near_rise": one, "far_equivalent": 0, "interaction": 1,
     ...          "width": 0.1, "far_width": 0.1} for one in (0, 1, 1, 1)]
-    >>> power(pd.DataFrame(rows))[0].found["near_slope"]
+    >>> power(pd.DataFrame(rows))[0].found["near_rise"]
     0.75
     """
     summed = []

@@ -34,7 +34,7 @@ def test_both_curves_are_drawn_with_their_axis_and_all_subjects(data):
     assert near["low"][-1] < near["estimate"][-1] < near["high"][-1]
     assert far["estimate"][-1] == pytest.approx(1, abs=0.25)
     assert len(near["subjects"]) == 8
-    assert shown.summary["p_of_the_slope_with_nearest_in_focus"] < 0.001
+    assert shown.summary["p_by_holm_of_the_rise_with_nearest_in_focus"] < 0.001
 
 
 def test_of_people_the_picture_says_nothing_of_simulation(tmp_path):

@@ -171,7 +171,7 @@ def test_the_analysis_tells_observers_apart(design, seen):
     for name, observer in OBSERVERS.items():
         result = depth_rating(ratings(double, observer, 20, seen), equivalence_bound=1.2)
         near, far = result.fixations
-        found[name] = [one.slope.p < 0.05 and one.slope.estimate > 0 for one in (near, far)]
+        found[name] = [one.rise.significant and one.rise.estimate > 0 for one in (near, far)]
         found[name] += [one.equivalence.equivalent for one in (near, far)]
     rises, flat = [True, False], [False, True]
     assert found["default"] == [rises[0], flat[0], rises[1], flat[1]]

@@ -34,7 +34,14 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
 )
 @click.option("--far-effect", type=float, default=1.0, show_default=True, help="Far rise: 1 is none.")
 @click.option(
-    "--between", type=float, default=0.15, show_default=True, help="Sd over subjects of the logarithm of each rise."
+    "--between", type=float, default=0.15, show_default=True, help="SD over subjects of the log of each rise."
+)
+@click.option(
+    "--between-scenes",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="The same over scenes, which all subjects share.",
 )
 @click.option("--noise", type=float, default=0.3, show_default=True, help="Sd of the logarithm of one rating.")
 @click.option("--lapses", type=float, default=0.01, show_default=True, help="Share of ratings that mean nothing.")
@@ -59,6 +66,7 @@ def power(
     effect: float,
     far_effect: float,
     between: float,
+    between_scenes: float,
     noise: float,
     lapses: float,
     bound: float,
@@ -69,9 +77,9 @@ def power(
 ) -> None:
     """Simulate whole experiments, and count how many find the effect.
 
-    Subjects are drawn from a statistical model, which the options tell; each experiment goes through the whole
-    analysis: exclusions, mixed model, equivalence. Writes power.csv and the figure (PNG, PDF). Every experiment is kept
-    in experiments.jsonl as soon as it is done: cut off, the same command goes on.
+    Subjects are drawn from a statistical model, given by the options; each experiment goes through the whole
+    analysis: exclusions, tests by Holm's p, equivalence. Writes power.csv and the figure (PNG, PDF). Every experiment
+    is kept in experiments.jsonl as soon as it is done: cut off, the same command goes on.
 
     \b
     Example:
@@ -86,7 +94,14 @@ def power(
     shown = DepthRatingDesign() if design is None else load_design(design)
     if not isinstance(shown, DepthRatingDesign):
         raise InputError(f"{design} is a design of {shown.task}, but must be one of depthrating.")
-    model = Model(effect=effect, far_effect=far_effect, between=between, noise=noise, lapses=lapses)
+    model = Model(
+        effect=effect,
+        far_effect=far_effect,
+        between=between,
+        between_scenes=between_scenes,
+        noise=noise,
+        lapses=lapses,
+    )
     study = Study(model, shown, bound, seed)
     writable(out, ["experiments.jsonl", "power.csv", "power.png", "power.pdf"], [] if design is None else [design])
     total = len(subjects) * experiments

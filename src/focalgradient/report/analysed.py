@@ -26,7 +26,7 @@ from focalgradient.statistics import (
 __all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings"]
 
 BOUND = 1.2
-"""Rise at the largest aperture, as a ratio, below which there is as good as none: unless another is stated."""
+"""Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class Ratings:
     kept, quality
         The rows that the rules kept, and what they left out.
     result
-        What the ratings say, or why they say nothing.
+        The analysis of the ratings, or why there is none.
     simulated
         Whether observers were simulated.
     """
@@ -54,13 +54,14 @@ class Ratings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reports:
-    """Experiment 2, analysed: see `Ratings`."""
+    """Experiment 2, analysed: see `Ratings`; `shortest_both` is that of `focalgradient.statistics.necker`."""
 
     data: DataSet
     kept: pd.DataFrame
     quality: Quality
     result: NeckerResult | NotComputed
     simulated: bool
+    shortest_both: float
 
 
 def analyse_ratings(
@@ -98,8 +99,11 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
     data = read_dataset(root, ["necker"])
     table = _table(data, data.necker, "reports on the cube")
     kept, found = quality(table, rules)
-    result: NeckerResult | NotComputed = necker(kept) if found.subjects_after else _nobody(found)
-    return Reports(data, kept, found, result, _simulated(table))
+    shortest = found.rules.shortest_both
+    result: NeckerResult | NotComputed = _nobody(found)
+    if found.subjects_after:
+        result = necker(kept, shortest_both=shortest)
+    return Reports(data, kept, found, result, _simulated(table), shortest)
 
 
 def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:

@@ -1,4 +1,7 @@
-"""Result records as tables to read: an effect with its interval and test; what was not done says why below."""
+"""Result records as tables to read: an effect with its interval and test; the reason for what is missing stands below.
+
+Numbers are as the APA's manual writes them: two decimals of t, d and ratios, no zero before what cannot exceed 1.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import pandas as pd
 
 from focalgradient.report.document import Table
 from focalgradient.statistics import (
+    Components,
     DepthRatingResult,
     DurationFit,
     Effect,
@@ -19,11 +23,21 @@ from focalgradient.statistics import (
     NeckerResult,
     NotComputed,
     Quality,
-    Trend,
     as_table,
 )
 
-__all__ = ["SPACE", "Sheet", "interval", "necker_sheets", "number", "probability", "quality_sheets", "rating_sheets"]
+__all__ = [
+    "SPACE",
+    "Sheet",
+    "decimals",
+    "freedom",
+    "interval",
+    "necker_sheets",
+    "number",
+    "probability",
+    "quality_sheets",
+    "rating_sheets",
+]
 
 NONE = "–"
 
@@ -64,9 +78,33 @@ def probability(p: float | None) -> str:
     return f"<{SPACE}.001" if p < 0.001 else f"{p:.3f}".removeprefix("0")
 
 
-def interval(low: float | None, high: float | None) -> str:
-    """Ends in brackets."""
-    return NONE if low is None or high is None else f"[{number(low)},{SPACE}{number(high)}]"
+def decimals(value: float | None, places: int = 2) -> str:
+    """A number to so many decimals.
+
+    >>> decimals(-0.123), decimals(14.2), decimals(None)
+    ('−0.12', '14.20', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return NONE
+    text = f"{value:.{places}f}"
+    return (text.removeprefix("-") if float(text) == 0 else text).replace("-", "−")
+
+
+def freedom(df: float) -> str:
+    """Degrees of freedom: whole ones as such.
+
+    >>> freedom(7), freedom(14.2)
+    ('7', '14.20')
+    """
+    return f"{df:.0f}" if float(df).is_integer() else f"{df:.2f}"
+
+
+def interval(low: float | None, high: float | None, places: int | None = None) -> str:
+    """Ends in brackets, to three digits or to so many decimals."""
+    if low is None or high is None:
+        return NONE
+    ends = (number(low), number(high)) if places is None else (decimals(low, places), decimals(high, places))
+    return f"[{ends[0]},{SPACE}{ends[1]}]"
 
 
 class _Cells:
@@ -79,27 +117,34 @@ class _Cells:
         self.notes[f"{NONE}: {result.reason}"] = None
         return [NONE] * cells
 
-    def interval(self, result: Interval | NotComputed, factor: float = 1.0) -> list[str]:
+    def interval(self, result: Interval | NotComputed, factor: float = 1.0, places: int = 2) -> list[str]:
         """Estimate and interval."""
         if isinstance(result, NotComputed):
             return self.missing(result, 2)
         low, high = (None if end is None else factor * end for end in (result.low, result.high))
-        return [number(factor * result.estimate), interval(low, high)]
+        return [decimals(factor * result.estimate, places), interval(low, high, places)]
 
-    def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, odds: bool = False) -> list[str]:
-        """Estimate, interval, test, p and p by Holm."""
+    def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, ratio: bool = False) -> list[str]:
+        """Estimate, interval, test, p and p by Holm; a `ratio` is that of which the effect is the logarithm."""
         if isinstance(result, NotComputed):
             return self.missing(result, 5)
         self.notes.update(dict.fromkeys(result.remarks))
-        ends = (factor * result.estimate, factor * result.low, factor * result.high)
-        told, low, high = map(math.exp, ends) if odds else ends
-        return [number(told), interval(low, high), *self.test(result)]
+        if ratio:
+            ends = result.ratio
+            return [decimals(ends.estimate), interval(ends.low, ends.high, 2), *self.test(result)]
+        low, high = factor * result.low, factor * result.high
+        return [number(factor * result.estimate), interval(low, high), *self.test(result)]
+
+    def dz(self, result: Effect | NotComputed) -> list[str]:
+        """d_z and its interval."""
+        found = result.dz_interval if isinstance(result, Effect) else None
+        return [NONE, NONE] if found is None else [decimals(found.estimate), interval(found.low, found.high, 2)]
 
     def test(self, result: Effect | NotComputed) -> list[str]:
         """Test, p and p by Holm."""
         if isinstance(result, NotComputed):
             return self.missing(result, 3)
-        statistic = f"t({result.df:g}){SPACE}={SPACE}{number(result.statistic)}"
+        statistic = f"t({freedom(result.df)}){SPACE}={SPACE}{decimals(result.statistic)}"
         return [statistic, probability(result.p), probability(result.p_holm)]
 
 
@@ -141,68 +186,93 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
 def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
     """Tables of experiment 1."""
     sheets = [Sheet("depth_rating_subjects.csv", None, as_table(result.subject_means))]
-    if result.scale == "ratio":
-        cells = _Cells()
-        rows = [
-            [
-                mean.fixation,
-                mean.aperture,
-                number(mean.aperture_mm),
-                str(mean.subjects),
-                *cells.interval(mean.rating),
-                *cells.interval(mean.ratio),
-                *(cells.test(mean.against_pinhole) if mean.aperture_mm else [NONE] * 3),
-                number(mean.against_pinhole.dz) if isinstance(mean.against_pinhole, Effect) else NONE,
-            ]
-            for mean in result.means
-        ]
-        header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 % (BCa)"]
-        header += ["test of the ratio", "p", "p (Holm)", "d_z"]
-        caption = "Ratings and their ratio to the pinhole: geometric means over subjects"
-        sheets.append(_sheet("depth_rating_means.csv", caption, header, rows, result.means, cells))
-        sheets.append(_slopes(result))
-    sheets += (
-        [_trends(result), _equivalence(result)] if result.scale == "ratio" else [_trends(result), _ordinal(result)]
+    if result.scale == "ordinal":
+        return [*sheets, _ordinal(result)]
+    if result.scene_means:
+        sheets.append(Sheet("depth_rating_scenes.csv", None, as_table(result.scene_means)))
+    return [*sheets, _rises(result), _equivalence(result), _means(result), _slopes(result), _components(result)]
+
+
+def _rises(result: DepthRatingResult) -> Sheet:
+    cells = _Cells()
+    tests: list[tuple[str, str, Effect | NotComputed]] = []
+    for each in result.fixations:
+        tests += [(each.fixation, "subjects and scenes", each.rise), (each.fixation, THESE, each.rise_these_scenes)]
+    for name, test in (
+        ("subjects and scenes", result.interaction),
+        (THESE, result.interaction_these_scenes),
+    ):
+        tests.append(("nearest / farthest", name, test))
+    rows = [[fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)] for fixation, over, test in tests]
+    digits = [
+        {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
+        for fixation, over, test in tests
+    ]
+    header = ["in focus", "holds for other", "rise (ratio to pinhole)", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    caption = (
+        f"Rise of the ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s correction "
+        "is over the rises and their ratio"
     )
-    return sheets
+    return _sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
+
+
+THESE = "subjects; these scenes"
+
+
+def _means(result: DepthRatingResult) -> Sheet:
+    cells = _Cells()
+    rows = [
+        [
+            mean.fixation,
+            mean.aperture,
+            number(mean.aperture_mm),
+            str(mean.subjects),
+            *cells.interval(mean.rating),
+            *(cells.interval(mean.ratio) if mean.aperture_mm else ["1", NONE]),
+            *(cells.test(mean.against_pinhole) if mean.aperture_mm else [NONE] * 3),
+            *(cells.dz(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
+        ]
+        for mean in result.means
+    ]
+    header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 %"]
+    header += ["test of the ratio", "p", "p (Holm)", "d_z", "95 %"]
+    caption = "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over all rows"
+    return _sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
 
 
 def _slopes(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     tests: list[tuple[str, str, Effect | NotComputed]] = []
     for each in result.fixations:
-        tests += [(each.fixation, "mixed model", each.slope), (each.fixation, "two stages", each.two_stage)]
-    tests.append(("nearest − farthest", "two stages", result.interaction))
-    rows, digits = [], []
-    for fixation, model, test in tests:
-        dz = number(test.dz) if isinstance(test, Effect) else NONE
-        rises = [NONE, NONE]
-        if isinstance(test, Effect):
-            ends = (math.exp(result.largest_mm * end) for end in (test.estimate, test.low, test.high))
-            rise, low, high = ends
-            rises = [number(rise), interval(low, high)]
-        rows.append([fixation, model, *cells.effect(test), dz, *rises])
-        digits.append({"fixation": fixation, "model": model} | as_table([test]).iloc[0].to_dict())
-    header = ["in focus", "model", "slope (log ratio / mm)", "95 %", "test", "p", "p (Holm)", "d_z"]
-    header += [f"rise at {result.largest_mm:.3g} mm (ratio)", "95 %"]
-    caption = "Change of the ratings with blur; Holm’s correction is over the mixed models’ slopes and their difference"
+        tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
+        tests.append((each.fixation, "lack of fit (log ratio at half the largest aperture)", each.curvature))
+    rows = [[fixation, what, *cells.effect(test), *cells.dz(test)] for fixation, what, test in tests]
+    digits = [
+        {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
+    ]
+    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    caption = (
+        "Trend: straight line through the apertures, and how far a parabola leaves it; Holm’s correction is over each"
+    )
     return _sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
 
 
-def _trends(result: DepthRatingResult) -> Sheet:
+def _components(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
-    rows = []
+    rows, digits = [], []
     for each in result.fixations:
-        if isinstance(each.trend, Trend):
-            page = [number(each.trend.statistic, 5), probability(each.trend.p)]
-            rows.append([each.fixation, *page, *cells.effect(each.trend.over_subjects)[:4]])
+        found = each.components
+        digits.append({"fixation": each.fixation} | as_table([found]).iloc[0].to_dict())
+        if isinstance(found, Components):
+            parts = [decimals(sd, 3) for sd in (found.subjects, found.scenes, found.residual)]
+            check = [decimals(found.shapiro_w, 3), probability(found.shapiro_p), decimals(found.largest)]
+            rows.append([each.fixation, found.formula, *parts, *check])
         else:
-            rows.append([each.fixation, *cells.missing(each.trend, 6)])
-    header = ["in focus", "Page’s L", "p (one-sided)", "mean rank correlation over subjects", "95 %", "test", "p"]
-    digits = [{"fixation": each.fixation} | as_table([each.trend]).iloc[0].to_dict() for each in result.fixations]
-    return _sheet(
-        "depth_rating_trend.csv", "Whether ratings rise in the order of apertures", header, rows, digits, cells
-    )
+            rows.append([each.fixation, *cells.missing(found, 7)])
+    header = ["in focus", "model", "SD of subjects", "SD of scenes", "SD of residuals"]
+    header += ["Shapiro-Wilk W", "p", "largest residual (SD)"]
+    caption = "Model of the rise (log ratio of each subject and scene), its variance components and residuals"
+    return _sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 
 
 def _equivalence(result: DepthRatingResult) -> Sheet:
@@ -211,17 +281,17 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
     for each in result.fixations:
         test = each.equivalence
         if isinstance(test, Equivalence):
-            bound, rise = math.exp(test.bound), math.exp(test.estimate)
-            ends = interval(math.exp(test.low), math.exp(test.high))
-            told = [f"{1 / bound:.3g} ... {bound:.3g}", number(rise), ends]
+            bound = math.exp(test.bound)
+            ends = interval(math.exp(test.low), math.exp(test.high), 2)
+            told = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
             ps = [probability(p) for p in (test.p_below, test.p_above, test.p)]
             rows.append([each.fixation, *told, *ps, "yes" if test.equivalent else "not shown"])
         else:
             rows.append([each.fixation, *cells.missing(test, 7)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
-    caption = "Whether the rise is as good as none (two one-sided tests)"
-    return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to none"], rows, digits, cells)
+    caption = "Whether the rise is equivalent to zero (two one-sided tests, over subjects and scenes)"
+    return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
 
 
 def _ordinal(result: DepthRatingResult) -> Sheet:
@@ -237,34 +307,27 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     cells = _Cells()
     rows = []
     for share in result.shares:
-        reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100)
+        reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100, 1)
         told = [share.gradient, number(share.strength), share.percept]
-        rows.append([*told, *cells.interval(share.time, 100), *reports])
-    header = [
-        "blur agrees with",
-        "mm",
-        "percept",
-        "share of time (%)",
-        "95 % (BCa)",
-        "share of reports (%)",
-        "95 % (BCa)",
-    ]
+        rows.append([*told, *cells.interval(share.time, 100, 1), *reports])
+    header = ["blur agrees with", "mm", "percept", "share of time (%)", "95 %", "share of reports (%)", "95 %"]
     sheets = [
         Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
-        _sheet("necker_shares.csv", "What was seen, means over subjects", header, rows, result.shares, cells),
+        _sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
     ]
     cells = _Cells()
     rows = []
     for effect in result.effects:
         told = [effect.gradient, number(effect.strength)]
-        dz = number(effect.share.dz) if isinstance(effect.share, Effect) else NONE
-        change = [*cells.effect(effect.share, 100), dz, probability(effect.wilcoxon_p)]
+        ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
+        change = [*cells.effect(effect.share, 100), *cells.dz(effect.share), *ranks]
         rows.append([*told, "change of share of time (points)", *change])
         for name, odds in (("time", effect.odds_of_time), ("reports", effect.odds_of_reports)):
-            rows.append([*told, f"odds ratio, {name}", *cells.effect(odds, odds=True), NONE, NONE])
+            rows.append([*told, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
+    header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
-    sheets.append(_sheet("necker_effects.csv", caption, [*header, "p (Wilcoxon)"], rows, result.effects, cells))
+    sheets.append(_sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
     cells = _Cells()
     rows = []
     for each in result.dominance:

@@ -1,4 +1,4 @@
-"""What a report says in sentences: findings in short, and methods as a paper needs them."""
+"""The sentences of a report: findings in short, and methods as a paper needs them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
-from focalgradient.report.tables import SPACE, interval, number, probability
+from focalgradient.report.tables import SPACE, decimals, freedom, interval, probability
 from focalgradient.statistics import (
     DepthRatingResult,
     Effect,
     Equivalence,
-    Interval,
+    FixationResult,
     NeckerResult,
     NotComputed,
     Quality,
@@ -34,30 +34,63 @@ def counts(found: Quality) -> str:
 
 
 def rating_findings(result: DepthRatingResult) -> list[str]:
-    """Experiment 1 in a few sentences."""
+    """Experiment 1 in a few sentences, the primary outcome first."""
     told = []
     for each in result.fixations:
         subject = f"With {OBJECT[each.fixation]}"
-        slope = each.ordinal if result.scale == "ordinal" else each.slope
-        if isinstance(slope, NotComputed):
-            told.append(f"{subject} there is no test of the slope: {slope.reason}")
+        if result.scale == "ordinal":
+            told.append(_ordinal_sentence(subject, each.ordinal))
             continue
-        what = "did not change reliably" if slope.p >= 0.05 else "rose" if slope.estimate > 0 else "fell"
-        sentence = f"{subject}, ratings {what} with blur ({_test(slope)}"
-        if isinstance(each.rise, Interval):
-            ends = interval(each.rise.low, each.rise.high)
-            sentence += f"; rise at the largest aperture {number(each.rise.estimate)}, 95 % {ends}"
-        sentence += ")."
-        if isinstance(each.equivalence, Equivalence) and slope.p >= 0.05:
-            bound = math.exp(each.equivalence.bound)
-            within = "is" if each.equivalence.equivalent else "is not shown to be"
-            sentence += f" The rise {within} as good as none within a factor {bound:.3g}"
-            sentence += f" (two one-sided tests, p {_is(each.equivalence.p)})."
-        told.append(sentence)
+        if isinstance(each.rise, NotComputed):
+            told.append(f"{subject}, the rise was not tested: {each.rise.reason}")
+        else:
+            told.append(_rise_sentence(subject, each, result))
     if isinstance(result.interaction, Effect):
-        differ = "differ" if result.interaction.p < 0.05 else "do not differ reliably"
-        told.append(f"The slopes of the two fixations {differ} ({_test(result.interaction)}).")
+        differ = "differed" if result.interaction.significant else "did not differ reliably"
+        ratio = result.interaction.ratio
+        ends = interval(ratio.low, ratio.high, 2)
+        told.append(
+            f"The two rises {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
+            f"{_test(result.interaction)})."
+        )
+    if told and result.scale == "ratio":
+        told[0] = f"Primary outcome. {told[0]}"
     return told
+
+
+def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
+    """The rise with its test, the same for these scenes where that is another, equivalence, and lack of fit."""
+    rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
+    assert isinstance(rise, Effect)
+    what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
+    over = "other subjects and scenes" if "Satterthwaite" in rise.method else "other subjects, with these scenes"
+    sentence = (
+        f"{subject}, ratings {what} from the pinhole to the largest aperture (ratio {decimals(ratio.estimate)}, "
+        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_dz(rise)}); this holds for {over}."
+    )
+    fixed = each.rise_these_scenes
+    if "Satterthwaite" in rise.method and isinstance(fixed, Effect):
+        ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
+        sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
+    if isinstance(each.equivalence, Equivalence):
+        bound = math.exp(each.equivalence.bound)
+        within = "is" if each.equivalence.equivalent else "is not shown to be"
+        ends = interval(math.exp(each.equivalence.low), math.exp(each.equivalence.high), 2)
+        sentence += (
+            f" The rise {within} equivalent to zero within a factor of {decimals(bound)} (two one-sided tests, "
+            f"90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)})."
+        )
+    if isinstance(each.curvature, Effect) and each.curvature.significant:
+        bend = "flattens" if each.curvature.estimate * rise.estimate > 0 else "steepens"
+        sentence += f" The curve is not straight: it {bend} towards the largest aperture ({_test(each.curvature)})."
+    return sentence
+
+
+def _ordinal_sentence(subject: str, slope: Effect | NotComputed) -> str:
+    if isinstance(slope, NotComputed):
+        return f"{subject}, the slope was not tested: {slope.reason}"
+    what = "did not change reliably" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
+    return f"{subject}, ratings {what} with blur ({_test(slope)})."
 
 
 def necker_findings(result: NeckerResult) -> list[str]:
@@ -69,10 +102,16 @@ def necker_findings(result: NeckerResult) -> list[str]:
             told.append(f"{blur} was not tested: {effect.share.reason}")
             continue
         share = effect.share
-        verb = "left" if share.p >= 0.05 else "raised" if share.estimate > 0 else "lowered"
-        change = f"{number(100 * share.estimate)} points, 95 % {interval(100 * share.low, 100 * share.high)}"
-        unchanged = " without reliable change" if share.p >= 0.05 else ""
-        told.append(f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}).")
+        verb = "left" if not share.significant else "raised" if share.estimate > 0 else "lowered"
+        change = f"{decimals(100 * share.estimate, 1)} percentage points, 95{SPACE}% CI "
+        change += interval(100 * share.low, 100 * share.high, 1)
+        unchanged = "" if share.significant else " without reliable change"
+        told.append(
+            f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_dz(share)}; "
+            f"Wilcoxon p{SPACE}{_is(effect.wilcoxon_p_holm)})."
+        )
+    if told:
+        told.append("p values are corrected by Holm’s method over the gradients.")
     return told
 
 
@@ -91,24 +130,29 @@ def methods_ratings(part: Ratings, bound: float, scale: Scale) -> list[str]:
     ]
     if scale == "ratio":
         told.append(
-            "Ratings were analysed on their logarithm and are given as ratios; means are geometric. For each "
-            "fixation a linear mixed model with random intercepts and slopes of the subjects, correlated, and scenes "
-            "as fixed effects was fitted by REML to the logarithm of the rating against the diameter of the aperture "
-            "(the pinhole is 0), its slope referred to Student’s t with N − 1 degrees of freedom. The interaction of "
-            "blur with fixation was tested by a paired t-test of the subjects’ own least-squares slopes. Slopes and "
-            "interaction were corrected by Holm’s method as one family, the comparisons of single apertures with the "
-            "pinhole (paired t-tests) as another. Absence of an increase was tested by two one-sided tests against a "
-            f"factor {bound:.3g} at the largest aperture, the smallest that would matter. Order was tested by Page’s "
-            "trend test, and by a t-test of the subjects’ rank correlations with the order of apertures. Intervals "
-            "of ratios are BCa bootstrap intervals over subjects (9,999 resamples); those of ratings are within "
-            "subjects (Cousineau, Morey). Tests are two-sided unless stated, at .05."
+            "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The primary "
+            "outcome is the rise: the log ratio of the rating at the largest aperture to that at the pinhole, one "
+            "value for each subject and scene (repetitions averaged). Its mean was tested with subjects and "
+            "scenes crossed as random effects, log_ratio ~ 1 + (1 | participant_id) + (1 | scene): variance from "
+            "the mean squares of subjects, scenes and residuals, the scenes’ component not below zero, Student’s "
+            "t with Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; with fewer than five scenes "
+            "they are taken as fixed). A t-test of the subjects’ means stands beside it, for these scenes only. "
+            "The difference of the rises of the two fixations was tested in the same way. Equivalence to zero was "
+            f"tested by two one-sided tests against a factor of {bound:.3g}, the smallest rise that would matter. "
+            "As a trend, the least-squares slope of the log rating on the diameter of the aperture, and its lack "
+            "of fit (the quadratic part), were tested likewise. Probabilities were corrected by Holm’s method "
+            "within each family: the rises with their difference, the comparisons of apertures with the pinhole, "
+            "the slopes, the tests of lack of fit; a result is called reliable where the corrected p is below "
+            ".05. Each equivalence test is one question and is not corrected. Intervals of ratios are 95 % "
+            "intervals by t on the logarithm, not adjusted for several tests; those of ratings are within "
+            "subjects (Cousineau, Morey). Tests are two-sided unless stated."
         )
     else:
         told.append(
             "Answers were steps of an ordinal scale. For each fixation a cumulative-link mixed model (logit) with "
             "random intercepts and slopes of the subjects, and scenes as fixed effects, was fitted by adaptive "
             "Gauss-Hermite quadrature; its slope on the diameter of the aperture was referred to Student’s t with N "
-            "− 1 degrees of freedom. Order was tested by Page’s trend test."
+            "− 1 degrees of freedom."
         )
     return told
 
@@ -130,8 +174,10 @@ def methods_necker(part: Reports) -> list[str]:
         "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and by marginal logistic "
         "models (GEE, independence, standard errors corrected for few subjects after Mancl and DeRouen, t with N − 1 "
         "degrees of freedom) of each trial’s share of time and of single reports; Holm’s method corrects each kind "
-        "over gradients. Gamma and log-normal distributions were fitted to the durations of each percept by maximum "
-        "likelihood, durations cut off by the end of a trial as lower limits.",
+        "over gradients, and a change is called reliable where the corrected p is below .05. Intervals are 95 % "
+        f"intervals over subjects by t. Both keys held for less than {part.shortest_both:g} s were taken as a change "
+        "from one to the other, not as a report. Gamma and log-normal distributions were fitted to the durations of "
+        "each percept by maximum likelihood, durations cut off by the end of a trial as lower limits.",
     ]
 
 
@@ -188,11 +234,18 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 
 
 def _test(effect: Effect) -> str:
-    holm = "" if effect.p_holm is None else f", by Holm {_is(effect.p_holm)}"
-    return f"t({effect.df:g}){SPACE}={SPACE}{number(effect.statistic)}, p{SPACE}{_is(effect.p)}{holm}"
+    """The statistic and the p that decides: Holm's where there is one."""
+    name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
+    return f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
 
 
-def _is(p: float) -> str:
+def _dz(effect: Effect) -> str:
+    """d_z with its interval, after a test."""
+    dz = effect.dz_interval
+    return "" if dz is None else f", d_z{SPACE}={SPACE}{decimals(dz.estimate)} {interval(dz.low, dz.high, 2)}"
+
+
+def _is(p: float | None) -> str:
     text = probability(p)
     return text if text.startswith("<") else f"={SPACE}{text}"
 

@@ -4,21 +4,24 @@
 `NotComputed` stands in its place and says why. Everything generalises over subjects, also where they are few.
 """
 
+from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import Dominance, GradientEffect, NeckerResult, PerceptShare, SubjectShare, necker
 from focalgradient.statistics.durations import DurationFit
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
-from focalgradient.statistics.hypotheses import Equivalence, Trend
+from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
     RatingMean,
     Scale,
+    SceneMean,
     SubjectMean,
     depth_rating,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
 
 __all__ = [
+    "Components",
     "DepthRatingResult",
     "Dominance",
     "DurationFit",
@@ -35,10 +38,10 @@ __all__ = [
     "RatingMean",
     "Rules",
     "Scale",
+    "SceneMean",
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
-    "Trend",
     "as_table",
     "depth_rating",
     "necker",

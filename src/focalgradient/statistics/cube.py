@@ -17,13 +17,17 @@ from scipy import stats
 from focalgradient.errors import InputError
 from focalgradient.statistics.durations import DurationFit, Family, fit_durations
 from focalgradient.statistics.marginal import marginal_effect
-from focalgradient.statistics.means import bootstrap_interval, family, paired_effect
+from focalgradient.statistics.means import family, holm, paired_effect, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
-__all__ = ["Dominance", "GradientEffect", "NeckerResult", "PerceptShare", "SubjectShare", "necker"]
+__all__ = ["SHORTEST_BOTH", "Dominance", "GradientEffect", "NeckerResult", "PerceptShare", "SubjectShare", "necker"]
 
 READINGS = ("rigid", "nonrigid")
+
+SHORTEST_BOTH = 0.25
+"""Seconds for which both keys must be held to be a report: about a simple reaction time (Luce 1986), the time that one
+hand's release may follow the other's press."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,7 @@ class PerceptShare:
     gradient, strength, percept
         Which.
     time
-        Mean share of the trials' time, with the bootstrap interval over subjects (BCa). What no report covers
+        Mean share of the trials' time, with the 95 % interval over subjects (t). What no report covers
         is "none".
     reports
         Mean share of the reports that are not "none", likewise.
@@ -106,7 +110,7 @@ class GradientEffect:
         Which.
     share
         Mean over subjects of the change in the nonrigid share of time: from their own shares, by a t-test.
-    wilcoxon_p
+    wilcoxon_p, wilcoxon_p_holm
         Of the same changes by Wilcoxon's signed ranks, which supposes no normal distribution; None where all are zero.
     odds_of_time, odds_of_reports
         Log odds ratios of the nonrigid reading, in each trial's time and in its reports: marginal models (GEE).
@@ -120,6 +124,7 @@ class GradientEffect:
     strength: float
     share: Effect | NotComputed
     wilcoxon_p: float | None
+    wilcoxon_p_holm: float | None
     odds_of_time: Effect | NotComputed
     odds_of_reports: Effect | NotComputed
 
@@ -150,13 +155,16 @@ class NeckerResult:
     remarks: tuple[str, ...]
 
 
-def necker(table: pd.DataFrame) -> NeckerResult:
+def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> NeckerResult:
     """Analyse reports on the turning Necker cube.
 
     Parameters
     ----------
     table
         One row a report: see `focalgradient.statistics.tables.report_table`. Catch trials are left out.
+    shortest_both
+        Both keys held for less than this, in seconds, is a change from one to the other and no report: its time is
+        counted as "none".
 
     Returns
     -------
@@ -182,9 +190,11 @@ def necker(table: pd.DataFrame) -> NeckerResult:
     ('nonrigid', 0.375)
     """
     table = report_table(table)
-    table = table[~table["catch"]]
+    table = table[~table["catch"]].copy()
     if table.empty:
         raise InputError("All trials are catch trials: there are no reports to analyse.")
+    brief = (table["percept"] == "both") & (table["duration"] < shortest_both)
+    table["percept"] = table["percept"].mask(brief, "none")
     trials = _trials(table)
     seen = table[table["percept"].isin(READINGS)]
     conditions = sorted(
@@ -255,8 +265,8 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
         elif not counted.any():
             reports = NotComputed("There are no reports.")
         else:
-            reports = bootstrap_interval((own[f"{percept}_reports"] / counted)[counted > 0])
-        shares.append(PerceptShare(*condition, percept, bootstrap_interval(own[f"{percept}_time"] / whole), reports))
+            reports = t_interval((own[f"{percept}_reports"] / counted)[counted > 0])
+        shares.append(PerceptShare(*condition, percept, t_interval(own[f"{percept}_time"] / whole), reports))
     return shares
 
 
@@ -285,7 +295,7 @@ def _effects(
             continue
         if plain not in conditions:
             missing = NotComputed("No trials are without a gradient: there is nothing to compare with.")
-            effects.append(GradientEffect(gradient, strength, missing, None, missing, missing))
+            effects.append(GradientEffect(gradient, strength, missing, None, None, missing, missing))
             continue
         pairs = own[gradient, strength]["nonrigid"] - own[plain]["nonrigid"]
         change = pairs.dropna().to_numpy()
@@ -305,13 +315,20 @@ def _effects(
             answers: NDArray[np.float64] = np.asarray(answer[used], dtype=float)
             odds.append(marginal_effect(answers, with_it[used].to_numpy(), subject))
         share = paired_effect(change, "the subjects' own changes of share, paired t-test")
-        effects.append(GradientEffect(gradient, strength, share, _signed_ranks(change), *odds))
+        effects.append(GradientEffect(gradient, strength, share, _signed_ranks(change), None, *odds))
     shares = family(effect.share for effect in effects)
     times = family(effect.odds_of_time for effect in effects)
     reports = family(effect.odds_of_reports for effect in effects)
+    ranks = holm([np.nan if effect.wilcoxon_p is None else effect.wilcoxon_p for effect in effects])
     return tuple(
-        replace(effect, share=share, odds_of_time=time, odds_of_reports=report)
-        for effect, share, time, report in zip(effects, shares, times, reports, strict=True)
+        replace(
+            effect,
+            share=share,
+            wilcoxon_p_holm=None if np.isnan(p) else float(p),
+            odds_of_time=time,
+            odds_of_reports=report,
+        )
+        for effect, share, p, time, report in zip(effects, shares, ranks, times, reports, strict=True)
     )
 
 

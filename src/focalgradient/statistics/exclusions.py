@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.cube import SHORTEST_BOTH
 from focalgradient.statistics.tables import rating_table, report_table
 
 __all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "quality"]
@@ -40,6 +41,8 @@ class Rules:
         lapse.
     lapses
         Largest share of lapses; with the cube, of the time with no key or both held.
+    shortest_both
+        Both keys of the cube held for less than this, in seconds, is a change from one to the other and no report.
 
     Raises
     ------
@@ -55,6 +58,7 @@ class Rules:
     repeat_factor: float | None = 2.0
     lapse_factor: float = 3.0
     lapses: float | None = 0.2
+    shortest_both: float = SHORTEST_BOTH
 
     def __post_init__(self) -> None:
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
@@ -69,6 +73,8 @@ class Rules:
             value = getattr(self, name)
             if value is not None and not value > 1:
                 raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
+        if not 0 <= self.shortest_both < math.inf:
+            raise InputError(f"shortest_both is {self.shortest_both!r}, but must be a time in seconds, 0 or more.")
         if self.dropped_frames is not None and self.dropped_frames < 0:
             raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")
 

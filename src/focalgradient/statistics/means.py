@@ -1,4 +1,4 @@
-"""Means over subjects with their intervals: within subjects, and by resampling whole subjects."""
+"""Means over subjects: their intervals within and between subjects, tests of them, and families of tests."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from scipy import stats
 
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
-__all__ = ["bootstrap_interval", "family", "paired_effect", "student_effect", "within_half_widths"]
-
-RESAMPLES = 9999
-SEED = 1987
+__all__ = ["family", "holm", "paired_effect", "student_effect", "t_interval", "within_half_widths"]
 
 
 def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
@@ -48,27 +45,21 @@ def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
     return stats.t.ppf((1 + CONFIDENCE) / 2, subjects - 1) * error
 
 
-def bootstrap_interval(values: ArrayLike) -> Interval:
-    """The mean over subjects and its 95 % interval by resampling subjects: bias-corrected, accelerated (Efron 1987).
-
-    The same values give the same interval: the seed is fixed. Equal values have no width.
+def t_interval(values: ArrayLike) -> Interval:
+    """The mean over subjects and its 95 % interval by Student's t.
 
     Examples
     --------
-    >>> mean = bootstrap_interval([0.1, 0.4, 0.2, 0.3, 0.9, 0.2])
+    >>> mean = t_interval([0.1, 0.4, 0.2, 0.3, 0.9, 0.2])
     >>> round(mean.estimate, 2), round(mean.low, 2), round(mean.high, 2)
-    (0.35, 0.2, 0.68)
+    (0.35, 0.05, 0.65)
     """
-    values = np.sort(np.asarray(values, dtype=float))  # the same whatever the order of subjects
+    values = np.asarray(values, dtype=float)
     mean = float(values.mean())
     if values.size < 2:
         return Interval(mean, None, None)
-    if np.ptp(values) <= 1e-12 * np.abs(values).max():
-        return Interval(mean, mean, mean)
-    ends = stats.bootstrap(
-        (values,), np.mean, confidence_level=CONFIDENCE, n_resamples=RESAMPLES, method="BCa", rng=SEED
-    ).confidence_interval
-    return Interval(mean, float(ends.low), float(ends.high))
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1) * values.std(ddof=1) / math.sqrt(values.size))
+    return Interval(mean, mean - half, mean + half)
 
 
 def student_effect(
@@ -77,22 +68,33 @@ def student_effect(
     subjects: int,
     method: str,
     *,
+    df: float | None = None,
     dz: float | None = None,
     remarks: tuple[str, ...] = (),
 ) -> Effect:
-    """An estimate and its standard error referred to Student's t with a degree of freedom less than subjects.
+    """An estimate and its standard error referred to Student's t, with a degree of freedom less than subjects or `df`.
 
     Examples
     --------
     >>> round(student_effect(2.0, 1.0, 10, "an example").p, 4)
     0.0766
     """
-    df = subjects - 1
+    df = subjects - 1 if df is None else df
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * standard_error
     statistic = estimate / standard_error
     p = 2 * float(stats.t.sf(abs(statistic), df))
     return Effect(
-        estimate, estimate - half, estimate + half, standard_error, statistic, df, p, dz, subjects, method, remarks
+        estimate,
+        estimate - half,
+        estimate + half,
+        standard_error,
+        statistic,
+        df,
+        p,
+        dz,
+        subjects,
+        method,
+        remarks,
     )
 
 
@@ -124,8 +126,28 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
     return student_effect(mean, sd / math.sqrt(subjects), subjects, method, dz=mean / sd)
 
 
+def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
+    """Probabilities of one family corrected by Holm's (1979) step-down method, along the last axis.
+
+    NaN, a test that was not done, stays NaN and does not count.
+
+    Examples
+    --------
+    >>> holm([0.01, 0.04, 0.03]).round(3)
+    array([0.03, 0.06, 0.06])
+    """
+    p = np.asarray(probabilities, dtype=float)
+    order = np.argsort(p, axis=-1)  # NaN last
+    tests = np.isfinite(p).sum(axis=-1, keepdims=True)
+    factor = tests - np.arange(p.shape[-1])
+    stepped = np.minimum(np.maximum.accumulate(np.take_along_axis(p, order, -1) * factor, axis=-1), 1.0)
+    corrected = np.empty_like(p)
+    np.put_along_axis(corrected, order, stepped, -1)
+    return corrected
+
+
 def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
-    """The tests of one family, with probabilities corrected by Holm's (1979) step-down method.
+    """The tests of one family, with probabilities corrected by `holm`.
 
     Examples
     --------
@@ -134,10 +156,8 @@ def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
     [0.0766, 0.0062]
     """
     tests = list(tests)
-    done = sorted((test.p, place) for place, test in enumerate(tests) if isinstance(test, Effect))
-    corrected, least = {}, 0.0
-    for step, (p, place) in enumerate(done):
-        corrected[place] = least = min(1.0, max(least, (len(done) - step) * p))
+    corrected = holm([test.p if isinstance(test, Effect) else math.nan for test in tests])
     return [
-        replace(test, p_holm=corrected[place]) if isinstance(test, Effect) else test for place, test in enumerate(tests)
+        replace(test, p_holm=float(p)) if isinstance(test, Effect) else test
+        for test, p in zip(tests, corrected, strict=True)
     ]

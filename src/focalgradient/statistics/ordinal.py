@@ -18,7 +18,7 @@ from scipy import optimize
 from focalgradient.statistics.means import student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["NODES", "CumulativeFit", "cumulative_fit", "ordinal_slope"]
+__all__ = ["NODES", "CumulativeFit", "cumulative_fit", "design_matrix", "ordinal_slope"]
 
 FloatArray = NDArray[np.float64]
 
@@ -58,6 +58,20 @@ class CumulativeFit:
     at_boundary: bool
 
 
+def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
+    """Columns 1 and the amount, then one for each kind of material (scene) after the first: its difference to that.
+
+    Examples
+    --------
+    >>> design_matrix(np.array([0.0, 2.0]), np.array(["room", "terrain"], dtype=object))
+    array([[1., 0., 0.],
+           [1., 2., 1.]])
+    """
+    return np.column_stack([np.ones(len(amount)), amount, *(kinds == kind for kind in sorted(set(kinds))[1:])]).astype(
+        float
+    )
+
+
 def ordinal_slope(answers: NDArray[np.int_], design: FloatArray, subject: NDArray[np.int_]) -> Effect | NotComputed:
     """Slope of ordinal answers, in log odds of a higher answer a unit of the amount; random intercepts and slopes.
 
@@ -66,7 +80,7 @@ def ordinal_slope(answers: NDArray[np.int_], design: FloatArray, subject: NDArra
     answers
         Category of each trial.
     design
-        A row a trial: 1, the amount, then covariates: see `focalgradient.statistics.slopes.design_matrix`.
+        A row a trial: 1, the amount, then covariates: see `design_matrix`.
     subject
         Number of each trial's subject, from 0 up.
 

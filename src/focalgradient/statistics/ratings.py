@@ -1,27 +1,32 @@
 """Experiment 1: whether a scene looks deeper with more blur, the nearest object in focus or the farthest.
 
-Ratings are ratios to a standard, so everything is done on their logarithm, and said as ratios. Subjects are what the
-results are meant to hold beyond: every interval and test is over subjects.
+Ratings are ratios to a standard, so everything is done on their logarithm and given as ratios. Results are meant to
+hold for other subjects and other scenes: both are random in the headline test; one for these scenes stands beside it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hypotheses import Equivalence, Trend, equivalence, trend
-from focalgradient.statistics.means import bootstrap_interval, family, paired_effect, within_half_widths
-from focalgradient.statistics.ordinal import ordinal_slope
+from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
+from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
+from focalgradient.statistics.hypotheses import Equivalence, equivalence
+from focalgradient.statistics.means import family, t_interval, within_half_widths
+from focalgradient.statistics.ordinal import design_matrix, ordinal_slope
 from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.slopes import design_matrix, mixed_slope, own_slopes, two_stage_slope
 from focalgradient.statistics.tables import FIXATIONS, rating_table
 
-__all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SubjectMean", "depth_rating"]
+__all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
+
+FloatArray = NDArray[np.float64]
 
 Scale = Literal["ratio", "ordinal"]
 """What the ratings are: ratios to the standard, or steps in order (whole numbers)."""
@@ -65,9 +70,11 @@ class RatingMean:
     rating
         Geometric mean over subjects, with the within-subject interval (Cousineau and Morey).
     ratio
-        Geometric mean of the subjects' ratios to the pinhole, with the bootstrap interval over subjects (BCa).
+        Geometric mean of the subjects' own ratios to the pinhole, with the interval of `against_pinhole`.
     against_pinhole
-        Test of the logarithm of that ratio, corrected by Holm over all apertures and fixations.
+        The logarithm of that ratio over subjects and scenes, corrected by Holm over all apertures and fixations.
+    these_scenes
+        The same over subjects, for these scenes only.
     """
 
     fixation: str
@@ -77,6 +84,18 @@ class RatingMean:
     rating: Interval
     ratio: Interval | NotComputed
     against_pinhole: Effect | NotComputed
+    these_scenes: Effect | NotComputed
+
+
+@dataclass(frozen=True, slots=True)
+class SceneMean:
+    """One scene with one aperture and fixation: geometric mean of the ratios to the pinhole, interval by t."""
+
+    scene: str
+    fixation: str
+    aperture: str
+    aperture_mm: float
+    ratio: Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,32 +106,40 @@ class FixationResult:
     ----------
     fixation
         The object in focus.
-    slope
-        Change of the logarithm of the rating for a millimetre of aperture (mixed model).
-    two_stage
-        The same from the subjects' own slopes: a check, with more power where subjects hardly differ.
     rise
-        What that makes at the largest aperture, as a ratio to no blur.
-    trend
-        Whether ratings rise in the order of the apertures: Page's test, and one over subjects.
+        Log ratio of the rating at the largest aperture to that at the pinhole, as each subject gave it for each scene;
+        subjects and scenes random (`Effect.ratio` is the ratio).
+    rise_these_scenes
+        The same over subjects, for these scenes only.
+    slope
+        Trend: the logarithm of the rating for a millimetre of aperture, least squares within each subject and scene.
+    curvature
+        Lack of fit of that straight line: the parabola at half the largest aperture, less the line.
     equivalence
-        Whether the logarithm of the rise is as good as none, within the bound stated in advance.
+        Whether the rise is equivalent to zero, within the bound stated in advance.
+    components
+        Variance components of the rise, and a check of its residuals.
     ordinal
         Change of the log odds of a higher answer for a millimetre of aperture, where the scale was ordinal.
+
+    Notes
+    -----
+    Slopes are corrected by Holm as one family, lack of fit as another.
     """
 
     fixation: str
+    rise: Effect | NotComputed
+    rise_these_scenes: Effect | NotComputed
     slope: Effect | NotComputed
-    two_stage: Effect | NotComputed
-    rise: Interval | NotComputed
-    trend: Trend | NotComputed
+    curvature: Effect | NotComputed
     equivalence: Equivalence | NotComputed
+    components: Components | NotComputed
     ordinal: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
 class DepthRatingResult:
-    """What the depth ratings say.
+    """Results of the depth ratings.
 
     Parameters
     ----------
@@ -122,34 +149,52 @@ class DepthRatingResult:
         How many ratings were analysed; catch trials are not.
     scale
         What the ratings are.
+    scenes
+        Their names.
     largest_mm
         The largest aperture.
     subject_means
         Every subject's geometric means.
+    scene_means
+        Every scene's ratios to the pinhole: on the ratio scale only.
     means
         Those over subjects: on the ratio scale only.
     fixations
         The results of each fixation present.
     interaction
-        Mean over subjects of the slope with the nearest object in focus less that with the farthest.
+        The rise with the nearest object in focus less that with the farthest.
+    interaction_these_scenes
+        The same over subjects, for these scenes only.
     remarks
         What was left out of which result and why, a sentence each.
 
     Notes
     -----
-    Two families are corrected by Holm: the slopes with their interaction, and the comparisons with the pinhole. The
-    equivalence test asks its own question.
+    Each of these families is corrected by Holm: the rises with their difference (subjects and scenes random; and again
+    for these scenes), the comparisons of apertures with the pinhole, the slopes, the tests of lack of fit. Each
+    equivalence test is one question of its own and is not corrected.
     """
 
     participants: tuple[str, ...]
     trials: int
     scale: Scale
+    scenes: tuple[str, ...]
     largest_mm: float
     subject_means: tuple[SubjectMean, ...]
+    scene_means: tuple[SceneMean, ...]
     means: tuple[RatingMean, ...]
     fixations: tuple[FixationResult, ...]
     interaction: Effect | NotComputed
+    interaction_these_scenes: Effect | NotComputed
     remarks: tuple[str, ...]
+
+    def summary(self) -> str:
+        """The rises and their difference, a line each."""
+        lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
+        tests = [(f"log rise, {each.fixation} in focus", each.rise) for each in self.fixations]
+        for name, test in [*tests, ("difference", self.interaction)]:
+            lines.append(f"{name}: {test.reason if isinstance(test, NotComputed) else test.summary()}")
+        return "\n".join(lines)
 
 
 def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio") -> DepthRatingResult:
@@ -161,7 +206,7 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
         One row a trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are left out.
     equivalence_bound
         The smallest increase at the largest aperture that would matter, as a ratio above 1 and stated before the data
-        were seen: at 1.2, a rise between 1 / 1.2 and 1.2 is as good as none.
+        were seen: at 1.2, a rise between 1 / 1.2 and 1.2 is equivalent to none.
     scale
         "ordinal" for answers in steps: then ratios mean nothing, and order and the cumulative-link model remain.
 
@@ -202,81 +247,95 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = [fixation for fixation in FIXATIONS if (table["fixation"] == fixation).any()]
-    fixations = [_fixation(table, fixation, equivalence_bound, scale, remarks) for fixation in present]
-    interaction = _interaction(table, scale)
-    slopes = family([*(result.slope for result in fixations), interaction])
+    of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
+    found = [_fixation(table, name, of[name], equivalence_bound, scale, remarks) for name in present]
+    interaction, fixed = _interaction(of, scale)
+    rises = family([*(each.rise for each in found), interaction])
+    here = family([*(each.rise_these_scenes for each in found), fixed])
+    slopes, curves = family(each.slope for each in found), family(each.curvature for each in found)
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
         scale=scale,
+        scenes=tuple(sorted(set(table["scene"].astype(str)))),
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
-        means=_means(table, remarks) if scale == "ratio" else (),
-        fixations=tuple(replace(result, slope=slope) for result, slope in zip(fixations, slopes, strict=False)),
-        interaction=slopes[-1],
+        scene_means=_scene_means(table, of) if scale == "ratio" else (),
+        means=_means(table, of, remarks) if scale == "ratio" else (),
+        fixations=tuple(
+            replace(each, rise=rise, rise_these_scenes=fixed, slope=slope, curvature=curve)
+            for each, rise, fixed, slope, curve in zip(found, rises, here, slopes, curves, strict=False)
+        ),
+        interaction=rises[-1],
+        interaction_these_scenes=here[-1],
         remarks=tuple(dict.fromkeys(remarks)),
     )
 
 
-def _fixation(table: pd.DataFrame, fixation: str, bound: float, scale: Scale, remarks: list[str]) -> FixationResult:
-    rows = table[table["fixation"] == fixation]
-    subject, design = pd.factorize(rows["participant_id"], sort=True)[0], _design(rows, remarks)
-    largest = float(rows["aperture_mm"].max())
-    slope: Effect | NotComputed
-    two_stage: Effect | NotComputed
-    rise: Interval | NotComputed
-    equal: Equivalence | NotComputed
-    ordinal: Effect | NotComputed
-    if scale == "ratio":
-        slope, two_stage = (fit(rows["answer"].to_numpy(), design, subject) for fit in (mixed_slope, two_stage_slope))
-        ordinal = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
-    else:
-        slope = two_stage = NotComputed("The scale is ordinal: its steps have no ratios.")
-        ordinal = ordinal_slope(rows["rating"].to_numpy().astype(int), design, subject)
-    if isinstance(slope, NotComputed):
-        rise = equal = slope
-    else:
-        rise = _exponential(Interval(largest * slope.estimate, largest * slope.low, largest * slope.high))
-        equal = equivalence(largest * slope.estimate, largest * slope.standard_error, slope.subjects, math.log(bound))
-    cells = rows.pivot_table(index="participant_id", columns="aperture_mm", values="answer", aggfunc="mean")
-    whole = cells.dropna()
-    if len(whole) < len(cells):
-        left = _names(cells.index.difference(whole.index))
-        remarks.append(f"Page's test ({fixation}) leaves out {left}: no answers to some aperture.")
-    return FixationResult(fixation, slope, two_stage, rise, trend(whole), equal, ordinal)
+ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
 
 
-def _design(rows: pd.DataFrame, remarks: list[str]) -> np.ndarray:
-    """Blur and scenes; without the scenes where each was shown with one aperture only, so that they cannot be told."""
-    amount = rows["aperture_mm"].to_numpy()
-    design = design_matrix(amount, rows["scene"].to_numpy(dtype=object))
-    if np.linalg.matrix_rank(design[:, 1:] - design[:, 1:].mean(axis=0)) == design.shape[1] - 1 or np.ptp(amount) == 0:
-        return design
-    remarks.append("Scenes and apertures cannot be told apart: the slopes are not corrected for scenes.")
-    return design[:, :2]
-
-
-def _interaction(table: pd.DataFrame, scale: Scale) -> Effect | NotComputed:
-    """The subjects' own differences of slopes.
-
-    A mixed model of the interaction has ten variances and covariances, more than a few subjects can tell; in a balanced
-    design its test is this one.
-    """
+def _fixation(
+    table: pd.DataFrame, fixation: str, own: Cells, bound: float, scale: Scale, remarks: list[str]
+) -> FixationResult:
     if scale == "ordinal":
-        return NotComputed("The scale is ordinal: its steps have no ratios.")
-    slopes = {}
-    for fixation in FIXATIONS:
         rows = table[table["fixation"] == fixation]
-        if rows.empty:
-            return NotComputed(f"No trials have the {fixation} object fixated: there is nothing to compare.")
-        subject, names = pd.factorize(rows["participant_id"], sort=True)
-        own = own_slopes(rows["answer"].to_numpy(), _design(rows, []), subject)
-        slopes[fixation] = pd.Series(own, index=names)
-    near, far = (slopes[fixation] for fixation in FIXATIONS)
-    return paired_effect(
-        (near - far).dropna().to_numpy(),
-        "least-squares slopes of each subject's own, nearest less farthest in focus, t-test of their mean",
-    )
+        subject = pd.factorize(rows["participant_id"], sort=True)[0]
+        design = design_matrix(rows["aperture_mm"].to_numpy(), rows["scene"].to_numpy(dtype=object))
+        slope = ordinal_slope(rows["rating"].to_numpy().astype(int), design, subject)
+        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, slope)
+    if not own.scenes:
+        remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
+    missing = _no_ratio(own, fixation)
+    rise: Effect | NotComputed = missing
+    fixed: Effect | NotComputed = missing
+    equal: Equivalence | NotComputed = missing
+    parts: Components | NotComputed = missing
+    if not missing.reason:
+        rises = own.against_smallest(-1)
+        rise, fixed, parts = crossed_effect(rises), over_subjects(rises), components(rises, "log_ratio")
+        equal = rise if isinstance(rise, NotComputed) else equivalence(rise, math.log(bound))
+        if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
+            left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
+            remarks.append(
+                f"The rise ({fixation}) leaves out {left}: no answers to the largest aperture or the pinhole."
+            )
+    trends = [
+        weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+        for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
+    ]
+    ordinal = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
+    return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts, ordinal)
+
+
+def _no_ratio(own: Cells, fixation: str) -> NotComputed:
+    """Why there is no ratio to the pinhole; no reason where there is one."""
+    if own.amounts[0] != 0:
+        return NotComputed(f"No pinhole trials have the {fixation} object fixated: there is no ratio to them.")
+    return NotComputed("There is the pinhole only: there is no larger aperture." if len(own.amounts) < 2 else "")
+
+
+def _interaction(of: Mapping[str, Cells], scale: Scale) -> tuple[Effect | NotComputed, Effect | NotComputed]:
+    """The difference of the two rises of each subject and scene, over both; and for these scenes."""
+    if scale == "ordinal":
+        return ORDINAL, ORDINAL
+    rises = []
+    for fixation in FIXATIONS:
+        if fixation not in of:
+            missing = NotComputed(f"No trials have the {fixation} object fixated: there is nothing to compare.")
+            return missing, missing
+        if (missing := _no_ratio(of[fixation], fixation)).reason:
+            return missing, missing
+        own = of[fixation]
+        names = list(own.scenes) or [""]
+        rises.append(pd.DataFrame(own.against_smallest(-1), index=list(own.subjects), columns=names))
+    near, far = rises
+    if near.columns[0] == "" or far.columns[0] == "":
+        near, far = near.mean(axis=1).to_frame(), far.mean(axis=1).to_frame()
+    difference = (near - far).to_numpy()
+    if not np.isfinite(difference).any():
+        difference = (near.mean(axis=1) - far.mean(axis=1)).to_frame().to_numpy()
+    return crossed_effect(difference), over_subjects(difference)
 
 
 def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
@@ -297,39 +356,67 @@ def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
     )
 
 
-def _means(table: pd.DataFrame, remarks: list[str]) -> tuple[RatingMean, ...]:
-    cells = table.pivot_table(
+def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMean, ...]:
+    names = table.drop_duplicates("aperture_mm").set_index("aperture_mm")["aperture"]
+    means = []
+    for fixation, own in of.items():
+        if own.amounts[0] != 0:
+            continue
+        for column, scene in enumerate(own.scenes):
+            for number, mm in enumerate(own.amounts):
+                logs = own.against_smallest(number)[:, column]
+                logs = logs[np.isfinite(logs)]
+                if len(logs):
+                    ratio = _exponential(t_interval(logs))
+                    means.append(SceneMean(scene, fixation, str(names[mm]), float(mm), ratio))
+    return tuple(means)
+
+
+def _means(table: pd.DataFrame, of: Mapping[str, Cells], remarks: list[str]) -> tuple[RatingMean, ...]:
+    logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
     aperture = table.drop_duplicates("aperture_mm").set_index("aperture_mm")["aperture"].sort_index()
-    keys = [(fixation, float(mm)) for fixation in FIXATIONS for mm in aperture.index if (fixation, mm) in cells]
-    whole = cells.dropna()
-    if len(whole) < len(cells):
-        left = _names(cells.index.difference(whole.index))
+    keys = [(fixation, float(mm)) for fixation in FIXATIONS for mm in aperture.index if (fixation, mm) in logs]
+    whole = logs.dropna()
+    if len(whole) < len(logs):
+        left = _names(logs.index.difference(whole.index))
         remarks.append(f"The within-subject intervals leave out {left}: no answers to some aperture.")
     widths = within_half_widths(whole[keys]) if len(whole) else np.full(len(keys), np.nan)
-    means, tests = [], []
+    means = []
     for (fixation, mm), width in zip(keys, widths, strict=True):
-        level = float(cells[fixation, mm].mean())
+        level, own = float(logs[fixation, mm].mean()), of[fixation]
         ends = (level - width, level + width) if math.isfinite(width) else (None, None)
-        ratio: Interval | NotComputed
         test: Effect | NotComputed
+        fixed: Effect | NotComputed
+        ratio: Interval | NotComputed
         if mm == 0:
-            ratio, test = Interval(1.0, 1.0, 1.0), NotComputed("The pinhole is what the others are compared with.")
-        elif (fixation, 0.0) not in cells:
-            ratio = test = NotComputed(
-                f"No pinhole trials have the {fixation} object fixated: there is no ratio to them."
-            )
-        elif (logs := (cells[fixation, mm] - cells[fixation, 0.0]).dropna()).empty:
-            ratio = test = NotComputed(f"No subject has both {aperture[mm]} and pinhole trials.")
+            test = fixed = NotComputed("The pinhole is what the others are compared with.")
+            ratio = Interval(1.0, 1.0, 1.0)
+        elif (missing := _no_ratio(own, fixation)).reason:
+            ratio = test = fixed = missing
         else:
-            ratio = _exponential(bootstrap_interval(logs))
-            test = paired_effect(logs, "paired t-test of the logarithms")
-        tests.append(test)
-        subjects = int(cells[fixation, mm].notna().sum())
+            rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
+            test, fixed = crossed_effect(rises), over_subjects(rises)
+            ratio = test.ratio if isinstance(test, Effect) else _alone(rises, str(aperture[mm]))
         rating = _exponential(Interval(level, *ends))
-        means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test))
-    return tuple(replace(mean, against_pinhole=test) for mean, test in zip(means, family(tests), strict=True))
+        subjects = int(logs[fixation, mm].notna().sum())
+        means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test, fixed))
+    tests = zip(
+        means,
+        family(mean.against_pinhole for mean in means),
+        family(mean.these_scenes for mean in means),
+        strict=True,
+    )
+    return tuple(replace(mean, against_pinhole=test, these_scenes=fixed) for mean, test, fixed in tests)
+
+
+def _alone(rises: FloatArray, aperture: str) -> Interval | NotComputed:
+    """The mean ratio where there is no test of it: one subject, or subjects who are all alike."""
+    own = np.array([row[np.isfinite(row)].mean() for row in rises if np.isfinite(row).any()])
+    if not len(own):
+        return NotComputed(f"No subject has both {aperture} and pinhole trials.")
+    return _exponential(t_interval(own))
 
 
 def _exponential(logs: Interval) -> Interval:
@@ -337,5 +424,5 @@ def _exponential(logs: Interval) -> Interval:
     return Interval(math.exp(logs.estimate), low, high)
 
 
-def _names(index: pd.Index) -> str:
+def _names(index: Iterable[object]) -> str:
     return ", ".join(map(str, index))

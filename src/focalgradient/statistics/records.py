@@ -1,8 +1,9 @@
-"""What an analysis says: an effect with its interval and test, or why there is none."""
+"""Results of an analysis: an effect with its interval and test, or why there is none."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -70,6 +71,57 @@ class Effect:
     remarks: tuple[str, ...] = ()
     p_holm: float | None = None
 
+    @property
+    def significant(self) -> bool:
+        """Whether the test rejects at .05, by Holm's p where the test belongs to a family: the rule everywhere."""
+        return (self.p if self.p_holm is None else self.p_holm) < ALPHA
+
+    @property
+    def ratio(self) -> Interval:
+        """The estimate and its interval out of the logarithm: for an effect on a logarithm."""
+        return Interval(math.exp(self.estimate), math.exp(self.low), math.exp(self.high))
+
+    @property
+    def dz_interval(self) -> Interval | None:
+        """d_z with its 95 % interval: those d_z whose noncentral t has the one found at its 2.5 and 97.5 %.
+
+        Examples
+        --------
+        >>> effect = Effect(0.2, 0.1, 0.3, 0.04, 2.53, 9, 0.032, 0.8, 10, "an example")
+        >>> round(effect.dz_interval.low, 3), round(effect.dz_interval.high, 3)
+        (0.065, 1.503)
+        """
+        if self.dz is None:
+            return None
+        from scipy import optimize, stats
+
+        df, root = self.subjects - 1, math.sqrt(self.subjects)
+        t = self.dz * root
+        reach = 12 * math.sqrt(1 + t**2 / (2 * df))  # standard errors of t: far beyond both ends
+
+        def beyond(center: float, share: float) -> float:
+            found = float(stats.nct.cdf(t, df, center))
+            return (found if math.isfinite(found) else float(center < t)) - share  # NaN far off in the tails
+
+        shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
+        low, high = (optimize.brentq(beyond, t - reach, t + reach, args=(share,)) / root for share in shares)
+        return Interval(self.dz, low, high)
+
+    def summary(self) -> str:
+        """The effect in a line, as a paper gives it.
+
+        Examples
+        --------
+        >>> Effect(0.2, 0.1, 0.3, 0.04, 5.0, 7, 0.0016, 1.77, 8, "an example").summary()
+        '0.200, 95 % interval 0.100 to 0.300, t(7) = 5.00, p = .002'
+        """
+        p = self.p if self.p_holm is None else self.p_holm
+        value = "< .001" if p < 0.001 else f"= {p:.3f}".replace("0.", ".", 1)
+        name = "p" if self.p_holm is None else "p (Holm)"
+        df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
+        ends = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}"
+        return f"{ends}, t({df}) = {self.statistic:.2f}, {name} {value}"
+
 
 def as_table(records: Iterable[Any]) -> pd.DataFrame:
     """Records of one kind as a table, one a row: for CSV and for reports. A record inside gives a column a field.
@@ -79,4 +131,16 @@ def as_table(records: Iterable[Any]) -> pd.DataFrame:
     >>> as_table([NotComputed("There is one subject only.")])["reason"][0]
     'There is one subject only.'
     """
-    return pd.json_normalize([dataclasses.asdict(record) for record in records])
+    return pd.json_normalize([_fields(record) for record in records])
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    """Fields by name, records within as dicts; an effect has the ends of d_z's interval, too."""
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        found[field.name] = _fields(value) if dataclasses.is_dataclass(value) else value
+    if isinstance(record, Effect):
+        dz = record.dz_interval
+        found |= {"dz_low": dz and dz.low, "dz_high": dz and dz.high}
+    return found

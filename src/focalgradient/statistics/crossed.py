@@ -1,0 +1,237 @@
+"""An effect over subjects and scenes at once: both are samples, and the result is meant for others of either kind.
+
+One number a subject and scene (a log ratio, a slope): value = mean + subject + scene + residual. The mean's variance
+comes from the mean squares of that table, its degrees of freedom from Satterthwaite's (1946) approximation: the
+quasi-F of Clark (1973). In a complete table this is what REML gives, as in lmerTest; gaps are filled by the additive
+model, a degree of freedom less for each (Yates 1933).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse, stats
+
+from focalgradient.statistics.means import paired_effect, student_effect
+from focalgradient.statistics.records import Effect, NotComputed
+
+__all__ = ["FEWEST_SCENES", "Components", "Moments", "components", "crossed_effect", "moments", "over_subjects"]
+
+FloatArray = NDArray[np.float64]
+
+FEWEST_SCENES = 5
+"""Scenes below which nothing is said beyond them: with 2 the crossed test finds up to .11 of nothing at .05, with 3 up
+to .07, with 5 at most .05 (simulated, N = 4 to 20, scenes that differ by a standard deviation of 0.1)."""
+
+SWEEPS = 200
+"""Of the additive model through a table with gaps; it stops sooner where nothing moves any more."""
+
+CROSSED = "mean over subjects and scenes, both random, Satterthwaite's t"
+THESE = "mean over subjects, for these scenes, t on subjects - 1"
+
+
+@dataclass(frozen=True, slots=True)
+class Moments:
+    """What one or many tables of subjects by scenes give; each field has the shape of the tables' leading axes.
+
+    Parameters
+    ----------
+    mean, standard_error, df
+        The mean, its standard error and Satterthwaite's degrees of freedom, subjects and scenes both random.
+    subjects, scenes, residual
+        Mean squares.
+    """
+
+    mean: FloatArray
+    standard_error: FloatArray
+    df: FloatArray
+    subjects: FloatArray
+    scenes: FloatArray
+    residual: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Components:
+    """The variance components behind an effect, and a check of what is left.
+
+    Parameters
+    ----------
+    formula
+        The model, as R's lme4 writes it.
+    subjects, scenes, residual
+        Standard deviations over subjects, over scenes, and of the residuals; 0 where the estimate is negative.
+    shapiro_w, shapiro_p
+        Shapiro and Wilk's test that the residuals are normal.
+    largest
+        Largest residual over their standard deviation.
+    """
+
+    formula: str
+    subjects: float
+    scenes: float
+    residual: float
+    shapiro_w: float
+    shapiro_p: float
+    largest: float
+
+
+def moments(cells: ArrayLike, missing: int = 0) -> Moments:
+    """Mean, standard error and degrees of freedom of complete tables.
+
+    Parameters
+    ----------
+    cells
+        Shape (..., subjects, scenes), two or more of each; many tables are done at once.
+    missing
+        How many cells of each table were filled in: so many degrees of freedom less for the residual.
+
+    Notes
+    -----
+    The scenes' variance is taken as 0 where its estimate is negative, so the error is never below that over subjects
+    alone. Where scenes do not differ this is careful: intervals of 95 % cover 97 %.
+
+    Examples
+    --------
+    >>> found = moments([[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]])
+    >>> round(float(found.mean), 3), round(float(found.standard_error), 3), round(float(found.df), 2)
+    (0.289, 0.103, 2.82)
+    """
+    cells = np.asarray(cells, dtype=float)
+    subjects, scenes = cells.shape[-2:]
+    mean = cells.mean(axis=(-2, -1))
+    rows, columns = cells.mean(axis=-1), cells.mean(axis=-2)
+    of_rows, of_columns = scenes * rows.var(axis=-1, ddof=1), subjects * columns.var(axis=-1, ddof=1)
+    left = cells - rows[..., :, None] - columns[..., None, :] + mean[..., None, None]
+    freedom = max((subjects - 1) * (scenes - 1) - missing, 1)
+    residual = (left**2).sum(axis=(-2, -1)) / freedom
+    both = of_rows + of_columns - residual
+    with np.errstate(divide="ignore", invalid="ignore"):
+        satterthwaite = both**2 / (of_rows**2 / (subjects - 1) + of_columns**2 / (scenes - 1) + residual**2 / freedom)
+    differ = of_columns > residual
+    variance = np.where(differ, both, of_rows)
+    df = np.where(differ, satterthwaite, subjects - 1.0)
+    return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
+
+
+def over_subjects(cells: ArrayLike) -> Effect | NotComputed:
+    """The mean of the subjects' own means, for these scenes only, by Student's t.
+
+    Parameters
+    ----------
+    cells
+        A row a subject, a column a scene; NaN where there is no value.
+
+    Examples
+    --------
+    >>> round(over_subjects([[0.1, 0.3], [0.2, 0.4], [0.3, 0.1]]).p, 3)
+    0.02
+    """
+    shared = _used(cells)
+    if not np.isnan(shared).any():
+        return paired_effect(shared.mean(axis=1), THESE)
+    means = _filled(shared).mean(axis=1) if _connected(shared) else np.nanmean(shared, axis=1)
+    return paired_effect(means, THESE)
+
+
+def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
+    """The mean of a table of subjects by scenes, generalised over both where there are five or more scenes.
+
+    Parameters
+    ----------
+    cells
+        A row a subject, a column a scene; NaN where there is no value.
+
+    Returns
+    -------
+    Effect
+        `method` says whether scenes are random. d_z is that of the subjects' own means.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> table = 0.3 + rng.normal(0, 0.2, (8, 1)) + rng.normal(0, 0.1, (1, 12)) + rng.normal(0, 0.2, (8, 12))
+    >>> effect = crossed_effect(table)
+    >>> round(effect.estimate, 2), round(effect.df, 1), effect.method
+    (0.32, 7.0, "mean over subjects and scenes, both random, Satterthwaite's t")
+    """
+    shared = _used(cells)
+    subjects, scenes = shared.shape
+    gaps = int(np.isnan(shared).sum())
+    own = over_subjects(shared)
+    if isinstance(own, NotComputed) or scenes < FEWEST_SCENES or not _connected(shared):
+        return own
+    found = moments(_filled(shared), gaps)
+    remarks = (f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the additive model fills them.",)
+    return student_effect(
+        float(found.mean),
+        float(found.standard_error),
+        subjects,
+        CROSSED,
+        df=float(found.df),
+        dz=own.dz,
+        remarks=remarks if gaps else (),
+    )
+
+
+def components(cells: ArrayLike, response: str) -> Components | NotComputed:
+    """The variance components of the model of `crossed_effect`, and whether its residuals look normal.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> found = components(rng.normal(0, 0.2, (8, 1)) + rng.normal(0, 0.3, (8, 12)), "log_ratio")
+    >>> found.formula, round(found.residual, 2)
+    ('log_ratio ~ 1 + (1 | participant_id) + (1 | scene)', 0.27)
+    """
+    shared = _used(cells)
+    subjects, scenes = shared.shape
+    if subjects < 2 or scenes < 2 or not _connected(shared):
+        return NotComputed("Variance components need two or more subjects who share two or more scenes.")
+    whole = _filled(shared)
+    found = moments(whole, int(np.isnan(shared).sum()))
+    rows, columns = whole.mean(axis=1, keepdims=True), whole.mean(axis=0, keepdims=True)
+    left = (whole - rows - columns + whole.mean())[np.isfinite(shared)]
+    residual = math.sqrt(float(found.residual))
+    if residual <= 1e-12 or len(left) < 4:  # Shapiro and Wilk need a few
+        return NotComputed("Nothing is left beside subjects and scenes: there are no residuals to check.")
+    w, p = stats.shapiro(left[:: max(1, len(left) // 4000)])  # beyond 5000 its p is not accurate
+    of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
+    of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
+    formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
+    largest = float(np.abs(left).max() / residual)
+    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest)
+
+
+def _used(cells: ArrayLike) -> FloatArray:
+    """Without the subjects and the scenes that have no value."""
+    table = np.atleast_2d(np.asarray(cells, dtype=float))
+    table = table[np.isfinite(table).any(axis=1)]
+    return table[:, np.isfinite(table).any(axis=0)]
+
+
+def _connected(cells: FloatArray) -> bool:
+    """Whether every subject can be compared with every other through scenes that they share."""
+    if np.isfinite(cells).all():
+        return True
+    subjects = len(cells)
+    row, column = np.nonzero(np.isfinite(cells))
+    graph = sparse.coo_matrix((np.ones(len(row)), (row, subjects + column)), shape=(sum(cells.shape),) * 2)
+    return int(sparse.csgraph.connected_components(graph, directed=False)[0]) == 1
+
+
+def _filled(cells: FloatArray) -> FloatArray:
+    """Gaps filled with subject + scene, fitted to the rest by least squares."""
+    gaps = np.isnan(cells)
+    if not gaps.any():
+        return cells
+    whole = np.where(gaps, np.nanmean(cells), cells)
+    for _ in range(SWEEPS):
+        fit = whole.mean(axis=1, keepdims=True) + whole.mean(axis=0, keepdims=True) - whole.mean()
+        moved = float(np.abs(fit - whole)[gaps].max())
+        whole = np.where(gaps, fit, cells)
+        if moved < 1e-10:
+            break
+    return whole
