@@ -8,7 +8,8 @@ from pathlib import Path
 from report import Progress
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign
-from focalgradient.observers import cubes, looks, processes, simulate, small_set
+from focalgradient.observers import cubes, looks, simulate, small_set
+from focalgradient.parallel import processes
 
 __all__ = ["OBSERVERS", "SEED", "take_part"]
 

@@ -13,6 +13,7 @@ from focalgradient import InputError, power
 from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
 from focalgradient.design import DepthRatingDesign
+from focalgradient.parallel import processes
 from focalgradient.plotting.subjects import power_figure
 from focalgradient.power import Model, Study, experiment, run, simulated_ratings
 from focalgradient.statistics import depth_rating, quality
@@ -95,7 +96,8 @@ def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
 def test_numbers_do_not_depend_on_workers_or_order(tmp_path):
     study = Study(Model(), SMALL)
     one = run(study, [3, 4], 3, tmp_path / "one.jsonl")
-    two = run(study, [4, 3], 3, tmp_path / "two.jsonl", workers=2)
+    with processes(2) as pool:
+        two = run(study, [4, 3], 3, tmp_path / "two.jsonl", executor=pool)
     pd.testing.assert_frame_equal(one, two)
 
 

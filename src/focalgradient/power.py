@@ -10,14 +10,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import signal
-from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import closing
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +25,7 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_bytes, write_whole
+from focalgradient.parallel import completed
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 
 __all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "run", "simulated_ratings"]
@@ -274,7 +272,7 @@ def run(
     experiments: int,
     file: Path,
     *,
-    workers: int = 1,
+    executor: Executor | None = None,
     progress: Callable[[int], object] = lambda done: None,
 ) -> pd.DataFrame:
     """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
@@ -287,8 +285,8 @@ def run(
         So many experiments with each of these numbers of subjects.
     file
         A line of JSON an experiment, after one that tells the study: kept, and gone on with, when this is cut off.
-    workers
-        Processes. The numbers do not depend on it.
+    executor
+        What simulates them: the numbers do not depend on it. None: this process.
     progress
         Told how many are done.
 
@@ -306,8 +304,10 @@ def run(
     wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
     missing = [task for task in wanted if task not in done]
     progress(len(wanted) - len(missing))
-    with file.open("a", encoding="utf-8") as lines, closing(_simulated(study, missing, workers)) as results:
-        for finished, ((count, number), told) in enumerate(results, len(wanted) - len(missing) + 1):
+    jobs = [(study, *task) for task in missing]
+    with file.open("a", encoding="utf-8") as lines:
+        for finished, (job, told) in enumerate(completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1):
+            count, number = missing[job]
             done[count, number] = told
             lines.write(json.dumps({"subjects": count, "number": number} | told) + "\n")
             lines.flush()
@@ -349,31 +349,8 @@ def _row(line: str) -> dict[str, float | None] | None:
     return row if all(type(value) in (int, float) for value in numbers.values()) else None
 
 
-def _simulated(
-    study: Study, tasks: Sequence[tuple[int, int]], workers: int
-) -> Generator[tuple[tuple[int, int], dict[str, float | None]]]:
-    """Experiments as they are done."""
-    if workers == 1:
-        for task in tasks:
-            yield task, experiment(study, *task)
-        return
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_ignore_interrupts)
-    try:
-        # whoever starts now is deaf to Ctrl-C from its first moment; where that is not handed down, from its first work
-        heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            of = {pool.submit(experiment, study, *task): task for task in tasks}
-        finally:
-            signal.signal(signal.SIGINT, heard)
-        for future in as_completed(of):
-            yield of[future], future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the process that gives out the work."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _experiment(task: tuple[Study, int, int]) -> dict[str, float | None]:
+    return experiment(*task)
 
 
 def power(experiments: pd.DataFrame) -> list[Power]:

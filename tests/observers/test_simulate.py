@@ -12,7 +12,8 @@ from scipy.stats import binom, ttest_1samp
 from focalgradient.dataset import Apparatus, Files, Session, bids_problems, read_dataset, validate
 from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, cubes, looks, pictures, processes, rate, scheduler, simulate, watch
+from focalgradient.observers import OBSERVERS, cubes, looks, pictures, rate, simulate, watch
+from focalgradient.parallel import processes, scheduler
 from focalgradient.statistics import depth_rating
 
 SMALL = NeckerDesign(trial_s=30.0, repetitions=1, catch_trials=1, practice_trials=2)

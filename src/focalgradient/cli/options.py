@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from typing import Any, TypeVar
 
 import click
 
 from focalgradient.errors import InputError
 
-__all__ = ["optics_options", "positive", "search_options"]
+__all__ = ["optics_options", "positive", "search_options", "shared_options", "shared_work"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -44,6 +46,30 @@ def _added(command: Command, options: list[Callable[[Command], Command]]) -> Com
         command = option(command)
     return command
 
+
+def shared_options(command: Command) -> Command:
+    """Add how the work is shared: ``workers``, None for one for each core, and ``scheduler``."""
+    return _added(command, _SHARED)
+
+
+def shared_work(workers: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:
+    """Give what shares the work, of the options that `shared_options` added."""
+    from focalgradient.parallel import cores, shared
+
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
+    return shared(workers or cores(), scheduler)
+
+
+_SHARED: list[Callable[[Any], Any]] = [
+    click.option(
+        "--workers",
+        type=click.IntRange(1, 256),
+        metavar="N",
+        help="Processes on this machine; the results do not depend on it.  [default: one for each core]",
+    ),
+    click.option("--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, whose workers do the work instead."),
+]
 
 _SEARCH: list[Callable[[Any], Any]] = [
     click.option(

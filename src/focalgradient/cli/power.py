@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import positive
+from focalgradient.cli.options import positive, shared_options, shared_work
 from focalgradient.cli.program import resumable, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, replace_set
@@ -58,7 +58,7 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
     "--experiments", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="With each number."
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True)
-@click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Processes.")
+@shared_options
 def power(
     task: str,
     out: Path,
@@ -73,7 +73,8 @@ def power(
     design: Path | None,
     experiments: int,
     seed: int,
-    workers: int,
+    workers: int | None,
+    scheduler: str | None,
 ) -> None:
     """Simulate whole experiments, and count how many find the effect.
 
@@ -105,13 +106,14 @@ def power(
     study = Study(model, shown, bound, seed)
     writable(out, ["experiments.jsonl", "power.csv", "power.png", "power.pdf"], [] if design is None else [design])
     total = len(subjects) * experiments
-    with resumable(f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on.") as say:
+    left = f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on."
+    with resumable(left) as say, shared_work(workers, scheduler) as executor:
         table = run(
             study,
             subjects,
             experiments,
             out / "experiments.jsonl",
-            workers=workers,
+            executor=executor,
             progress=lambda done: say(done / total, f"{done} of {total} experiments"),
         )
     found = sum_up(table)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import resumable, warnings_told
 from focalgradient.errors import InputError
 
@@ -45,10 +44,7 @@ Say = Callable[[float, str], object]
     metavar="DIR",
     help="Pictures to look at; without it small ones are made once and kept.",
 )
-@click.option(
-    "--workers", type=click.IntRange(1), metavar="K", help="Processes on this machine.  [default: one for each core]"
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, whose workers simulate the observers.")
+@shared_options
 @click.option(
     "--design",
     type=click.Path(path_type=Path),
@@ -77,24 +73,16 @@ def simulate(
     Example:
       focalgradient simulate depth-rating --observers 20 --seed 1 --out simulated
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    if workers is not None and scheduler is not None:
-        raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
     if experiment == "necker" and stimuli is not None:
         raise InputError("--stimuli cannot go with necker, whose cube is drawn as its design says: leave it out.")
     from focalgradient.observers import observer_named
-    from focalgradient.observers import processes as local
 
     observer_named(observer)
     chosen = _design(experiment, design)
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    with (
-        resumable(LEFT) as say,
-        warnings_told(),
-        local(workers or cores) as pool,
-        _cluster(scheduler, pool) as executor,
-    ):
+    with resumable(LEFT) as say, warnings_told(), shared_work(workers, scheduler) as executor:
         run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
-        new = _run(chosen, out, stimuli, pool, say, run)
+        # The pictures lie in a folder of this machine, which the workers of a scheduler need not see.
+        new = _run(chosen, out, stimuli, executor if scheduler is None else None, say, run)
     kept = f"; {observers - new} were there already" if new < observers else ""
     click.echo(f"Simulated observers ({observer}): {new}{kept}.")
     click.echo(f"Written: {out}")
@@ -141,12 +129,3 @@ def _design(experiment: str, path: Path | None) -> DepthRatingDesign | NeckerDes
     if found.task != wanted:
         raise InputError(f"{path} is a design of {found.task}, but {experiment} is to be simulated: give one of that.")
     return found
-
-
-@contextmanager
-def _cluster(address: str | None, pool: Executor | None) -> Iterator[Executor | None]:
-    """Give the executor of a scheduler where there is one; else the one of this machine."""
-    from focalgradient.observers import scheduler
-
-    with nullcontext(pool) if address is None else scheduler(address) as executor:
-        yield executor

@@ -5,7 +5,7 @@ They look at the pictures themselves, as a display shows them, and know of a tri
 
 from focalgradient.observers.answers import Seen, rate, watch
 from focalgradient.observers.cube import Cubes, cubes, look_at_cube
-from focalgradient.observers.experiment import check_pictures, processes, scheduler, simulate
+from focalgradient.observers.experiment import check_pictures, simulate
 from focalgradient.observers.look import Look, look_at
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
@@ -25,10 +25,8 @@ __all__ = [
     "looks",
     "observer_named",
     "perceived_depth",
-    "processes",
     "rate",
     "relief",
-    "scheduler",
     "simulate",
     "small_set",
     "watch",

@@ -6,11 +6,8 @@ when, or beside what. They are recorded here, in order, by one process.
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from collections.abc import Callable
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +17,14 @@ from focalgradient.errors import InputError
 from focalgradient.observers.answers import Seen, rate, watch
 from focalgradient.observers.cube import Cubes
 from focalgradient.observers.observer import Observer, observer_named
+from focalgradient.parallel import in_order
 from focalgradient.stimuli import StimulusSet
 
-__all__ = ["check_pictures", "labels", "processes", "scheduler", "simulate"]
+__all__ = ["check_pictures", "labels", "simulate"]
 
 CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
 """What the observer's name and seed are told under, among the versions of what a session was run with."""
-
-WAIT = 15
-"""Seconds that a scheduler is waited for."""
 
 
 def labels(observers: int) -> tuple[str, ...]:
@@ -112,7 +107,7 @@ def simulate(
         Session.check(out, design, label, resume=begun, kind="simulated", stimuli=stimuli)
     apparatus = Apparatus(clock=CLOCK, versions={WHO: who})
     jobs = [(design, one, label, seed, seen) for label in wanted]
-    computed = map(_answers, jobs) if executor is None else executor.map(_answers, jobs)
+    computed = in_order(executor, _answers, jobs)
     for number, (label, answers) in enumerate(zip(wanted, computed, strict=True), start=1):
         if Files(out, design.task, label).journal.exists():
             session = Session.resume(out, design.task, label, apparatus=apparatus, stimuli=stimuli)
@@ -148,47 +143,3 @@ def _finished(out: Path, design: DepthRatingDesign | NeckerDesign, label: str, w
     if whole and not files.table.exists():
         export(files.journal)
     return whole
-
-
-@contextmanager
-def processes(workers: int) -> Iterator[Executor | None]:
-    """Give an executor of so many processes on this machine; None for one, which is this process."""
-    if workers == 1:
-        yield None
-        return
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_deaf)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _deaf() -> None:
-    """Leave Ctrl-C to the process that waits for the answers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@contextmanager
-def scheduler(address: str) -> Iterator[Executor]:
-    """Give an executor of the workers of a Dask scheduler.
-
-    Raises
-    ------
-    InputError
-        If Dask is not installed, or the scheduler cannot be reached.
-    """
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise InputError(
-            "--scheduler needs Dask, which is not installed: install focalgradient[cluster], or leave it out."
-        ) from error
-    try:
-        client = Client(address, timeout=WAIT)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"--scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
-            "'tcp://10.0.0.1:8786'."
-        ) from error
-    with client:
-        yield client.get_executor()  # type: ignore[no-untyped-call]

@@ -1,0 +1,181 @@
+"""Work shared among processes of this machine, or among the workers of a Dask cluster.
+
+What is shared depends on its arguments alone, so that the results are the same however it is shared. No process
+outlives the one that gave it work, whatever ends that.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, nullcontext
+from multiprocessing.connection import wait
+from typing import Any, TypeVar
+
+from focalgradient.errors import InputError
+
+__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "shared"]
+
+WAIT = 15
+"""Seconds that a scheduler is waited for."""
+
+ORPHAN = 1
+"""Exit code of a process that ends because the one that gave it work is gone."""
+
+Result = TypeVar("Result")
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def shared(workers: int = 1, address: str | None = None) -> Iterator[Executor | None]:
+    """Give what shares work: so many processes of this machine, or the scheduler at an address; None for this process.
+
+    Raises
+    ------
+    InputError
+        As `scheduler` does.
+    """
+    with processes(workers) if address is None else scheduler(address) as executor:
+        yield executor
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor | None]:
+    """Give an executor of so many processes on this machine; None for one, which is this process.
+
+    Whatever ends the block early ends the processes at once.
+    """
+    if workers == 1:
+        yield None
+        return
+    before = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_begin)
+    try:
+        yield pool
+    except BaseException:
+        for process in set(multiprocessing.active_children()) - before:
+            process.kill()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the process that gives out the work, and end when that is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(ORPHAN)
+
+    threading.Thread(target=watch, name="watch of the parent", daemon=True).start()
+
+
+@contextmanager
+def scheduler(address: str) -> Iterator[Executor]:
+    """Give an executor of the workers of a Dask scheduler.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, or the scheduler cannot be reached.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "--scheduler needs Dask, which is not installed: install focalgradient[cluster], or leave it out."
+        ) from error
+    try:
+        client = Client(address, timeout=WAIT)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"--scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
+            "'tcp://10.0.0.1:8786'."
+        ) from error
+    with client:
+        yield client.get_executor()  # type: ignore[no-untyped-call]
+
+
+def in_order(executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]) -> Iterator[Result]:
+    """`function` of each job, in the jobs' order.
+
+    Raises
+    ------
+    InputError
+        If a process died, as where memory runs out.
+    """
+    if executor is None:
+        yield from map(function, jobs)
+        return
+    futures = _submitted(executor, function, jobs)
+    with _deaths():
+        for number, future in enumerate(futures):
+            yield future.result()
+            futures[number] = Future()  # what was taken need not be kept
+
+
+def completed(
+    executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]
+) -> Iterator[tuple[int, Result]]:
+    """Number of each job and `function` of it, as they are done.
+
+    Raises
+    ------
+    InputError
+        If a process died, as where memory runs out.
+    """
+    if executor is None:
+        yield from enumerate(map(function, jobs))
+        return
+    numbers = {future: number for number, future in enumerate(_submitted(executor, function, jobs))}
+    with _deaths():
+        for future in as_completed(numbers):
+            yield numbers[future], future.result()
+
+
+def _submitted(executor: Executor, function: Callable[[Any], Result], jobs: Sequence[Any]) -> list[Future[Result]]:
+    # Who starts now ignores Ctrl-C from its first moment; where that is not inherited, from its first work.
+    main = threading.current_thread() is threading.main_thread()
+    with _ignored(signal.SIGINT) if main else nullcontext():
+        return [executor.submit(function, job) for job in jobs]
+
+
+@contextmanager
+def _ignored(number: signal.Signals) -> Iterator[None]:
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+@contextmanager
+def _deaths() -> Iterator[None]:
+    """Say in a sentence that a worker died."""
+    try:
+        yield
+    except (BrokenProcessPool, CancelledError) as error:
+        raise InputError(_DIED) from error
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":  # Dask's, after it tried several times
+            raise InputError(_DIED) from error
+        raise
+
+
+_DIED = (
+    "a worker died before it had done its work, as where memory runs out: give fewer --workers, or more memory; what "
+    "was finished before stays where the command keeps it."
+)
