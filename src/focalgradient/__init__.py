@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from focalgradient import observers as observers
     from focalgradient import optics as optics
     from focalgradient import paper as paper
+    from focalgradient import parallel as parallel
     from focalgradient import photographs as photographs
     from focalgradient import plotting as plotting
     from focalgradient import power as power
