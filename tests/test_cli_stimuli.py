@@ -59,9 +59,9 @@ def test_necker(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.stderr
     assert "seen turning left, 2" in result.stdout  # per cent, for the other reading
     made = json.loads((tmp_path / "manifest.json").read_text())
-    assert list(made["conditions"]) == ["reversed"]
-    assert (tmp_path / "reversed.mp4").stat().st_size > 1000
-    assert len(list((tmp_path / "reversed").glob("*.png"))) == 12
+    assert list(made["conditions"]) == ["nonrigid"]  # of which "reversed" is the old name
+    assert (tmp_path / "nonrigid.mp4").stat().st_size > 1000
+    assert len(list((tmp_path / "nonrigid").glob("*.png"))) == 12
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_necker(tmp_path: Path) -> None:
         (["depth-rating", "--out", "x", "--seed", 1, "--size", "511"], "size is 511, but must be even"),
         (["depth-rating", "--out", "x", "--seed", 1, "--engine", "blender"], "Invalid value for '--engine'"),
         (["depth-rating", "--out", "x", "--seed", -3, "--engine", "cast"], "seed is -3"),
-        (["necker", "--out", "x", "--gradient", "nonrigid"], "Invalid value for '--gradient'"),
+        (["necker", "--out", "x", "--gradient", "sideways"], "Invalid value for '--gradient'"),
         (["necker", "--out", "x", "--speed", "0.13"], "loop without a seam"),
         (["necker", "--out", "x", "--perspective", "1.4"], "perspective is 1.4"),
     ],

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ from focalgradient import InputError
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.scenes import NeckerCube
-from focalgradient.stimuli import make_necker
+from focalgradient.stimuli import make_necker, read_necker
 
 CUBE = NeckerCube(size=math.radians(3), speed=0.5, line_width=math.radians(0.06))
 ASKED = {"size": 244, "frame_rate": 24.0, "aperture": 0.03}
@@ -37,7 +38,7 @@ def frames(folder: Path, told: dict, gradient: str) -> np.ndarray:
 
 def test_files(made: Path, told: dict) -> None:
     check_stimuli(made)
-    assert list(told["conditions"]) == ["none", "rigid", "reversed"]
+    assert list(told["conditions"]) == ["none", "rigid", "nonrigid"]
     for gradient in told["conditions"]:
         assert frames(made, told, gradient).shape == (12, 244, 244)
     there = {str(path.relative_to(made)) for path in made.rglob("*") if path.is_file()}
@@ -62,19 +63,19 @@ def test_light_of_the_lines_is_the_same_under_all_conditions(made: Path, told: d
     assert max(one["clipped"] for one in told["conditions"].values()) == 0
     # Blur is there, and differs.
     assert frames(made, told, "rigid").max() < 255
-    assert not np.array_equal(frames(made, told, "rigid"), frames(made, told, "reversed"))
+    assert not np.array_equal(frames(made, told, "rigid"), frames(made, told, "nonrigid"))
 
 
 def test_what_is_said_of_the_readings(told: dict) -> None:
     departure = told["departure"]
     assert departure["rigid"]["whole"] < 1e-9
-    assert 0.1 < departure["reversed"]["whole"] < 0.4
-    assert len(departure["reversed"]["by_frame"]) == 12
+    assert 0.1 < departure["nonrigid"]["whole"] < 0.4
+    assert len(departure["nonrigid"]["by_frame"]) == 12
     # Over a quarter turn as over the whole: the cube's edges take each other's places.
-    assert np.sqrt(np.mean(np.square(departure["reversed"]["by_frame"]))) == pytest.approx(
-        departure["reversed"]["whole"]
+    assert np.sqrt(np.mean(np.square(departure["nonrigid"]["by_frame"]))) == pytest.approx(
+        departure["nonrigid"]["whole"]
     )
-    assert (departure["rigid"]["direction"], departure["reversed"]["direction"]) == ("right", "left")
+    assert (departure["rigid"]["direction"], departure["nonrigid"]["direction"]) == ("right", "left")
     sharp, blurred = (told["conditions"][gradient]["blur_sd_px"] for gradient in ("none", "rigid"))
     assert sharp == [0, 0]
     assert blurred[0] == 0 < 1 < blurred[1]
@@ -94,7 +95,7 @@ def test_the_video_shows_a_whole_turn(made: Path, told: dict) -> None:
 
 def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dict, tmp_path: Path) -> None:
     def interrupt(share: float, what: str) -> None:
-        if what == "reversed":
+        if what == "nonrigid":
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -107,6 +108,32 @@ def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dic
     before = (tmp_path / "manifest.json").stat().st_mtime_ns
     make_necker(tmp_path, CUBE, **ASKED)
     assert (tmp_path / "manifest.json").stat().st_mtime_ns == before
+
+
+def as_of_old(folder: Path) -> None:
+    """Give a finished set the name that its nonrigid gradient used to have."""
+    told = (folder / "manifest.json").read_text(encoding="utf-8")
+    for old in ('"nonrigid"', '"nonrigid/', '"nonrigid.mp4'):
+        told = told.replace(old, old.replace("nonrigid", "reversed"))
+    (folder / "manifest.json").write_text(told, encoding="utf-8")
+    for name in ("nonrigid", "nonrigid.mp4"):
+        (folder / name).rename(folder / name.replace("nonrigid", "reversed"))
+
+
+def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, told: dict, tmp_path: Path) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(made, old)
+    as_of_old(old)
+    check_stimuli(old)
+    again = make_necker(old, CUBE, **ASKED)
+    assert list(again["conditions"]) == ["none", "rigid", "nonrigid"]
+    assert again["departure"] == told["departure"]
+    assert again["conditions"]["nonrigid"]["frames"][0] == "reversed/0000.png"
+    (old / "reversed" / "0003.png").unlink()
+    make_necker(old, CUBE, **ASKED)
+    check_stimuli(old)
+    assert not (old / "nonrigid").exists()
+    assert read_necker(made) == told
 
 
 @pytest.mark.parametrize(

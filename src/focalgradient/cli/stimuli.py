@@ -166,14 +166,22 @@ def depth_rating(
     click.echo(f"Written: {out}")
 
 
+class _Gradients(click.Choice[str]):
+    """The names of the gradients, and the old one of the nonrigid."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return super().convert("nonrigid" if value == "reversed" else value, param, ctx)
+
+
 @stimuli.command("necker", short_help="The rotating Necker cube, with and without a focal gradient.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the frames.")
 @click.option(
     "--gradient",
     "gradients",
-    type=click.Choice(["none", "rigid", "reversed"]),
+    type=_Gradients(["none", "rigid", "nonrigid"]),
     multiple=True,
-    help="Whose depth the blur has: none; the cube's; the depth-reversed shape's. Once for each.  [default: all three]",
+    help="Whose depth the blur has: none; the cube's; the depth-reversed shape's, which favours the nonrigid reading. "
+    "Once for each.  [default: all three]",
 )
 @click.option("--size", default=640, show_default=True, metavar="PX", help="Width and height of the frames.")
 @click.option(
@@ -234,20 +242,20 @@ def necker(
 ) -> None:
     """Make the frames of the rotating Necker cube, and a video of each condition.
 
-    DIR/none, DIR/rigid and DIR/reversed hold the frames of a quarter turn as PNG, for the display: shown again and
+    DIR/none, DIR/rigid and DIR/nonrigid hold the frames of a quarter turn as PNG, for the display: shown again and
     again they make a turning without a seam. The lines lie in the same places under all conditions and give off the
     same light. DIR/none.mp4 and its like show a whole turn, to look at: they are compressed, which the frames are not.
     DIR/manifest.json tells every parameter, every file's SHA-256, and how far each reading is from a rigid shape.
 
     \b
     Example:
-      focalgradient stimuli necker --out cube --gradient none --gradient reversed --screen-width 53.1
+      focalgradient stimuli necker --out cube --gradient none --gradient nonrigid --screen-width 53.1
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
     import math
 
     from focalgradient.scenes import NeckerCube
-    from focalgradient.stimuli import make_necker
+    from focalgradient.stimuli import GRADIENTS, make_necker
 
     cube = NeckerCube(
         size=math.radians(edge),
@@ -260,7 +268,7 @@ def necker(
         made = make_necker(
             out,
             cube,
-            gradients=gradients or ("none", "rigid", "reversed"),
+            gradients=gradients or GRADIENTS,
             size=size,
             frame_rate=frame_rate,
             aperture=aperture * 1e-3,
@@ -272,6 +280,6 @@ def necker(
     click.echo(f"Frames: {made['parameters']['frames']} in a quarter turn, {len(made['conditions'])} conditions")
     click.echo(
         f"Departure from rigid: {departure['rigid']['whole']:.1%} seen turning {departure['rigid']['direction']}, "
-        f"{departure['reversed']['whole']:.1%} seen turning {departure['reversed']['direction']}"
+        f"{departure['nonrigid']['whole']:.1%} seen turning {departure['nonrigid']['direction']}"
     )
     click.echo(f"Written: {out}")

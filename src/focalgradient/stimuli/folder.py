@@ -15,7 +15,7 @@ from typing import Any
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, printable, read_bytes, read_json, sweep, write_whole
 
-__all__ = ["MANIFEST", "Folder", "dumped"]
+__all__ = ["MANIFEST", "UNFINISHED", "Folder", "dumped"]
 
 MANIFEST, UNFINISHED = "manifest.json", "unfinished.json"
 

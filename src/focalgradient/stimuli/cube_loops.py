@@ -5,13 +5,12 @@ All conditions show lines in the same places that give off the same light; only 
 
 from __future__ import annotations
 
-import json
 import math
 import platform
 from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,20 +18,21 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.render.wireframe import Focus, blur_at, necker_loop
-from focalgradient.render.wireframe import Gradient as Reading
-from focalgradient.scenes.necker import NeckerCube, departure_from_rigid
-from focalgradient.scenes.necker import Reading as Shape
-from focalgradient.stimuli.folder import MANIFEST, Folder
+from focalgradient.files import read_json
+from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_loop
+from focalgradient.scenes.necker import NeckerCube, Reading, departure_from_rigid
+from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import display_json, png
 
-__all__ = ["Gradient", "make_necker"]
+__all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
-Gradient = Literal["none", "rigid", "reversed"]
-"""Which shape's depth the blur has: none; the cube's own; the depth-reversed shape's, which speaks for the nonrigid
+GRADIENTS: tuple[Gradient, ...] = ("none", "rigid", "nonrigid")
+"""Which shape's depth the blur has: none; the cube's own; the depth-reversed shape's, which favours the nonrigid
 reading."""
 
-READINGS: dict[Gradient, Reading] = {"none": "none", "rigid": "rigid", "reversed": "nonrigid"}
+OLD_NAME = "reversed"
+"""What sets made before the gradients had these names call the nonrigid one."""
+
 LOOPS = 4  # in the video: a whole turn
 LIGHT_PERCENT = 0.5  # by which the light of frames may differ between conditions
 BATCH = 30  # frames written before they are listed
@@ -43,7 +43,7 @@ def make_necker(
     out: str | Path,
     cube: NeckerCube,
     *,
-    gradients: Sequence[Gradient] = ("none", "rigid", "reversed"),
+    gradients: Sequence[Gradient] = GRADIENTS,
     size: int = 640,
     frame_rate: float = 60.0,
     aperture: float = 0.012,
@@ -60,7 +60,7 @@ def make_necker(
     cube
         The cube: its size, perspective, direction, speed and line width.
     gradients
-        Conditions to make.
+        Conditions to make: ``"none"``, ``"rigid"``, ``"nonrigid"``.
     size
         Width and height of the frames in pixels, even.
     frame_rate
@@ -86,9 +86,10 @@ def make_necker(
         holds something else or cannot be written.
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
-    if not gradients or not set(gradients) <= set(READINGS):
-        raise InputError(f"gradients is {list(gradients)!r}, but must be some of {', '.join(READINGS)}.")
-    gradients = [one for one in READINGS if one in gradients]
+    if not gradients or not set(gradients) <= set(GRADIENTS):
+        raise InputError(f"gradients is {list(gradients)!r}, but must be some of {', '.join(GRADIENTS)}.")
+    gradients = [one for one in GRADIENTS if one in gradients]
+    stored = _stored_names(out)
     frames = cube.loop_frames(frame_rate)
     pixel_angle = math.radians(1 / display.pixels_per_degree)
     blurs = blur_at(cube, [cube.nearest, cube.farthest], aperture=aperture, focus=focus) / pixel_angle
@@ -102,13 +103,13 @@ def make_necker(
             *(cube, frames),
             shape=(size, size),
             pixel_angle=pixel_angle,
-            gradient=READINGS[gradient],
+            gradient=gradient,
             aperture=aperture,
             focus=focus,
         )
 
     parameters = {
-        "gradients": gradients,
+        "gradients": [stored[gradient] for gradient in gradients],
         "frame_px": [size, size],
         "frames": frames,
         "frame_rate": frame_rate,
@@ -134,23 +135,49 @@ def make_necker(
                 say((start + done) / len(gradients), what)
 
             widths = [0.0, 0.0] if gradient == "none" else sorted(np.abs(blurs).tolist())
-            conditions[gradient] = {
-                "frames": [f"{gradient}/{number:04}.png" for number in range(frames)],
-                "video": f"{gradient}.mp4",
+            name = stored[gradient]
+            conditions[name] = {
+                "frames": [f"{name}/{number:04}.png" for number in range(frames)],
+                "video": f"{name}.mp4",
                 "blur_sd_px": widths,
                 "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
-                **_make_loop(folder, gradient, loop(gradient), frames, frame_rate, white, display, share),
+                **_make_loop(folder, name, loop(gradient), frames, frame_rate, white, display, share),
             }
-        folder.content |= {"white": white, "departure": _departure(cube, frames), "controls": _controls(conditions)}
+        departure = {stored[reading]: told for reading, told in _departure(cube, frames).items()}
+        folder.content |= {"white": white, "departure": departure, "controls": _controls(conditions)}
         folder.finish()
     say(1.0, "finished")
-    made: dict[str, Any] = json.loads((out / MANIFEST).read_bytes())
+    return read_necker(out)
+
+
+def read_necker(folder: str | Path) -> dict[str, Any]:
+    """Read the manifest of finished frames; what an old one calls "reversed" is the gradient "nonrigid".
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    made: dict[str, Any] = read_json(Path(folder) / MANIFEST)
+    parameters = made["parameters"]
+    names = {OLD_NAME: "nonrigid"}
+    made["parameters"] = {**parameters, "gradients": [names.get(name, name) for name in parameters["gradients"]]}
+    for part in ("conditions", "departure"):
+        made[part] = {names.get(name, name): told for name, told in made[part].items()}
     return made
+
+
+def _stored_names(folder: Path) -> dict[Gradient, str]:
+    """What the files and lists of a folder call each gradient: an old set goes on under its old name."""
+    for name in (MANIFEST, UNFINISHED):
+        if (folder / name).exists() and OLD_NAME in read_json(folder / name).get("parameters", {}).get("gradients", ()):
+            return {**{gradient: gradient for gradient in GRADIENTS}, "nonrigid": OLD_NAME}
+    return {gradient: gradient for gradient in GRADIENTS}
 
 
 def _make_loop(
     folder: Folder,
-    gradient: Gradient,
+    condition: str,
     loop: Iterator[NDArray[np.float32]],
     frames: int,
     frame_rate: float,
@@ -168,15 +195,15 @@ def _make_loop(
         shown.append(float(display.decode(values).mean()))
         clipped = max(clipped, float(np.mean(share > 1)))
         pictures.append(values)
-        name = f"{gradient}/{number:04}.png"
+        name = f"{condition}/{number:04}.png"
         if not folder.has(name):
             lacking[name] = png(values)
         if len(lacking) == BATCH or number == frames - 1:
             folder.put(lacking)
             lacking = {}
         progress(0.9 * (number + 1) / frames)
-    if not folder.has(f"{gradient}.mp4"):
-        folder.put({f"{gradient}.mp4": _video(folder.path, pictures, frame_rate)})
+    if not folder.has(f"{condition}.mp4"):
+        folder.put({f"{condition}.mp4": _video(folder.path, pictures, frame_rate)})
     progress(1.0)
     return {"mean_light": light, "mean_light_shown": shown, "clipped": clipped}
 
@@ -202,19 +229,19 @@ def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: floa
     return content
 
 
-def _departure(cube: NeckerCube, frames: int) -> dict[str, Any]:
+def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
     """How far both readings are from rigid over a turn, and where each turns."""
     turn = np.arange(LOOPS * frames) / (LOOPS * frames)
-    told: dict[str, Any] = {}
-    shapes: dict[str, Shape] = {"rigid": "rigid", "reversed": "nonrigid"}
-    for gradient, reading in shapes.items():
+    stated: dict[Reading, Any] = {}
+    readings: tuple[Reading, ...] = ("rigid", "nonrigid")
+    for reading in readings:
         departure = departure_from_rigid(cube.seen(turn, reading))
-        told[gradient] = {
+        stated[reading] = {
             "direction": cube.direction_seen(reading),
             "whole": departure.whole,
             "by_frame": departure.by_frame[:frames].tolist(),
         }
-    return told
+    return stated
 
 
 def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
