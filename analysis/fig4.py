@@ -60,7 +60,7 @@ class Sorted:
         true = 1 / nearest[np.rint(whole.row).astype(int), np.rint(whole.column).astype(int)]
         dioptres = 2 * pixel / LENS.aperture_diameter  # per pixel of radius
         vergence = LENS.focus_vergence - dioptres * whole.radius
-        chosen, first = np.unique(whole.segment[whole.good], return_index=True)
+        chosen, first = np.unique(whole.segment[whole.valid], return_index=True)
         per = [np.flatnonzero(whole.segment == number) for number in chosen]
         return cls(
             view,
@@ -69,7 +69,7 @@ class Sorted:
             whole,
             chosen,
             np.array([vergence[p].mean() for p in per]),
-            dioptres * whole.radius_sd[whole.good][first],
+            dioptres * whole.radius_sd[whole.valid][first],
             np.array([np.median(true[p]) for p in per]),
         )
 
@@ -85,7 +85,7 @@ class Sorted:
         order = np.sign(self.recovered[one] - self.recovered[other]) * np.sign(self.true[one] - self.true[other])
         return {
             "segments": float(len(self.true)),
-            "points_good_percent": 100 * float(self.points.good.mean()),
+            "points_good_percent": 100 * float(self.points.valid.mean()),
             "segments_in_the_right_class_percent": 100 * float((found == true).mean()),
             "pairs_in_the_right_order_percent": 100 * float((order[differ] + 1).mean() / 2),
         }

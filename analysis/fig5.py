@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.ratio.disparity import fine_noise_floor, focal_disparity
+from focalgradient.depth.noise import noise_floor
+from focalgradient.depth.ratio import focal_disparity
 from focalgradient.plotting import draw_depth, draw_distance, draw_view, new_figure, style
 from focalgradient.render import Rendered, noisy, render, render_series
 from focalgradient.scenes import bottle
@@ -66,10 +67,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     seen = (truth.vergence[..., 0, 0] + truth.vergence[..., 1, 1]) / 2
     surface = 1 / truth.distance
     # Rays are noise too: take it from the images.
-    noise = [fine_noise_floor(view.image) for view in views]
+    noise = [noise_floor(view.image) for view in views]
     images = [np.asarray(view.image, np.float32) for view in (*views, again)]
-    disparity, told = focal_disparity(images[0], images[1], noise=noise, window=WINDOW)
-    control, control_told = focal_disparity(images[0], images[2], noise=noise, window=WINDOW)
+    disparity, valid = focal_disparity(images[0], images[1], noise=noise, window=WINDOW)
+    control, control_valid = focal_disparity(images[0], images[2], noise=noise, window=WINDOW)
     depth = recover_depth(views, method="ratio", near=FOCUS, far=FAR, window=WINDOW)
     # The control's second view is told to be the large aperture's, which it is not.
     flat = recover_depth([views[0], replace(again, optics=LARGE)], method="ratio", near=FOCUS, far=FAR, window=WINDOW)
@@ -77,8 +78,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     mirrored = scored & (surface - seen > MIRRORED)
     direct = scored & (np.abs(surface - seen) < 1e-3)
     error = depth.vergence - seen
-    grid = seen[2::4, 2::4][: told.shape[0], : told.shape[1]]
-    known = told & np.isfinite(grid)
+    grid = seen[2::4, 2::4][: valid.shape[0], : valid.shape[1]]
+    known = valid & np.isfinite(grid)
     return Shown(
         title="Fig. 5: the focal disparity",
         caption=(
@@ -97,7 +98,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "through the mirror, by traced rays. Refused: hatched. Detail is gathered over a window, in which the "
             "sharper of two surfaces has most of the detail: near surfaces read wider than they are.",
         ),
-        figure=_draw(views, disparity, told, depth, 1 / np.where(seen > 0, seen, np.nan), control, control_told),
+        figure=_draw(views, disparity, valid, depth, 1 / np.where(seen > 0, seen, np.nan), control, control_valid),
         summary={
             "surface_where_a_reflection_is_read_D": float(np.median(surface[mirrored])),
             "reflection_traced_D": float(np.median(seen[mirrored])),
@@ -107,10 +108,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "median_error_of_reflections_D": float(np.median(np.abs(error[mirrored]))),
             "median_error_of_the_rest_D": float(np.median(np.abs(error[direct]))),
             "valid_percent": 100 * float(depth.valid.mean()),
-            "disparity_told_percent": 100 * float(told.mean()),
+            "disparity_told_percent": 100 * float(valid.mean()),
             "rank_correlation_of_disparity_and_vergence": _rank_correlation(disparity[known], grid[known]),
-            "control_disparity_median": float(np.median(control[control_told])),
-            "control_disparity_10th_and_90th_percentile": np.percentile(control[control_told], [10, 90]).tolist(),
+            "control_disparity_median": float(np.median(control[control_valid])),
+            "control_disparity_10th_and_90th_percentile": np.percentile(control[control_valid], [10, 90]).tolist(),
             "control_depth_median_m": float(np.median(flat.distance[flat.valid])) if flat.valid.any() else float("nan"),
         },
         plotted={
@@ -132,11 +133,11 @@ def _rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) ->
 def _draw(
     views: list[View],
     disparity: NDArray[np.float32],
-    told: NDArray[np.bool_],
+    valid: NDArray[np.bool_],
     depth: DepthMap,
     truth: NDArray[np.float64],
     control: NDArray[np.float32],
-    control_told: NDArray[np.bool_],
+    control_valid: NDArray[np.bool_],
 ) -> Figure:
     contents = [content(view) for view in views]
     top = float(np.percentile(contents[0], 99))
@@ -151,8 +152,8 @@ def _draw(
             draw_view(ax, view, f"f/{view.optics.f_number:g}")  # type: ignore[attr-defined]
         _map(axes[0][2], contents[0], "a  content, f/22", (0, top))
         _map(axes[0][3], contents[1], "b  content, f/5.6", (0, top))
-        _map(axes[1][0], np.where(told, disparity, 0), "c  disparity, b / a", (0, 1))
-        _map(axes[1][1], np.where(control_told, control, 0), "d  control, f/22 twice", (0, 1.2))
+        _map(axes[1][0], np.where(valid, disparity, 0), "c  disparity, b / a", (0, 1))
+        _map(axes[1][1], np.where(control_valid, control, 0), "d  control, f/22 twice", (0, 1.2))
         draw_depth(axes[1][2], depth, limits=limits, title="e  recovered depth")
         draw_distance(axes[1][3], truth, limits=limits, title="f  truth, mirrored too")
         figure.draw_without_rendering()

@@ -23,6 +23,7 @@ from focalgradient.depth.recover import MethodName
 from focalgradient.photographs.images import srgb_to_linear
 from focalgradient.plotting import depth_figure
 from focalgradient.render import noisy
+from focalgradient.view import LUMINANCE
 
 FOCAL_PX, BASELINE, OFFSET = 994.978, 0.193001, 31.086  # px, m, px: of the reduced photograph
 PIXEL_ANGLE = 1 / FOCAL_PX
@@ -54,7 +55,7 @@ def photograph() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.b
     from skimage.data import stereo_motorcycle
 
     colour, _, disparity = stereo_motorcycle()  # type: ignore[no-untyped-call]
-    luminance = srgb_to_linear(colour / 255) @ np.array([0.2126, 0.7152, 0.0722])
+    luminance = srgb_to_linear(colour / 255) @ np.array(LUMINANCE)
     known = np.isfinite(disparity)
     filled = np.where(known, disparity, np.inf)
     sides = []

@@ -39,7 +39,6 @@ from focalgradient.psf import pixel_transfer, transfer
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
 from focalgradient.scenes.texture import Texture
-from focalgradient.view import View
 
 Image = NDArray[Any]
 
@@ -104,9 +103,8 @@ def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
     floats = textured(shape)
     stored = [image.astype(np.uint8) for image in floats]
     spare = [np.empty_like(image) for image in (*floats, *stored)]
-    views = [View(np.zeros((1, 1)), lens, PIXEL) for lens in APERTURES]
-    search = Search.over(views, FOCUS, None)
-    table = table_for(search, views, "disc", 0.5)
+    search = Search.over(APERTURES, PIXEL, FOCUS, None)
+    table = table_for(search, "disc", 0.5)
 
     def copy(images: list[Image], to: list[Image]) -> None:
         for image, place in zip(images, to, strict=True):
@@ -138,15 +136,14 @@ def speeds(shape: tuple[int, int], repeat: int) -> dict[str, dict[str, float]]:
 
 
 def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, list[float]]:
-    """RMS error (%) of sigma, by each band alone and by all, and the share of places where it is told.
+    """RMS error (%) of sigma, by each band alone and by all, and the share of places where it is valid.
 
     The blur is Gaussian, of sigma and sigma / 2.
-    A wall of 1/f texture of contrast 0.2, gathered in a window of 8 pixels; told: stated to better than a half.
+    A wall of 1/f texture of contrast 0.2, gathered in a window of 8 pixels; valid: stated to better than a half.
     """
     lenses = [Lens(0.025, number, 1.0) for number in (8, 4)]
     defocus = sigma / 0.5 / (lenses[1].aperture_diameter / 2 / PIXEL)
-    views = [View(np.zeros((1, 1)), lens, PIXEL) for lens in lenses]
-    search = Search.over(views, 1.0, None)
+    search = Search.over(lenses, PIXEL, 1.0, None)
     size = (384, 384)
     down, right = np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1])
     frequency = np.hypot(down, right)
@@ -165,10 +162,10 @@ def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, 
         for bands in ((1,), (2,), (4,), (8,), (1, 2, 4, 8)):
             table = DisparityTable.of(lenses, PIXEL, psf="gaussian", bands=bands)
             vergence, sd, _ = read_depth(images[0], images[1], table, search, noise=noise, least=0)
-            told = sd < 0.5 * defocus
-            error = (1 - vergence[told]) / defocus - 1
-            rms = 100 * float(np.sqrt(np.mean(error**2))) if told.any() else float("nan")
-            found.setdefault("+".join(map(str, bands)), []).append((rms, float(told.mean())))
+            valid = sd < 0.5 * defocus
+            error = (1 - vergence[valid]) / defocus - 1
+            rms = 100 * float(np.sqrt(np.mean(error**2))) if valid.any() else float("nan")
+            found.setdefault("+".join(map(str, bands)), []).append((rms, float(valid.mean())))
     return {name: np.mean(values, axis=0).tolist() for name, values in found.items()}
 
 
@@ -234,13 +231,13 @@ def main() -> None:
             ours = found[f"focal_disparity, {name.rsplit(', ', 1)[1]}"]["median_ms"]
             ms = taken["median_ms"]
             print(f"{name:38}{ms:9.2f}{taken['least_ms']:10.2f}{ms / ours:10.2f}{1e3 / ms:10.0f}")
-    print("\nGaussian blur of sigma and sigma / 2, 1 % noise: RMS error of sigma (%) by bands, in pixels (share told)")
+    print("\nGaussian blur of sigma and sigma / 2, 1 % noise: RMS error of sigma (%) by bands, in pixels (share valid)")
     figures["bands"] = {}
     for sigma in (1.0, 2.0, 3.0, 4.0):
         errors = figures["bands"][f"sigma {sigma:g}"] = band_errors(sigma)
         print(
             f"sigma {sigma:g}:  "
-            + "   ".join(f"{name} {error:.1f} ({told:.0%})" for name, (error, told) in errors.items())
+            + "   ".join(f"{name} {error:.1f} ({valid:.0%})" for name, (error, valid) in errors.items())
         )
     print("\nslanted plane, f/16 and f/5.6, 0.9 to 2.2 m: median error, bias, share valid, within 2 sd")
     figures["plane"] = {}

@@ -125,7 +125,7 @@ def test_error_has_its_sign_and_size():
 @pytest.mark.parametrize(
     ("known", "side", "said"),
     [
-        (True, "told by the views", ""),
+        (True, "estimated from the views", ""),
         (True, "beyond focus, by the limits of the search", ""),
         (True, "assumed: nearer than focus", "side of focus assumed: nearer"),
         (False, "the views leave it open: all is taken to lie beyond focus", "side of focus assumed: beyond"),

@@ -16,8 +16,8 @@ from focalgradient.errors import InputError
 
 __all__ = ["DISC_K", "MODELS", "PsfName", "disc_transfer", "gaussian_transfer", "pixel_transfer", "transfer"]
 
-PsfName = Literal["disc", "gaussian", "optics"]
-"""How blur is modelled: as a disc, as a Gaussian, or as the optics themselves say (`optics.HasTransfer`)."""
+PsfName = Literal["disc", "gaussian"]
+"""Model of a blur that is known by its radius alone."""
 
 DISC_K = 0.5
 """sigma / radius of the Gaussian with the second moment, per axis, of a uniform disc."""

@@ -19,17 +19,31 @@ from types import TracebackType
 from typing import Any, Final, Self, TypeVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.files import opened, printable
+from focalgradient.view import LUMINANCE
 
 # What FFmpeg finds wrong with a file is told as skipped frames, not on standard error by FFmpeg; it reads this once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 import cv2
 
-__all__ = ["Frame", "Pair", "Scale", "Skipped", "Source", "ValuesFile", "VideoFile", "ahead", "alternation", "pairs"]
+__all__ = [
+    "Frame",
+    "Pair",
+    "Scale",
+    "Skipped",
+    "Source",
+    "ValuesFile",
+    "VideoFile",
+    "ahead",
+    "alternation",
+    "luminance",
+    "pairs",
+]
 
 Grey = NDArray[np.uint8]
 
@@ -41,6 +55,9 @@ LARGEST_VIDEO = 2**60
 
 PLAIN = 0.1
 """Change of the logarithm of detail from frame to frame below which the two apertures cannot be told apart."""
+
+LIGHTS = 1 << 14
+"""Steps of light in which luminance is summed."""
 
 BLACK = 40
 """Colours of the map left out at its dark end, so that none looks like the black of no estimate."""
@@ -143,6 +160,37 @@ class Source:
 
 def _luma(colours: Grey) -> Grey:
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def luminance(levels: NDArray[np.float32]) -> Callable[[Grey], Grey]:
+    """What makes the stored value nearest to their luminance of pixels stored as blue, green and red (H x W x 3).
+
+    Light is weighted (as Rec. 709 does), not stored values: these are decoded by `levels`, the linear radiance of the
+    256. A pixel with a colour at the top is given the top value, as its light is not known.
+
+    >>> pixels = np.array([[[100, 100, 100], [0, 0, 200], [3, 255, 7]]], np.uint8)
+    >>> luminance(np.linspace(0, 1, 256, dtype=np.float32) ** 2)(pixels).tolist()
+    [[100, 92, 255]]
+    """
+    shares = (levels - levels[0]) / (levels[-1] - levels[0])
+    scaled = np.rint(LIGHTS * np.outer(LUMINANCE[::-1], shares)).astype(np.int32)
+    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(LIGHTS + 3) / LIGHTS).astype(np.uint8)
+
+    def of(colours: Grey) -> Grey:
+        stored = np.empty(colours.shape[:2], np.uint8)
+        _luminance_rows(colours, scaled, nearest, stored)
+        return stored
+
+    return of
+
+
+@njit(nogil=True, cache=True)
+def _luminance_rows(colours, scaled, nearest, stored):  # type: ignore[no-untyped-def]
+    for row in range(stored.shape[0]):
+        for x in range(stored.shape[1]):
+            blue, green, red = colours[row, x, 0], colours[row, x, 1], colours[row, x, 2]
+            light = nearest[scaled[0, blue] + scaled[1, green] + scaled[2, red]]
+            stored[row, x] = 255 if max(blue, green, red) == 255 else light
 
 
 Item = TypeVar("Item")

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.optics import Optics, check_optics
 
-__all__ = ["View", "check_pixel_angle"]
+__all__ = ["LUMINANCE", "View", "check_pixel_angle"]
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
 FINEST = 0.4e-6
 """Pixel pitch in metres below which no sensor is made: the smallest sold, of phones, have 0.5 um."""

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError, Lens, View, recover_depth
-from focalgradient.depth.autofocus.estimate import peaks
+from focalgradient.depth.autofocus.peaks import peaks
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
 
@@ -38,7 +38,7 @@ def test_blur_that_is_even_about_focus_is_read_exactly(
     vergence = focus[0] + place * (focus[-1] - focus[0])
     measure = height / (1 + ((focus - vergence) / width) ** 2) ** 2
     found = peaks(measure[:, None, None], np.full((len(focus), 1, 1), 1e-18 * height**2), focus, reach=0.5)
-    assert found.found.all()
+    assert found.valid.all()
     assert found.vergence.item() == pytest.approx(vergence, abs=1e-3 * width)
 
 

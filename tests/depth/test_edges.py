@@ -23,9 +23,9 @@ def measured(sigma, *, contrast=0.5, noise=0.01, angles=ANGLES, shape=LONG, fit=
         edges = measure_edges(image, noise=noise, fit=fit, **settings)
         # Within half a band of the frame there are fewer pixels to read.
         inside = np.all([np.abs(v - (n - 1) / 2) < n / 2 - 10 for v, n in zip((edges.row, edges.column), image.shape)], 0)  # fmt: skip  # noqa: E501, B905
-        good.append(edges.good[inside])
-        found.append(edges.radius[inside & edges.good])
-        sd.append(edges.radius_sd[inside & edges.good])
+        good.append(edges.valid[inside])
+        found.append(edges.radius[inside & edges.valid])
+        sd.append(edges.radius_sd[inside & edges.valid])
     return np.concatenate(found), np.concatenate(sd), np.concatenate(good).mean()
 
 
@@ -65,7 +65,7 @@ def test_regression_without_noise_tells_the_widths_it_removes():
     for angle in (0.0, 0.4, np.pi / 4):
         for fit in ("regression", "unweighted"):
             edges = measure_edges(image_of(step(1.0), angle, (64, 64), noise=1e-4), fit=fit)
-            assert np.median(edges.radius[edges.good]) == pytest.approx(1.0, rel=5e-3)
+            assert np.median(edges.radius[edges.valid]) == pytest.approx(1.0, rel=5e-3)
 
 
 @settings(max_examples=15, deadline=None)
@@ -79,8 +79,8 @@ def test_regression_without_noise_tells_the_widths_it_removes():
 def test_any_step_comes_back(sigma, angle, contrast, at, seed):
     noise = 0.02 * contrast
     edges = measure_edges(image_of(step(sigma, contrast, at), angle, (80, 80), noise=noise, seed=seed))
-    assert edges.good.mean() > 0.85  # not where a contour leaves the frame
-    good = edges.good
+    assert edges.valid.mean() > 0.85  # not where a contour leaves the frame
+    good = edges.valid
     assert np.median(edges.radius[good]) == pytest.approx(sigma, rel=0.05)
     assert np.median(edges.high[good] - edges.low[good]) == pytest.approx(contrast, rel=0.02)
     assert np.abs(np.exp(1j * edges.angle[good]) - np.exp(1j * angle)).max() < 0.3
@@ -109,7 +109,7 @@ def test_a_disc_is_read_as_a_disc():
             lambda x, r=radius: 0.25 + 0.5 * np.interp(x / r, chord, spread / spread[-1]), 0.6, (96, 96), noise=0.005
         )
         edges = measure_edges(image, psf="disc")
-        assert edges.good.all()
+        assert edges.valid.all()
         assert np.median(edges.radius) == pytest.approx(radius, rel=0.015)
     # The Gaussian has the disc's second moment at about half the radius; the paper's line knows that one only.
     assert np.median(measure_edges(image, k=0.5).radius) == pytest.approx(6.0, rel=0.15)
@@ -123,7 +123,7 @@ def test_false_alarms_are_as_many_as_stated():
             refused = [
                 ~measure_edges(
                     image_of(step(2.0, 0.12), angle, (200, 64), noise=0.02, seed=seed), false_alarm=chance, **settings_
-                ).good
+                ).valid
                 for seed, angle in enumerate([0.0, 0.2, -0.3] * 4)
             ]
             assert 0.4 * chance < np.concatenate(refused).mean() < 1.2 * chance
@@ -144,16 +144,16 @@ def test_false_alarms_are_as_many_as_stated():
 def test_what_is_no_lone_sharp_edge_is_refused(profile):
     for seed, angle in enumerate((0.0, 0.5, 2.0)):
         edges = measure_edges(image_of(profile, angle, (96, 96), seed=seed))
-        assert edges.good.sum() < 0.05 * max(len(edges.good), 20)
+        assert edges.valid.sum() < 0.05 * max(len(edges.valid), 20)
 
 
 def test_a_neighbour_that_is_let_pass_does_no_harm():
     for distance in (10.0, 12.0, 16.0, 24.0):
         image = image_of(lambda x, d=distance: bar(2.0, d)(x), 0.3, (96, 128), noise=0.01)
         edges = measure_edges(image)
-        if edges.good.any():
-            assert np.median(edges.radius[edges.good]) == pytest.approx(2.0, rel=0.04)
-    assert edges.good.all()
+        if edges.valid.any():
+            assert np.median(edges.radius[edges.valid]) == pytest.approx(2.0, rel=0.04)
+    assert edges.valid.all()
 
 
 def test_curved_edges_and_corners():
@@ -165,7 +165,7 @@ def test_curved_edges_and_corners():
             + 0.01 * np.random.default_rng(0).standard_normal((120, 120))
         )
         assert edges.segment.max() == 0  # one contour, all around
-        assert np.median(edges.radius[edges.good]) == pytest.approx(2.0, rel=0.03)
+        assert np.median(edges.radius[edges.valid]) == pytest.approx(2.0, rel=0.03)
     square = [ndtr((30 - np.abs(v - 59.5)) / np.hypot(2.0, np.sqrt(1 / 12))) for v in (row, column)]
     edges = measure_edges(
         0.2 + 0.6 * square[0] * square[1] + 0.01 * np.random.default_rng(0).standard_normal(row.shape)
@@ -173,9 +173,9 @@ def test_curved_edges_and_corners():
     sides = np.unique(edges.segment)
     assert len(sides) == 4  # cut at the corners
     for side in sides:
-        direction = np.exp(1j * edges.angle[(edges.segment == side) & edges.good])
+        direction = np.exp(1j * edges.angle[(edges.segment == side) & edges.valid])
         assert np.abs(direction / direction.mean() - 1).max() < 0.1
-    assert np.median(edges.radius[edges.good]) == pytest.approx(2.0, rel=0.02)
+    assert np.median(edges.radius[edges.valid]) == pytest.approx(2.0, rel=0.02)
 
 
 def test_noise_is_estimated_where_it_is_not_given():
@@ -183,14 +183,14 @@ def test_noise_is_estimated_where_it_is_not_given():
     told, found = measure_edges(image, noise=0.01), measure_edges(image)
     assert np.median(found.radius_sd) == pytest.approx(np.median(told.radius_sd), rel=0.1)
     # Told of ten times less noise than there is, few of all that is then an edge pass.
-    assert measure_edges(image, noise=0.001).good.mean() < 0.5
+    assert measure_edges(image, noise=0.001).valid.mean() < 0.5
 
 
 def test_images_without_edges_have_none():
     noise = np.random.default_rng(0).standard_normal((64, 64))
     for image in (np.zeros((64, 64)), 0.5 + 0.01 * noise, np.ones((8, 9))):
         edges = average_segments(measure_edges(image), 16)
-        assert not edges.good.any()
+        assert not edges.valid.any()
 
 
 def test_a_segment_that_recedes_is_read_as_a_line():

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from focalgradient.depth.filters import residual_filters
+from focalgradient.depth.equalise.residuals import residual_filters
 from focalgradient.psf import transfer
 
 COUNTS = st.tuples(st.integers(2, 5), st.integers(1, 3), st.integers(1, 4))

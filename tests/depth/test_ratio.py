@@ -8,15 +8,17 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.covariance import MODEL_DOUBT
-from focalgradient.depth.ratio.disparity import detail, fine_noise_floor, focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio.covariance import MODEL_ERROR
+from focalgradient.depth.ratio.disparity import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
 from focalgradient.depth.search import Search
 from focalgradient.photographs.images import srgb_to_linear
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane, slant
 from focalgradient.scenes.texture import Texture
+from focalgradient.video import luminance
 
 LENSES = [lens(16), lens(5.6)]
 
@@ -43,12 +45,12 @@ def test_luminance_weighs_light_and_not_stored_values() -> None:
     levels = srgb_to_linear(np.arange(256) / 255).astype(np.float32)
     colours = np.random.default_rng(0).integers(0, 255, (40, 50, 3), np.uint8)
     colours[0] = colours[0, :, :1]
-    stored = energies.luminance(levels)(colours)
+    stored = luminance(levels)(colours)
     light = levels[colours] @ np.array([0.0722, 0.7152, 0.2126])
     np.testing.assert_array_equal(stored[0], colours[0, :, 0])  # grey stays as it is
     assert np.abs(np.searchsorted((levels[1:] + levels[:-1]) / 2, light) - stored.astype(int)).max() <= 1
     colours[5, 5, 1] = 255
-    assert energies.luminance(levels)(colours)[5, 5] == 255
+    assert luminance(levels)(colours)[5, 5] == 255
 
 
 @pytest.mark.parametrize("side", [4, 2, 1])
@@ -149,7 +151,7 @@ def test_noise_is_read_in_the_emptiest_squares(sd: float) -> None:
     random = np.random.default_rng(5)
     image = 100 + sd * random.standard_normal((320, 320))
     image[:, :200] += 20 * random.standard_normal((320, 200))
-    assert fine_noise_floor(image) == pytest.approx(sd, rel=0.06)
+    assert noise_floor(image) == pytest.approx(sd, rel=0.06)
 
 
 # The table.
@@ -241,7 +243,7 @@ def test_other_textures_and_noise(texture: Texture) -> None:
 
 
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
-@pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, MODEL_DOUBT), (1.4, MODEL_DOUBT)])
+@pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, MODEL_ERROR), (1.4, MODEL_ERROR)])
 def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope: float, most: float) -> None:
     lenses = [lens(11.2), lens(5.6)]
     defocus = sigma / 0.5 * PIXEL / (lenses[1].aperture_diameter / 2)
@@ -291,8 +293,8 @@ def test_a_view_sharper_than_the_optics_allow_is_refused() -> None:
 
 def test_pixels_left_out_do_not_count() -> None:
     views = wall(LENSES, 1.3, noise=0.003)
-    search = Search.over(views, 0.85, None)
-    table = table_for(search, views, "disc", 0.5)
+    search = Search.over(LENSES, PIXEL, 0.85, None)
+    table = table_for(search, "disc", 0.5)
     images = [view.image.copy() for view in views]
     usable = np.ones(images[0].shape, bool)
     usable[100:120, 100:120] = False

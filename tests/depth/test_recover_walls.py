@@ -252,9 +252,9 @@ def test_side_left_open_is_said() -> None:
         (APERTURES, 1.2, {"near": 1.0, "far": 3.0}, "beyond focus, by the limits"),
         (APERTURES, 0.7, {"far": 0.85}, "nearer than focus, by the limits"),
         (APERTURES, 0.7, {"far": 0.8}, "nearer than focus, by the limits"),
-        (FOCI, 0.7, {}, "told by the views"),
-        (FOCI, 1.0, {}, "told by the views"),
-        (FOCI, 1.6, {}, "told by the views"),
+        (FOCI, 0.7, {}, "estimated from the views"),
+        (FOCI, 1.0, {}, "estimated from the views"),
+        (FOCI, 1.6, {}, "estimated from the views"),
     ],
 )
 def test_side_known(lenses: list[Lens], distance: float, limits: dict[str, float], said: str) -> None:

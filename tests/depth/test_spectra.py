@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, InputError, recover_depth
+from focalgradient.depth.filters import RADII
 from focalgradient.depth.numerics import block_sum
-from focalgradient.depth.spectra.bands import RADII, Bands, Supposed, compare, scene_power
-from focalgradient.depth.spectra.estimate import spectral_difference
+from focalgradient.depth.spectra import spectral_difference
+from focalgradient.depth.spectra.bands import Bands, Hypothesis, compare, scene_level
 from focalgradient.psf import gaussian_transfer
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane
@@ -57,8 +58,8 @@ def test_equal_images_differ_by_noise_alone() -> None:
     scaled, misfit = [], []
     for seed in range(4):
         images = [image.astype(np.float32) for image in blurred(1.5, 1.5, seed=seed)]
-        supposed = Supposed.of((0, 1), same, np.ones(len(RADII)), (0.01, 0.01), scene_power(images), 4)
-        (compared,) = compare(Bands.of(8.0), images, np.ones(images[0].shape, np.bool_), [supposed], 32)
+        hypothesis = Hypothesis.of((0, 1), same, np.ones(len(RADII)), (0.01, 0.01), scene_level(images), 4)
+        (compared,) = compare(Bands.of(8.0), images, np.ones(images[0].shape, np.bool_), [hypothesis], 32)
         scaled.append((compared.slope / np.sqrt(compared.variance))[INSIDE])
         misfit.append(compared.misfit[INSIDE])
     assert abs(np.mean(scaled)) < 0.25

@@ -37,12 +37,12 @@ def read_target(view: View) -> tuple[float, float]:
     FocalGradientWarning
         If few of them look like blurred steps, as tone curves and sharpening make it; all are read then.
     """
-    from focalgradient.depth.edges.measure import measure_edges
+    from focalgradient.depth.edges import measure_edges
 
-    edges = measure_edges(view.image)
+    edges = measure_edges(view.image, mask=view.mask)
     contrast = np.where(np.isfinite(edges.radius), edges.high - edges.low, 0.0)
     strong = contrast > STRONG * np.quantile(contrast, 0.99) if contrast.size else contrast > 0
-    use = strong & edges.good
+    use = strong & edges.valid
     if use.sum() < STEP_LIKE * strong.sum():
         # The sheet is known to be made of steps, so that it is the camera that draws them otherwise.
         warnings.warn(

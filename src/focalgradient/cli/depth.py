@@ -120,7 +120,7 @@ def depth(
             psf=psf,
             k=settings.blur_k,
             align=align,
-            progress=say,
+            progress=lambda share, words: say(words),
         )
         result = replace(result, offset=offset)
         if not result.valid.any():

@@ -122,7 +122,7 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
         world = _scene(scene, seed, accommodation)
         seen = eye_views(world, cones, SHAPE, MINUTE, noise=NOISE, correlation=CORRELATION, samples=SAMPLES, seed=seed)
         truth = seen[0].distance
-        result = recover_depth([one.view for one in seen], psf="optics", progress=say)
+        result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
         film = _film(world, subject, course, seed)
         say("drawing")

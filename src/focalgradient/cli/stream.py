@@ -140,8 +140,8 @@ def stream(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     _check(optics, near, far)
-    from focalgradient.depth.ratio.disparity import detail, fine_noise_floor
-    from focalgradient.depth.ratio.energies import luminance
+    from focalgradient.depth.noise import noise_floor
+    from focalgradient.depth.ratio import detail
     from focalgradient.video import (
         Frame,
         Skipped,
@@ -151,6 +151,7 @@ def stream(
         ahead,
         alternation,
         check_ending,
+        luminance,
         pairs,
     )  # fmt: skip
 
@@ -176,7 +177,7 @@ def stream(
             first = list(islice(source.frames(), FIRST))
         step = alternation(first, content)
         images = [item.image for item in first if isinstance(item, Frame)][:4]
-        noise = min(fine_noise_floor(image.astype(np.float32)) for image in images)
+        noise = min(noise_floor(image.astype(np.float32)) for image in images)
         del first, images
         to_grid, scale, said = _reader(optics, near, far, psf, window, levels, noise, step)
 
@@ -271,8 +272,8 @@ def _reader(
 
     Values are vergences in dioptres, or focal disparity where no optics are given.
     """
-    from focalgradient import Lens, View
-    from focalgradient.depth.ratio.disparity import focal_disparity, read_depth, table_for
+    from focalgradient import Lens
+    from focalgradient.depth.ratio import focal_disparity, read_depth, table_for
     from focalgradient.depth.search import Search
     from focalgradient.psf import DISC_K
     from focalgradient.video import PLAIN, Scale
@@ -294,10 +295,8 @@ def _reader(
 
     lenses = [Lens(optics["focal_length"] * 1e-3, number, optics["focus_distance"]) for number in optics["f_numbers"]]
     pixel_angle = optics["pixel_pitch"] * 1e-6 / lenses[0].sensor_distance
-    # The search asks for views, of which the table and the limits use the optics alone.
-    views = [View(np.zeros((1, 1)), lens, pixel_angle) for lens in lenses]
-    search = Search.over(views, near, far)
-    table = table_for(search, views, psf, DISC_K)
+    search = Search.over(lenses, pixel_angle, near, far)
+    table = table_for(search, psf, DISC_K)
     if not search.side_known:
         warnings.warn(FocalGradientWarning(search.side_text), stacklevel=2)
     even_sharper = lenses[0].f_number > lenses[1].f_number

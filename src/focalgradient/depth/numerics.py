@@ -1,4 +1,4 @@
-"""The inner loops of the depth core, compiled; rows are shared among threads."""
+"""Numerical work that methods share, compiled: block sums, interpolation, planes; rows are shared among threads."""
 
 from __future__ import annotations
 
@@ -7,18 +7,27 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+Value = TypeVar("Value", bound=np.generic)
 
 THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
 SEPARATE = 49.0
 """Squared distance, over the variance, beyond which two values do not lie on one surface."""
 
-RIVAL = 9.0
-"""A second minimum whose cost comes within this (three sd) of the least leaves the depth undecided."""
+GROWTH = (0.5, 0.75, 1.125, 1.7)
+"""Windows that planes are fitted in, one after another, in units of the window of the settings."""
+
+STEEP = 2.0
+"""Prior standard deviation of depth's slope within a window, in levels per block."""
+
+NODES = 1.6
+"""Nodes at which depth is estimated, to a window's standard deviation."""
 
 
 @cache
@@ -123,8 +132,10 @@ def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
     return np.add.reduceat(np.add.reduceat(image.astype(float), rows, axis=0), columns, axis=1)
 
 
-def pick(images: NDArray[np.float32], level: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The stack of images (L x H x W) read, at each pixel, at that pixel's fractional level; and its derivative."""
+def select_levels(
+    images: NDArray[np.float32], level: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The stack of images (L x H x W) interpolated at each pixel's fractional level, and its derivative by level."""
     base = np.clip(np.rint(level).astype(np.intp), 1, len(images) - 2)
     part = (level - base).astype(np.float32)
     below, at, above = (np.take_along_axis(images, (base + i)[None], axis=0)[0] for i in (-1, 0, 1))
@@ -132,20 +143,22 @@ def pick(images: NDArray[np.float32], level: NDArray[np.float32]) -> tuple[NDArr
     return at + part * (slope + part * bend / 2), slope + part * bend
 
 
-def mix(
+def combine_levels(
     images: NDArray[np.float32], coefficients: NDArray[np.float32], level: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The image mixed, at each pixel, with the coefficients of that pixel's level, and its derivative by level.
+    """The images averaged, at each pixel, with the coefficients of that pixel's level, and its derivative by level.
 
     `images` is r x H x W, `coefficients` L x r, `level` H x W (fractional, a parabola through the nearest three).
     """
     value, slope = np.empty_like(level), np.empty_like(level)
-    share_rows(level.shape[0], lambda first, last: _mix(images, coefficients, level, first, last, value, slope))
+    share_rows(
+        level.shape[0], lambda first, last: _combine_levels(images, coefficients, level, first, last, value, slope)
+    )
     return value, slope
 
 
 @njit(nogil=True, cache=True, fastmath=True)
-def _mix(images, coefficients, level, first, last, value, slope):  # type: ignore[no-untyped-def]
+def _combine_levels(images, coefficients, level, first, last, value, slope):  # type: ignore[no-untyped-def]
     count = images.shape[0]
     top = coefficients.shape[0] - 2
     for y in range(first, last):
@@ -163,131 +176,7 @@ def _mix(images, coefficients, level, first, last, value, slope):  # type: ignor
             slope[y, x] = rise + part * bend
 
 
-def read_minima(
-    energy: NDArray[np.floating],
-    expected: NDArray[np.float64],
-    noise_slope: NDArray[np.float64],
-    noise: float,
-    size: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Where along its levels each node's residual energy is least, how sharply, how well it fits, whether alone.
-
-    Parameters
-    ----------
-    energy
-        Mean squared residual, nodes x L.
-    expected
-        What noise alone leaves of it, per level.
-    noise_slope
-        What noise of variance 1 adds to the variance of the score, per level^2, per level.
-    noise
-        Noise variance.
-    size
-        Pixels that each node's window is worth.
-
-    Returns
-    -------
-    values
-        4 x nodes: the level (fractional); its standard deviation in levels; the energy over what noise explains; the
-        power of what tells depth over that of the noise in the same band.
-    flags
-        2 x nodes: no rival minimum fits about as well; the best fit lies within the levels, not beyond their ends.
-    """
-    values, flags = np.empty((4, len(energy))), np.empty((2, len(energy)), np.bool_)
-    share_rows(
-        len(energy),
-        lambda first, last: _read_minima(energy, expected, noise_slope, noise, size, first, last, *values, *flags),
-    )
-    return values, flags
-
-
-@njit(nogil=True, cache=True)
-def _crossing(cost, start, direction, bound, level):  # type: ignore[no-untyped-def]
-    """How far from `level` the cost first rises to `bound` in one direction; infinity if it never does."""
-    i = start
-    while 0 <= i + direction < cost.size:
-        if cost[i + direction] > bound:
-            inner = min(cost[i], bound)
-            return abs(i + direction * (bound - inner) / (cost[i + direction] - inner) - level)
-        i += direction
-    return np.inf
-
-
-@njit(nogil=True, cache=True)
-def _read_minima(  # type: ignore[no-untyped-def]
-    energy, expected, noise_slope, noise, size, first, last, level, sd, misfit, texture, alone, inside
-):
-    levels = energy.shape[1]
-    cost = np.empty(levels)
-    for node in range(first, last):
-        best = 0
-        for i in range(levels):
-            cost[i] = (energy[node, i] - expected[i]) * size[node] / noise
-            if cost[i] < cost[best]:
-                best = i
-        # A quartic through five levels: exact where blur vanishes and the cost has the form (r^2 - r0^2)^2.
-        c = min(max(best, 2), levels - 3)
-        m2, m1, z, p1, p2 = cost[c - 2], cost[c - 1], cost[c], cost[c + 1], cost[c + 2]
-        a1 = (m2 - 8 * m1 + 8 * p1 - p2) / 12
-        a2 = (-m2 + 16 * m1 - 30 * z + 16 * p1 - p2) / 24
-        a3 = (-m2 + 2 * m1 - 2 * p1 + p2) / 12
-        a4 = (m2 - 4 * m1 + 6 * z - 4 * p1 + p2) / 24
-        # Its slope changes sign between the neighbours of the least level: bisect.
-        left, right = max(best - 1.0, 0.0) - c, min(best + 1.0, levels - 1.0) - c
-        for _ in range(14):
-            middle = (left + right) / 2
-            if a1 + middle * (2 * a2 + middle * (3 * a3 + middle * 4 * a4)) > 0:
-                right = middle
-            else:
-                left = middle
-        t = (left + right) / 2
-        least = min(z + t * (a1 + t * (a2 + t * (a3 + t * a4))), cost[best])
-        level[node] = c + t
-        misfit[node] = (least * noise / size[node] + expected[best]) / expected[best]
-
-        # The cost's rise at one sd is 1 where signal dominates, more where noise meets noise or the model misfits.
-        curvature = a2 + t * (3 * a3 + t * 6 * a4)
-        slope = noise_slope[best] * size[node]
-        # Noise alone makes the cost wander over its levels, the more so the more of it they let through.
-        wander = np.sqrt(2 * size[node] * expected.max() / noise) * max(1.0, misfit[node])
-        texture[node] = curvature / slope if slope > 0 and cost.max() - cost[best] > 6 * wander else 0.0
-        spread = max(1.0, misfit[node]) * (1 + slope / max(curvature, slope / 3 + 1e-30))
-        rise = 4 * spread
-        narrow = np.sqrt(rise / curvature) if curvature > 0 else np.inf
-        if narrow < 1.0:
-            sd[node] = narrow / 2
-        else:
-            # Half the width of what lies within two sd: honest where the cost is no parabola.
-            down = _crossing(cost, best, -1, least + rise, level[node])
-            up = _crossing(cost, best, 1, least + rise, level[node])
-            # Where the range ends first, that side says nothing and the other stands for both.
-            sd[node] = (max(down, up) if max(down, up) < np.inf else min(down, up, levels - 1.0)) / 2
-
-        # At an end of the range: would the cost still fall by three sd beyond it?
-        outward = 0.0
-        if best == 0:
-            outward = cost[1] - cost[0]
-        elif best == levels - 1:
-            outward = cost[levels - 2] - cost[levels - 1]
-        fall = outward**2 / (4 * max(curvature, slope / 3 + 1e-30))
-        inside[node] = fall <= RIVAL * spread or outward <= 2 * curvature
-
-        # A rival fits about as well and lies beyond a barrier that both could not share.
-        bound = least + RIVAL * spread
-        alone[node] = True
-        for direction in (-1, 1):
-            i = best
-            over = False
-            while 0 <= i + direction < levels:
-                i += direction
-                apart = abs(expected[i] - expected[best]) / noise
-                if cost[i] > bound + 3 * np.sqrt(2 * size[node] * apart):
-                    over = True
-                elif over:
-                    alone[node] = False
-
-
-def spread(
+def interpolate_nodes(
     values: NDArray[np.float64], sd: NDArray[np.float64], step: int, shape: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Carry values from nodes, at the middles of blocks of `step` pixels, to the pixels (H x W) of `shape`.
@@ -295,12 +184,12 @@ def spread(
     Linear in between where the nodes around a pixel agree; across a jump, which they do not, the nearest node's.
     """
     pixels = np.empty(shape)
-    share_rows(shape[0], lambda first, last: _spread(values, sd, step, first, last, pixels))
+    share_rows(shape[0], lambda first, last: _interpolate_nodes(values, sd, step, first, last, pixels))
     return pixels
 
 
 @njit(nogil=True, cache=True)
-def _spread(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-def]
+def _interpolate_nodes(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-def]
     rows, columns = values.shape
     for y in range(first, last):
         v = min(max((y + 0.5) / step - 0.5, 0.0), rows - 1.0)
@@ -319,11 +208,26 @@ def _spread(values, sd, step, first, last, pixels):  # type: ignore[no-untyped-d
                 pixels[y, x] = (1 - p) * ((1 - q) * a + q * b) + p * ((1 - q) * c + q * d)
 
 
+def repeat_blocks(values: NDArray[Value], step: int, shape: tuple[int, int]) -> NDArray[Value]:
+    """Values at nodes (h x w) given to all pixels (H x W) of their blocks of `step` pixels."""
+    return values.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
+
+
+def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
+    """The value at which half the weight is reached.
+
+    >>> weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 5.0]))
+    2.0
+    """
+    order = np.argsort(values)
+    return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
+
+
 def grow_planes(
     weight: NDArray[np.float64],
     weighted: NDArray[np.float64],
     level: NDArray[np.float64],
-    doubt: NDArray[np.float64],
+    sd: NDArray[np.float64],
     windows: list[float],
     steep: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -336,10 +240,10 @@ def grow_planes(
     Parameters
     ----------
     weight, weighted
-        What each block says, and its value times that weight; h x w.
+        Weight of each block, and its value times that weight; h x w.
     level
         Value to start from, h x w.
-    doubt
+    sd
         Standard deviation of the noise in which `weight` is an inverse variance, h x w.
     windows
         Gaussian windows (sd, in blocks), from the narrowest up.
@@ -354,14 +258,14 @@ def grow_planes(
     # value, slope down, slope right, variance for noise of variance 1, still growing
     state = np.stack([level, 0 * level, 0 * level, np.full_like(level, np.inf), np.ones_like(level)])
     for window in windows:
-        grown, variance = np.empty_like(state), state[3] * doubt**2
+        grown, variance = np.empty_like(state), state[3] * sd**2
 
         def work(first: int, last: int) -> None:
             _grow_planes(weight, weighted, variance, state, window, steep, first, last, grown)  # noqa: B023
 
         share_rows(len(level), work)
         state = grown
-    return state[0], doubt * np.sqrt(state[3])
+    return state[0], sd * np.sqrt(state[3])
 
 
 @njit(nogil=True, cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
@@ -415,7 +319,7 @@ def _grow_planes(weight, weighted, variances, state, window, steep, first, last,
             step = e0 * b0 + e1 * b1 + e2 * b2
             spread = e0 * (e0 * q00 + 2 * (e1 * q01 + e2 * q02)) + e1 * (e1 * q11 + 2 * e2 * q12) + e2 * e2 * q22
             if state[4, row, column] == 0 or (not start and step * step > 9 * variance):
-                # What a wider window says contradicts the narrower one: growth ends here.
+                # The wider window contradicts the narrower one: growth ends here.
                 grown[:, row, column] = state[:, row, column]
                 grown[4, row, column] = 0
                 continue

@@ -1,40 +1,92 @@
-"""From views to a depth map, by the method asked for."""
+"""From views to a depth map: the front door of every method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+import warnings
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Literal
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.settings import RecoverySettings
-from focalgradient.errors import InputError
-from focalgradient.psf import DISC_K, PsfName
+from focalgradient.depth.settings import BlurSource, MethodName, RecoverySettings
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.progress import Progress
+from focalgradient.psf import DISC_K
 from focalgradient.view import View
 
-__all__ = ["METHODS", "Method", "MethodName", "check_usable", "recover_depth"]
+if TYPE_CHECKING:
+    from focalgradient.depth.estimate import Estimate, Problem
 
-MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
+__all__ = ["METHODS", "Estimator", "Method", "MethodName", "check_usable", "recover_depth"]
 
-Progress = Callable[[str], None]
+SATURATED = 0.5
+"""Share of a view's pixels, at its ceiling or masked, above which it is refused."""
+
+
+def _any(views: Sequence[View]) -> None:
+    """Accept the optics of any views."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimator:
+    """A method, loaded: how it estimates depth, and what it refuses of the views' optics."""
+
+    estimate: Callable[[Problem], Estimate]
+    check: Callable[[Sequence[View]], None] = _any
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way from views to depth: the module of `focalgradient.depth` whose `recover` does it, and what it needs."""
+    """A way from views to depth: loads its estimator, and says how many views it takes."""
 
-    module: str
+    load: Callable[[], Estimator]
     least: int = 2
     most: int | None = None
 
 
-METHODS: dict[str, Method] = {
-    "equalise": Method("equalise.estimate"),
-    "spectra": Method("spectra.estimate"),
-    "ratio": Method("ratio.disparity", most=2),
-    "edges": Method("edges.measure", least=1),
-    "autofocus": Method("autofocus.estimate", least=3),
+# Imported when called, for `import focalgradient` to stay light.
+
+
+def _equalise() -> Estimator:
+    from focalgradient.depth.equalise.estimate import estimate
+
+    return Estimator(estimate)
+
+
+def _spectra() -> Estimator:
+    from focalgradient.depth.spectra.estimate import estimate
+
+    return Estimator(estimate)
+
+
+def _ratio() -> Estimator:
+    from focalgradient.depth.ratio.estimate import check, estimate
+
+    return Estimator(estimate, check)
+
+
+def _edges() -> Estimator:
+    from focalgradient.depth.edges.estimate import estimate
+
+    return Estimator(estimate)
+
+
+def _autofocus() -> Estimator:
+    from focalgradient.depth.autofocus.estimate import check, estimate
+
+    return Estimator(estimate, check)
+
+
+METHODS: dict[MethodName, Method] = {
+    "equalise": Method(_equalise),
+    "spectra": Method(_spectra),
+    "ratio": Method(_ratio, most=2),
+    "edges": Method(_edges, least=1),
+    "autofocus": Method(_autofocus, least=3),
 }
 
 
@@ -44,7 +96,7 @@ def recover_depth(
     method: MethodName = "equalise",
     near: float | None = None,
     far: float | None = None,
-    psf: PsfName = "disc",
+    psf: BlurSource = "auto",
     k: float = DISC_K,
     window: float = 8.0,
     noise: float | Sequence[float] | None = None,
@@ -59,7 +111,8 @@ def recover_depth(
     views
         Two or more views of one scene, of one size, that differ in aperture, in focus, or in both. Depth comes on
         the first view's pixels. Views whose pixel angles differ (focusing changes magnification) are brought to the
-        first view's; exposures may differ by any gain.
+        first view's; exposures may differ by an unknown gain. Pixels outside a view's mask are left out; of a view
+        without a mask, pixels at its highest value, where many share it, are taken for saturated.
     method
         How blur is measured.
 
@@ -71,19 +124,23 @@ def recover_depth(
     near, far
         Limits of the search in metres. By default both sides of focus are searched, from infinity up to a blur of
         16 pixels.
-    psf, k
-        Blur model, ``"disc"`` or ``"gaussian"``, and for the Gaussian sigma / disc radius.
+    psf
+        Where the views' blur comes from: ``"optics"``, their own transfer (`focalgradient.optics.HasTransfer`, method
+        ``"equalise"`` only); or a model of its radius, ``"disc"`` or ``"gaussian"``. ``"auto"`` takes the optics'
+        own where every view's optics know it and the method can use it, the disc else.
+    k
+        For the Gaussian, sigma / disc radius.
     window
-        Standard deviation in pixels of the Gaussian window in which the evidence is gathered.
+        Standard deviation in pixels of the Gaussian window in which depth is estimated.
     noise
         Standard deviation of the pixels' noise in the images' units, one for all or one for each view; estimated
         from the views where not given (then alike in all, up to their exposure).
     align
         Measure translation and scale between the views and remove them first.
     false_alarm
-        Probability with which the check refuses a pixel whose views do agree.
+        Probability with which the check masks a pixel whose views do agree.
     progress
-        Called with a few words at each stage.
+        Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
 
     Returns
     -------
@@ -94,7 +151,7 @@ def recover_depth(
     Raises
     ------
     InputError
-        If the views cannot be compared, tell nothing of depth, or a setting is out of range.
+        If the views cannot be compared, or are uninformative about depth, or a setting is out of range.
 
     Warns
     -----
@@ -120,12 +177,12 @@ def recover_depth(
     >>> round(float(np.median(depth.distance[depth.valid])), 2)
     1.25
     """
-    views = list(views)
+    views = _checked_views(views)
     if method not in METHODS:
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
-    say = progress or (lambda stage: None)
-    asked = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say)
-    asked.check(len(views))
+    say = progress or (lambda share, words: None)
+    settings = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say)
+    settings.check(len(views))
     check_usable(views, method)
     if window > min(views[0].shape) / 4:
         raise InputError(
@@ -133,12 +190,87 @@ def recover_depth(
             f"{min(views[0].shape)} pixels: give a smaller window."
         )
     # Imported here, for `import focalgradient` to stay light.
-    recover = import_module(f"focalgradient.depth.{METHODS[method].module}").recover
-    return recover(views, asked)
+    from focalgradient.depth.estimate import Problem
+    from focalgradient.depth.registration import RegisteredViews
+    from focalgradient.depth.search import Search
+
+    estimator = METHODS[method].load()
+    estimator.check(views)
+    optics = [view.optics for view in views]
+    search = Search.over(optics, views[0].pixel_angle, near, far)
+    settings = settings.resolved(optics)
+    say(0.0, "registering the views")
+    problem = Problem(views, RegisteredViews.of(views, align), search, settings)
+    estimate = estimator.estimate(problem)
+    for text in _warnings(problem, estimate):
+        warnings.warn(FocalGradientWarning(text), stacklevel=2)
+    say(1.0, "done")
+    return _depth_map(problem, estimate)
 
 
-def check_usable(views: Sequence[View], method: str) -> None:
-    """Refuse views that the method cannot use, or that tell nothing of depth."""
+def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
+    """The map of an estimate, with its details."""
+    registered, search, settings = problem.registered, problem.search, problem.settings
+    lowest, highest = estimate.searched or (search.lowest, search.highest)
+    details = {
+        **settings.stated(),
+        "searched_vergence_D": [float(lowest), float(highest)],
+        "side": search.side_text,
+        "noise": [float(sd) for sd in estimate.noise],
+        "noise_estimated": settings.noise is None,
+        "gain": registered.gains,
+        "shift_px": [[p.down, p.right] for p in registered.placements],
+        "scale": [p.scale for p in registered.placements],
+        **estimate.details,
+        "share_valid": float(estimate.valid.mean()),
+    }
+    side_known = np.full(registered.shape, search.side_known) & estimate.side_known
+    return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details)
+
+
+def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
+    """What the user is warned of."""
+    texts: list[str] = []
+    if len(set(problem.search.wavebands)) == 1:  # a texture that is not quite the same seems displaced
+        texts += problem.registered.warnings
+    if not problem.search.side_known:
+        texts.append(problem.search.side_text)
+    return texts + list(estimate.warnings)
+
+
+def _checked_views(views: Sequence[View]) -> list[View]:
+    """The views as a list, refused where they are no views, or their optics no optics."""
+    if isinstance(views, View | str | bytes) or not isinstance(views, Iterable):
+        what = "one View" if isinstance(views, View) else f"a {type(views).__name__}"
+        raise InputError(f"views is {what}, but must be a list of View: give [first, second].")
+    views = list(views)
+    for number, view in enumerate(views, 1):
+        if not isinstance(view, View):
+            raise InputError(f"view {number} is a {type(view).__name__}, but must be a View: {_remedy(view)}.")
+        for name in ("aperture_diameter", "focus_vergence"):
+            value: Any = getattr(view.optics, name, None)
+            if not (_is_finite(value) and (name == "focus_vergence" or value >= 0)):
+                raise InputError(
+                    f"the optics of view {number} have {name} = {value!r}, but it must be a finite number"
+                    f"{'' if name == 'focus_vergence' else ' of 0 or more'}: give a Lens or an Eye."
+                )
+    return views
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
+
+
+def _remedy(given: object) -> str:
+    if isinstance(getattr(given, "view", None), View):
+        return "give its attribute view"
+    if isinstance(given, np.ndarray):
+        return "give View(image, optics, pixel_angle)"
+    return "make one of its image and its optics"
+
+
+def check_usable(views: Sequence[View], method: MethodName) -> None:
+    """Refuse views that the method cannot use, or that are uninformative about depth."""
     least, most = METHODS[method].least, METHODS[method].most
     if len(views) < least:
         raise InputError(
@@ -153,20 +285,28 @@ def check_usable(views: Sequence[View], method: str) -> None:
                 f"view 1 is {sizes[0]} pixels but view {number} is {sizes[1]}, and all views must be of one size: "
                 "crop or scale them alike."
             )
-        image = view.image
-        top = image.max()
-        if not top > 0:
-            raise InputError(f"view {number} is black, but depth needs a lit scene: check its exposure.")
-        if image.min() == top or (image == top).mean() > 0.5:
-            raise InputError(
-                f"view {number} is {'constant' if image.min() == top else 'saturated over more than half its pixels'}, "
-                "so that it shows no texture to compare: expose it so that the scene keeps below the maximum."
-            )
+        _check_light(number, view)
     if min(views[0].shape) < 32:
         raise InputError(f"the views are {views[0].shape[1]} x {views[0].shape[0]} pixels, but at least 32 are needed.")
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
     if (len(optics) == 1 and least > 1) or all(aperture == 0 for aperture, _ in optics):
         raise InputError(
-            "all views are blurred alike (same aperture and focus, or pinholes all), so that they tell nothing of "
+            "all views are blurred alike (same aperture and focus, or pinholes all), which is uninformative about "
             "depth: change the aperture or the focus of one."
+        )
+
+
+def _check_light(number: int, view: View) -> None:
+    """Refuse a view that is black, constant, or mostly saturated or masked."""
+    image = view.image if view.mask is None else view.image[view.mask]
+    top = image.max()
+    unusable = (image == top).mean() if view.mask is None else 1 - view.mask.mean()
+    if not top > 0:
+        raise InputError(f"view {number} is black, but depth needs a lit scene: check its exposure.")
+    constant = image.min() == top
+    if constant or unusable > SATURATED:
+        trouble = "saturated" if view.mask is None else "saturated or bad, by its mask,"
+        raise InputError(
+            f"view {number} is {'constant' if constant else f'{trouble} over more than half its pixels'}, "
+            "so that it shows no texture to compare: expose it so that the scene keeps below the maximum."
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,15 +10,21 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
 from focalgradient.depth.numerics import block_sum
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError
 from focalgradient.view import View
 
-__all__ = ["Placement", "RegisteredViews", "measure_placement", "resample"]
+__all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resample"]
 
 Image = NDArray[np.float32]
 
 SHIFT_WARNING = 0.25
 """Displacement between views, in pixels, above which a user is warned."""
+
+LEAST_MASKED = 0.05
+"""Share of a resampled pixel that may come from masked ones."""
+
+LEAST_USABLE = 0.05
+"""Share of the frame that must be usable in all views."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +49,7 @@ class Placement:
         return float(np.hypot(abs(self.down) + stretch * height, abs(self.right) + stretch * width))
 
     def then(self, other: Placement) -> Placement:
-        """The placement of a view whose image, once placed by `self`, is still placed by `other`."""
+        """The placement of a view whose image, once resampled by `self`, is still displaced by `other`."""
         return Placement(
             self.scale * other.scale, self.down + self.scale * other.down, self.right + self.scale * other.right
         )
@@ -60,8 +65,8 @@ def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool
     height, width = image.shape
     down, rows = _interpolation(height, placement.scale, placement.down)
     across, columns = _interpolation(width, placement.scale, placement.right)
-    placed = (across @ (down @ image).T).T
-    return np.ascontiguousarray(placed, np.float32), rows[:, None] & columns
+    resampled = (across @ (down @ image).T).T
+    return np.ascontiguousarray(resampled, np.float32), rows[:, None] & columns
 
 
 def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
@@ -95,40 +100,48 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tup
     smooth = [ndimage.gaussian_filter(picture, 1.5) for picture in small]
     placement = _coarse_shift(*smooth)
     height, width = smooth[0].shape
-    down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
     margin = min(4, height // 8, width // 8)
     frame = np.zeros((height, width), np.bool_)
     frame[margin : height - margin, margin : width - margin] = True
     for _ in range(steps):
-        placed, covered = resample(smooth[1], placement)
-        used = frame & covered
-        # The blurrier image is the sharper one, blurred somehow, brightened somehow, and displaced.
-        sharp, blurred, sign = smooth[0], placed, -1
-        if np.var(np.diff(placed)) > np.var(np.diff(smooth[0])):
-            sharp, blurred, sign = placed, smooth[0], 1
-        slope_down, slope_right = np.gradient(blurred)
-        moved = np.stack([down * slope_down + right * slope_right, slope_down, slope_right])[:, used]
-        spread = np.stack([sharp, *(ndimage.gaussian_filter(sharp, sd) for sd in (1.5, 3.0, 6.0))])[:, used]
-        columns = np.concatenate([moved, spread, np.ones_like(moved[:1])]).astype(float)
-        target = blurred[used].astype(float)
-        weight = np.ones_like(target)
-        for _ in range(3):
-            weighted = columns * weight
-            fit = np.linalg.lstsq(weighted @ weighted.T, weighted @ (weight * target), rcond=None)[0]
-            rest = np.abs(target - fit @ columns)
-            weight = 1 / (1 + (rest / (2 * np.median(rest) + 1e-12)) ** 2)
-        step = Placement(1 + sign * fit[0], sign * fit[1], sign * fit[2])
+        step, variance = _placement_step(smooth[0], smooth[1], placement, frame)
         placement = placement.then(step)
         if step.displacement((height, width)) < 0.002 or not 0.5 < placement.scale < 2:
             break
+    error = factor * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
+    return Placement(placement.scale, factor * placement.down, factor * placement.right), error
+
+
+def _placement_step(
+    reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
+) -> tuple[Placement, NDArray[np.float64]]:
+    """What a placement still lacks, by linear least squares, and the variances of its scale and shifts."""
+    height, width = reference.shape
+    down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
+    moved_image, covered = resample(image, placement)
+    used = frame & covered
+    # The blurrier image is the sharper one, blurred somehow, brightened somehow, and displaced.
+    sharp, blurred, sign = reference, moved_image, -1
+    if np.var(np.diff(moved_image)) > np.var(np.diff(reference)):
+        sharp, blurred, sign = moved_image, reference, 1
+    slope_down, slope_right = np.gradient(blurred)
+    moved = np.stack([down * slope_down + right * slope_right, slope_down, slope_right])[:, used]
+    versions = np.stack([sharp, *(ndimage.gaussian_filter(sharp, sd) for sd in (1.5, 3.0, 6.0))])[:, used]
+    columns = np.concatenate([moved, versions, np.ones_like(moved[:1])]).astype(float)
+    target = blurred[used].astype(float)
+    weight = np.ones_like(target)
+    for _ in range(3):
+        weighted = columns * weight
+        fit = np.linalg.lstsq(weighted @ weighted.T, weighted @ (weight * target), rcond=None)[0]
+        rest = np.abs(target - fit @ columns)
+        weight = 1 / (1 + (rest / (2 * np.median(rest) + 1e-12)) ** 2)
     # A difference in blur leaves residuals alike over many pixels: blocks of the frame, not pixels, are independent.
     cells = (8 * np.arange(height) // height)[:, None] * 8 + 8 * np.arange(width) // width
     score = columns * (weight**2 * (target - fit @ columns))
     by_cell = np.stack([np.bincount(cells[used], row, 64) for row in score])
     inverse = np.linalg.pinv(weighted @ weighted.T)
     variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:3]
-    error = factor * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
-    return Placement(placement.scale, factor * placement.down, factor * placement.right), error
+    return Placement(1 + sign * fit[0], sign * fit[1], sign * fit[2]), variance
 
 
 def _shrink(image: Image, factor: int) -> Image:
@@ -163,7 +176,9 @@ class RegisteredViews:
     images: list[Image]
     usable: NDArray[np.bool_]
     gains: list[float]
-    found: list[Placement]
+    placements: list[Placement]
+    """What was measured of each view beyond its pixel angle: removed only if the views were to be aligned."""
+    warnings: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -174,68 +189,92 @@ class RegisteredViews:
     @classmethod
     def of(cls, views: Sequence[View], align: bool) -> RegisteredViews:
         """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
-        images = [np.asarray(view.image, np.float32) for view in views]
-        usable = ~_clipped(images[0])
-        placed, found = [images[0]], [Placement()]
-        for view, image in zip(views[1:], images[1:], strict=True):
-            clipped = _clipped(image)
+        first, usable = _image_and_mask(views[0])
+        images, placements, warnings = [first], [Placement()], []
+        for number, view in enumerate(views[1:], 2):
+            image, mask = _image_and_mask(view)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
             moved, covered = resample(image, placement)
-            shift, error = measure_placement(images[0], moved)
-            _judge(len(placed) + 1, shift, error, view.shape, align)
+            shift, error = measure_placement(first, moved)
+            warnings.append(_displacement_warning(number, shift, error, view.shape, align))
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
-            if clipped.any():
-                covered &= resample(clipped.astype(np.float32), placement)[0] < 0.05
-            usable &= covered
-            placed.append(moved)
-            found.append(shift)
-        if usable.mean() < 0.05:
+            if not mask.all():
+                covered &= resample((~mask).astype(np.float32), placement)[0] < LEAST_MASKED
+            usable = usable & covered
+            images.append(moved)
+            placements.append(shift)
+        if usable.mean() < LEAST_USABLE:
             raise InputError(
-                "hardly a pixel is both unsaturated and seen by every view, but all views must show the same scene: "
-                "check that the views belong together and are rightly exposed."
+                "hardly a pixel is usable (unsaturated, not masked) in every view, but all views must show the same "
+                "scene: check that the views belong together and are rightly exposed."
             )
-        gains = [1.0, *(_gain(placed[0], image, usable) for image in placed[1:])]
-        return cls([image / np.float32(g) for image, g in zip(placed, gains, strict=True)], usable, gains, found)
+        gains = [1.0, *(_gain(first, image, usable) for image in images[1:])]
+        scaled = [image / np.float32(g) for image, g in zip(images, gains, strict=True)]
+        return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)))
 
-    def busiest(self, side: int) -> RegisteredViews:
+    def most_textured_crop(self, side: int) -> RegisteredViews:
         """The part, at most `side` pixels in each direction, that shows most texture."""
         down, right = np.gradient(self.images[0])
         steep = down**2 + right**2
         # Texture all over, not a few hard outlines.
         steep = np.minimum(steep, np.quantile(steep[::3, ::3], 0.75)) * self.usable
-        busy = ndimage.uniform_filter(steep, [min(side, n) for n in self.shape], mode="constant")
-        middle = np.unravel_index(np.argmax(busy), busy.shape)
+        textured = ndimage.uniform_filter(steep, [min(side, n) for n in self.shape], mode="constant")
+        middle = np.unravel_index(np.argmax(textured), textured.shape)
         part = tuple(
             slice(start, start + side)
             for m, n in zip(middle, self.shape, strict=True)
             for start in [int(np.clip(m - side // 2, 0, max(0, n - side)))]
         )
-        return RegisteredViews([image[part] for image in self.images], self.usable[part], self.gains, self.found)
+        return RegisteredViews([image[part] for image in self.images], self.usable[part], self.gains, self.placements)
 
 
-def _judge(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> None:
-    """Warn of a displaced view; refuse to align one that fits nowhere. `error` is the displacement's sd in pixels."""
+def _displacement_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], align: bool) -> str:
+    """What to warn of where a view is displaced, or empty; refuse to align a view that fits nowhere.
+
+    `error` is the displacement's standard deviation in pixels.
+    """
     displacement = shift.displacement(shape)
     if not (0.8 < shift.scale < 1.25 and displacement < max(shape) / 3):
         trouble = f"view {number} does not seem to show what view 1 shows, wherever it is laid"
         if align:
             raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
-        warnings.warn(FocalGradientWarning(f"{trouble}: check that they show one scene."), stacklevel=5)
-    elif not align and displacement > max(SHIFT_WARNING, 3 * error):
-        warnings.warn(
-            FocalGradientWarning(
-                f"view {number} is displaced against view 1 by up to {displacement:.2f} pixels "
-                f"({shift.right:+.2f} right, {shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: "
-                "align the views (align=True, --align)."
-            ),
-            stacklevel=5,
+        return f"{trouble}: check that they show one scene."
+    if not align and displacement > max(SHIFT_WARNING, 3 * error):
+        return (
+            f"view {number} is displaced against view 1 by up to {displacement:.2f} pixels ({shift.right:+.2f} right, "
+            f"{shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: align the views (align=True)."
         )
+    return ""
 
 
-def _clipped(image: Image) -> NDArray[np.bool_]:
-    """Pixels at the image's ceiling, where a whole crowd of pixels shares the highest value."""
+def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
+    """A view's image, pixels outside its mask replaced by the nearest inside, and the mask.
+
+    Of a view without a mask, pixels at the image's ceiling are left out, where many share the highest value.
+    """
+    image = np.asarray(view.image, np.float32)
+    if view.mask is None:
+        return image, ~_at_ceiling(image)
+    return filled(image, view.mask), view.mask
+
+
+def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image:
+    """`image` (H x W) with each pixel outside `mask` replaced by the nearest inside: no filter meets what is not light.
+
+    >>> filled(np.array([[1.0, np.nan, 3.0, 4.0]]), np.array([[True, False, True, True]])).tolist()
+    [[1.0, 1.0, 3.0, 4.0]]
+    """
+    image = np.asarray(image, np.float32)
+    if mask is None or mask.all():
+        return image
+    row, column = ndimage.distance_transform_edt(~mask, return_distances=False, return_indices=True)
+    return np.asarray(image[row, column], np.float32)
+
+
+def _at_ceiling(image: Image) -> NDArray[np.bool_]:
+    """Pixels at the image's highest value, where more share it than texture would make."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
 
@@ -251,8 +290,8 @@ def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
     one, other = (block_sum(picture * mask, step).ravel() for picture in (reference, image))
     lit = one + other > 0.1 * (one + other).max()
     ratio = other[lit] / np.maximum(one[lit], np.finfo(np.float32).tiny)
-    usual = np.abs(ratio - np.median(ratio))
-    alike = usual <= 4 * np.median(usual) + 1e-6
+    deviation = np.abs(ratio - np.median(ratio))
+    alike = deviation <= 4 * np.median(deviation) + 1e-6
     gain = float(other[lit][alike].sum() / one[lit][alike].sum())
     if not gain > 0:
         raise InputError("one view is dark where another is bright, but views may differ by a positive gain only.")

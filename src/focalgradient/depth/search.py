@@ -1,31 +1,54 @@
-"""Where depth is sought: candidate vergences, and each view's blur at them."""
+"""Where depth is searched: candidate vergences, and each view's blur at them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.depth.filters import RADII, FloatArray, disc_pass
+from focalgradient.depth.settings import BlurSource
 from focalgradient.optics import HasTransfer, HasWaveband, Optics
-from focalgradient.psf import PsfName, transfer
-from focalgradient.view import View
+from focalgradient.psf import transfer
 
-if TYPE_CHECKING:
-    from focalgradient.depth.equalise.likelihood import Blurs
-
-__all__ = ["Search"]
+__all__ = ["Blurs", "Search"]
 
 LARGEST_BLUR = 16.0
-"""Radius in pixels, in the widest view, up to which blur is sought where the user sets no limit."""
+"""Radius in pixels, in the widest view, up to which blur is searched where the user sets no limit."""
 
 LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view."""
 
 OWN_STEP = 0.32
-"""The same for optics that tell their own blur: with waves and many colours it is nowhere as sharp as a small disc."""
+"""The same for optics with a transfer of their own: polychromatic and diffracted, it is less sharp than a disc's."""
+
+ONE_FOCUS = 1e-9
+"""Relative difference of focus vergences up to which they are one: rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blurs:
+    """Each view's blur at each candidate level."""
+
+    radius: FloatArray  # n x L: of the geometric disc, in pixels
+    transfer: FloatArray  # n x L x F, at RADII
+    edged: bool  # whether blur ends sharply, as a disc does
+
+    def pass_band(self) -> FloatArray:
+        """Weight (amplitude) of each view at each frequency: of a disc, what lies below its second zero.
+
+        Beyond it the phase of the disc's transfer depends on more than real lenses' blur is known to. Where a view's
+        transfer is exactly 0 its weight is 0.
+        """
+        if not self.edged:
+            return np.ones_like(self.transfer)
+        return disc_pass(self.radius[:, :, None], limit=8.0, power=8) * (self.transfer != 0)
+
+    def every(self, count: int) -> Blurs:
+        """The blurs at every so many levels only."""
+        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +66,16 @@ class Search:
     side_text: str
 
     @classmethod
-    def over(cls, views: Sequence[View], near: float | None, far: float | None) -> Search:
-        """The search over the limits given, or else as far as blur is sought."""
-        focus = np.array([view.optics.focus_vergence for view in views])
+    def over(cls, optics: Sequence[Optics], pixel_angle: float, near: float | None, far: float | None) -> Search:
+        """The search for views through `optics`, over the limits given (m), or else as far as blur is searched."""
+        focus = np.array([one.focus_vergence for one in optics])
         # Blur is an angle, so that all views count it in the first view's pixels.
-        pixels = np.array([view.optics.aperture_diameter / 2 for view in views]) / views[0].pixel_angle
+        pixels = np.array([one.aperture_diameter / 2 for one in optics]) / pixel_angle
         span = LARGEST_BLUR / pixels.max()
         lowest = 1 / far if far is not None else max(0.0, focus.min() - span)
         highest = 1 / near if near is not None else focus.max() + span
-        side_known, side_text = True, "told by the views"
-        if np.ptp(focus) <= 1e-9 * max(1.0, np.abs(focus).max()):
+        side_known, side_text = True, "estimated from the views"
+        if one_focus(focus):
             shared = float(focus[0])
             slack = 1e-3 * (highest - lowest)
             if highest <= shared + slack:
@@ -63,12 +86,11 @@ class Search:
                 highest, side_known = shared, False
                 side_text = (
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
-                    "taken to lie beyond it; limit the search (near, far; --near, --far) or focus one view elsewhere"
+                    "taken to lie beyond it; limit the search (near, far) or focus one view elsewhere"
                 )
-        optics = tuple(view.optics for view in views)
         step = OWN_STEP if all(isinstance(one, HasTransfer) for one in optics) else LEVEL_STEP
         levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
-        return cls(lowest, highest, levels, focus, pixels, optics, views[0].pixel_angle, side_known, side_text)
+        return cls(lowest, highest, levels, focus, pixels, tuple(optics), pixel_angle, side_known, side_text)
 
     @property
     def vergences(self) -> NDArray[np.float64]:
@@ -90,17 +112,15 @@ class Search:
         return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)
 
     @property
-    def lights(self) -> list[str]:
-        """Name of the light that each view was seen in; one for all that do not say."""
+    def wavebands(self) -> list[str]:
+        """Name of the waveband of each view; one for all whose optics name none."""
         return [one.light if isinstance(one, HasWaveband) else "" for one in self.optics]
 
-    def blurs(self, psf: PsfName, k: float) -> Blurs:
-        """Each view's blur at every level, by the model named `psf` (see `focalgradient.recover_depth`)."""
-        from focalgradient.depth.equalise.likelihood import RADII, Blurs
-
+    def blurs(self, psf: BlurSource, k: float) -> Blurs:
+        """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`)."""
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        if psf != "optics":
-            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
+        if psf == "disc" or psf == "gaussian":
+            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf == "disc")
         of_each = [
             one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
             if isinstance(one, HasTransfer)
@@ -108,3 +128,8 @@ class Search:
             for one, own in zip(self.optics, radius, strict=True)
         ]
         return Blurs(radius, np.stack(of_each), True)
+
+
+def one_focus(focus: NDArray[np.float64]) -> bool:
+    """Whether views of these focus vergences share one plane of focus."""
+    return bool(np.ptp(focus) <= ONE_FOCUS * max(1.0, np.abs(focus).max()))

@@ -1,34 +1,61 @@
-"""What the user of `recover_depth` asked for: the settings that every method shares, checked."""
+"""The settings of `focalgradient.recover_depth` that every method shares, checked."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, get_args
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.optics import HasTransfer, Optics
+from focalgradient.progress import Progress
 from focalgradient.psf import PsfName
 
-__all__ = ["RecoverySettings"]
+__all__ = ["BlurSource", "MethodName", "RecoverySettings"]
+
+MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
+
+BlurSource = Literal["auto", "optics", "disc", "gaussian"]
+"""Where the blur of a view comes from: its optics' own transfer (`optics.HasTransfer`), or a model of the radius."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecoverySettings:
-    """The settings of `focalgradient.recover_depth`, in its own words."""
+    """The settings of `focalgradient.recover_depth`, by its parameters' names."""
 
-    method: str
+    method: MethodName
     near: float | None
     far: float | None
-    psf: PsfName
+    psf: BlurSource
     k: float
     window: float
     noise: float | Sequence[float] | None
     align: bool
     false_alarm: float
-    say: Callable[[str], object]
+    progress: Progress
+
+    @property
+    def model(self) -> PsfName:
+        """Model of the blur, for what knows a view's blur by its radius alone."""
+        return "gaussian" if self.psf == "gaussian" else "disc"
+
+    def resolved(self, optics: Sequence[Optics]) -> RecoverySettings:
+        """The same, with ``psf="auto"`` decided for these `optics`: their own transfer where all know it, else a disc.
+
+        Equalisation alone can use a transfer of any form.
+        """
+        if self.psf != "auto":
+            return self
+        own = self.method == "equalise" and all(isinstance(one, HasTransfer) for one in optics)
+        return replace(self, psf="optics" if own else "disc")
+
+    def given_noise(self, count: int) -> NDArray[np.float64] | None:
+        """Standard deviation of the noise of each of `count` views, as given; None where it is to be estimated."""
+        return None if self.noise is None else np.broadcast_to(np.asarray(self.noise, float), count)
 
     def stated(self) -> dict[str, Any]:
         """The settings as a map's details state them."""
@@ -45,31 +72,8 @@ class RecoverySettings:
 
     def check(self, count: int) -> None:
         """Refuse settings out of range, for `count` views."""
-
-        def positive(name: str, value: Any, unit: str) -> None:
-            if not (np.ndim(value) == 0 and value > 0):
-                raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")
-
-        near, far = self.near, self.far
-        if near is not None:
-            positive("near", near, " of metres")
-        if far is not None:
-            positive("far", far, " of metres")
-        if near is not None and far is not None and near >= far:
-            raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
-        if near is not None and math.isinf(near):
-            raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
-        if self.psf not in get_args(PsfName):
-            raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(get_args(PsfName))}.")
-        if self.psf == "optics" and self.method != "equalise":
-            raise InputError(
-                f"psf is 'optics', which method {self.method!r} does not know: use method 'equalise', or psf 'disc'."
-            )
-        positive("k", self.k, ", sigma / disc radius")
-        if math.isinf(self.k):
-            raise InputError(
-                "k is infinite, but must be finite: sigma / disc radius, 0.5 for the disc's second moment."
-            )
+        self._check_limits()
+        self._check_blur()
         if not (np.ndim(self.window) == 0 and 2 <= self.window <= 64):
             raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
         values = np.asarray(1.0 if self.noise is None else self.noise, dtype=float)
@@ -79,3 +83,32 @@ class RecoverySettings:
             )
         if not 0 < self.false_alarm < 1:
             raise InputError(f"false_alarm is {self.false_alarm!r}, but must be a probability between 0 and 1.")
+
+    def _check_limits(self) -> None:
+        near, far = self.near, self.far
+        if near is not None:
+            _check_positive("near", near, " of metres")
+        if far is not None:
+            _check_positive("far", far, " of metres")
+        if near is not None and far is not None and near >= far:
+            raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
+        if near is not None and math.isinf(near):
+            raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
+
+    def _check_blur(self) -> None:
+        if self.psf not in get_args(BlurSource):
+            raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(get_args(BlurSource))}.")
+        if self.psf == "optics" and self.method != "equalise":
+            raise InputError(
+                f"psf is 'optics', which method {self.method!r} cannot use: use method 'equalise', or psf 'disc'."
+            )
+        _check_positive("k", self.k, ", sigma / disc radius")
+        if math.isinf(self.k):
+            raise InputError(
+                "k is infinite, but must be finite: sigma / disc radius, 0.5 for the disc's second moment."
+            )
+
+
+def _check_positive(name: str, value: Any, unit: str) -> None:
+    if not (np.ndim(value) == 0 and value > 0):
+        raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")

@@ -176,7 +176,7 @@ def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray
 def _edges(image: FloatArray, spacing: int) -> tuple[FloatArray, FloatArray]:
     """Mean logarithm of the blur of the edges in each place's square, and its weight: 1 / variance."""
     edges = measure_edges(image, noise=STEP, length=BAND)
-    good = edges.good
+    good = edges.valid
     rows, columns = (length // spacing for length in image.shape)
     row, column = (np.floor((where[good] + 0.5) / spacing).astype(np.intp) for where in (edges.row, edges.column))
     inside = (row < rows) & (column < columns) & (row >= 0) & (column >= 0)

@@ -26,13 +26,11 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
+from focalgradient.view import LUMINANCE
 
 __all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs", "srgb_to_linear"]
 
 Encoding = Literal["linear", "srgb"]
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Weights of linear red, green and blue in luminance (Rec. ITU-R BT.709; IEC 61966-2-1)."""
 
 _UNUSABLE = 0.5
 """Share of pixels that are saturated, or NaN or infinite, above which an image is refused."""

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.view import View
+from focalgradient.view import LUMINANCE, View
 
 __all__ = ["LUMINANCE", "Rendered"]
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Weights of red, green and blue light in a view's radiance (Rec. 709, the primaries of sRGB)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

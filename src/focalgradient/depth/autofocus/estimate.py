@@ -13,25 +13,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth import numerics
-from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.equalise.likelihood import GROWTH, NODES, STEEP
-from focalgradient.depth.filters import fine_noise
-from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import LEVEL_STEP, Search
-from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.autofocus.peaks import peaks
+from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.noise import noise_from_spectrum, storage
+from focalgradient.depth.numerics import (
+    GROWTH,
+    NODES,
+    STEEP,
+    block_sum,
+    gather,
+    grow_planes,
+    interpolate_nodes,
+    repeat_blocks,
+)
+from focalgradient.depth.registration import filled
+from focalgradient.depth.search import LEVEL_STEP
+from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.view import View
 
-__all__ = ["Peaks", "peaks", "recover"]
-
-FloatArray = NDArray[np.float64]
+__all__ = ["check", "estimate"]
 
 WIDTH = 1.0
 """Standard deviation in pixels of the Gaussian whose Laplacian measures sharpness."""
@@ -39,161 +46,11 @@ WIDTH = 1.0
 REACH = 2.0
 """Pixels of blur radius from the peak up to which settings are fitted, ever less; three always are."""
 
-ROUNDS = 2
-"""Times that the settings to be fitted are chosen anew about the peak found."""
-
-POWER = 1 / 2
-"""Power of 1/sharpness that is a parabola in vergence."""
-
-POWERS = (1 / 3, 2 / 3)
-"""The same over white texture and over lone edges: between these the power may be anything."""
-
-CERTAIN = 6.0
-"""Standard deviations of noise by which the sharpest setting must stand out."""
+SUPPORT = 0.1
+"""Share of the largest number of usable pixels in a window that a window must have."""
 
 
-@dataclass(frozen=True, slots=True)
-class Peaks:
-    """Where along n settings each node (h x w) is sharpest."""
-
-    vergence: FloatArray  # h x w, D
-    sd: FloatArray  # of it by noise, D
-    shape_sd: FloatArray  # of it by what the power may be off, D
-    found: NDArray[np.bool_]  # there is a peak
-    rise: FloatArray  # n x h x w: change of the vergence with the measure at each setting
-    share: FloatArray  # n x h x w: weights with which the measures give the peak's height, in units of itself
-
-
-def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: float) -> Peaks:
-    """Where each node's sharpness peaks: the vertex of a weighted parabola through its inverse square root.
-
-    Parameters
-    ----------
-    measure, variance
-        Sharpness less the noise's own, at each setting, n x h x w; and its variance by noise.
-    focus
-        Focus vergence of the n settings in dioptres, rising.
-    reach
-        Dioptres from the peak up to which settings are fitted.
-
-    Examples
-    --------
-    >>> focus = np.array([0.5, 0.7, 1.0, 1.4])
-    >>> measure = 1 / (0.02 + (focus - 0.8) ** 2) ** 2
-    >>> peak = peaks(measure[:, None, None], np.ones((4, 1, 1)), focus, reach=0.5)
-    >>> peak.vergence.round(6).tolist(), peak.found.tolist()
-    ([[0.8]], [[True]])
-    """
-    best = measure.argmax(axis=0)
-    least = np.minimum(focus[np.maximum(best - 1, 0)], focus[best] - reach)
-    most = np.maximum(focus[np.minimum(best + 1, len(focus) - 1)], focus[best] + reach)
-    height = np.maximum(measure, np.sqrt(variance))  # what is below its own sd is not known to be less than that
-    top = height.max(axis=0)
-    height, relative = height / top, variance / top**2
-
-    def vertex(about: FloatArray, power: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Vertex against `about` in units of `reach`, curvature there, and the vertex's rise with the heights."""
-        offset = (focus[:, None, None] - about) / reach
-        third = np.partition(np.abs(offset), 2, axis=0)[2]  # a parabola takes three settings, however far
-        near = np.maximum(1 - (offset / np.maximum(1, 1.25 * third)) ** 2, 0) ** 2
-        bent = height**-power
-        weight = height**2 / (relative * bent**2)
-        weight = near * np.maximum(weight / weight.max(axis=0), 1e-6)  # no farther apart, for three to be solved for
-        columns = offset ** np.arange(3)[:, None, None, None]
-        weighted = columns * weight
-        normal = np.einsum("anij,bnij->ijab", weighted, columns)
-        gain = np.linalg.solve(normal + 1e-12 * np.eye(3), np.moveaxis(weighted, (0, 1), (2, 3)))
-        _, slope, bend = np.einsum("ijan,nij->aij", gain, bent)
-        safe = np.maximum(bend, 1e-9)
-        place = -slope / (2 * safe)
-        by_bent = -(np.moveaxis(gain[..., 1, :], -1, 0) + 2 * place * np.moveaxis(gain[..., 2, :], -1, 0)) / (2 * safe)
-        return place, bend, by_bent * -power * bent / height
-
-    about = focus[best]
-    for _ in range(ROUNDS):
-        about = np.clip(about + reach * vertex(about, POWER)[0], least, most)
-    place, bend, rise = vertex(about, POWER)
-    low, high = (vertex(about, power)[0] for power in POWERS)
-    return Peaks(
-        about + reach * place,
-        reach * np.sqrt((rise**2 * relative).sum(axis=0)),
-        reach * np.abs(high - low) / math.sqrt(12),  # as of an even spread between them
-        (bend > 0) & (top**2 > CERTAIN**2 * variance.max(axis=0)),
-        reach * rise / top,
-        height / ((height**2).sum(axis=0) * top),
-    )
-
-
-def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
-    """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
-    _check(views)
-    search = Search.over(views, asked.near, asked.far)
-    order = np.argsort(search.focus, kind="stable")
-    focus = search.focus[order]
-    lowest, highest = max(search.lowest, focus[0]), min(search.highest, focus[-1])
-    if lowest >= highest:
-        raise InputError(
-            f"the stack is focused from {_metres(focus[-1])} to {_metres(focus[0])} m, but the search is limited to "
-            "distances outside that: change near or far, or focus on what is searched."
-        )
-    asked.say("placing the views")
-    placed = RegisteredViews.of(views, asked.align)
-    asked.say("measuring noise")
-    noise = _noise(views, asked, placed)
-    asked.say("measuring sharpness")
-    step = max(1, round(asked.window / NODES))
-    usable, sharpness = _sharpness([placed.images[i] for i in order], placed.usable, step)
-    power, alike = _noise_passed()
-    own = power * noise[order, None, None] ** 2  # of sharpness, by noise alone
-    sharpness -= own * usable
-
-    asked.say("reading depth")
-    window = asked.window / step
-    count = numerics.gather(usable.astype(np.float32)[None], window)[0].astype(float)
-    mean = numerics.gather(sharpness.astype(np.float32), window) / np.maximum(count, 1e-6)
-    # Sharpness is a mean of squares of signal and noise: its variance, over one pixel that is alone.
-    single = alike * (4 * np.maximum(mean, 0) * own + 2 * own**2)
-    pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 is worth 4 pi w^2 pixels
-    peak = peaks(mean, single / pixels, focus, REACH / search.slope)
-
-    # From here on in levels, as fine as other methods search.
-    unit = LEVEL_STEP / search.slope
-    level = (np.clip(peak.vergence, lowest, highest) - lowest) / unit
-    weight = np.maximum((peak.share * sharpness).sum(axis=0), 0)
-    said = (peak.rise * sharpness).sum(axis=0) / unit + weight * level
-    doubt = np.sqrt((peak.rise**2 * single).sum(axis=0)) / unit
-    windows = [window * growth for growth in GROWTH]
-    fine, fine_sd = numerics.grow_planes(weight, said, level, doubt, windows, STEEP)
-    sd = np.sqrt(fine_sd**2 + (peak.shape_sd / unit) ** 2 + _across_jumps(fine, window))
-    apart = sd + STEEP  # as far as blocks of one surface differ
-    depth = lowest + unit * numerics.spread(fine, apart, step, placed.shape)
-    depth_sd = unit * numerics.spread(sd, apart, step, placed.shape)
-    told = peak.found & (peak.vergence > lowest) & (peak.vergence < highest) & (count > 0.1 * count.max())
-    told = told.repeat(step, axis=0).repeat(step, axis=1)[: placed.shape[0], : placed.shape[1]]
-    # Texture enough, as for other methods: blur known to 0.3 pixel or to a tenth, in the most blurred view.
-    clear = depth_sd * search.slope <= np.maximum(0.3, 0.1 * search.radius(depth))
-    valid = placed.usable & told & clear
-    details = {
-        **asked.stated(),
-        "searched_vergence_D": [lowest, highest],
-        "side": "told by the views",
-        "noise": (noise * placed.gains).tolist(),
-        "noise_estimated": asked.noise is None,
-        "gain": placed.gains,
-        "shift_px": [[p.down, p.right] for p in placed.found],
-        "scale": [p.scale for p in placed.found],
-        "share_valid": float(valid.mean()),
-    }
-    return DepthMap(
-        depth.clip(lowest, highest).astype(np.float32),
-        depth_sd.astype(np.float32),
-        valid,
-        np.ones(placed.shape, np.bool_),
-        details,
-    )
-
-
-def _check(views: Sequence[View]) -> None:
+def check(views: Sequence[View]) -> None:
     """Refuse views that are no stack of focus settings."""
     apertures = np.array([view.optics.aperture_diameter for view in views])
     focus = np.unique([view.optics.focus_vergence for view in views])
@@ -209,14 +66,67 @@ def _check(views: Sequence[View]) -> None:
         )
 
 
-def _noise(views: Sequence[View], asked: RecoverySettings, placed: RegisteredViews) -> FloatArray:
-    """Standard deviation of each placed view's noise: as given, or what the least sharp view holds of finest detail."""
-    gains = np.array(placed.gains)
-    if asked.noise is not None:
-        return np.broadcast_to(np.asarray(asked.noise, float), len(views)) / gains
-    images = [np.asarray(view.image, np.float32) for view in views]
-    # Storage and rounding leave at least something.
-    return max(min(map(fine_noise, images)), 2e-4 * float(images[0].std())) / gains
+def estimate(problem: Problem) -> Estimate:
+    """Depth by the best focus, for `focalgradient.recover_depth`."""
+    search, registered, settings = problem.search, problem.registered, problem.settings
+    order = np.argsort(search.focus, kind="stable")
+    focus = search.focus[order]
+    lowest, highest = max(search.lowest, focus[0]), min(search.highest, focus[-1])
+    if lowest >= highest:
+        raise InputError(
+            f"the stack is focused from {_metres(focus[-1])} to {_metres(focus[0])} m, but the search is limited to "
+            "distances outside that: change near or far, or focus on what is searched."
+        )
+    settings.progress(0.3, "estimating noise")
+    noise = _noise(problem)
+    settings.progress(0.4, "measuring sharpness")
+    step = max(1, round(settings.window / NODES))
+    usable, sharpness = _sharpness([registered.images[i] for i in order], registered.usable, step)
+    power, alike = _noise_passed()
+    own = power * noise[order, None, None] ** 2  # of sharpness, by noise alone
+    sharpness -= own * usable
+
+    settings.progress(0.7, "estimating depth")
+    window = settings.window / step
+    count = gather(usable.astype(np.float32)[None], window)[0].astype(float)
+    mean = gather(sharpness.astype(np.float32), window) / np.maximum(count, 1e-6)
+    # Sharpness is a mean of squares of signal and noise: its variance, over one independent pixel.
+    single = alike * (4 * np.maximum(mean, 0) * own + 2 * own**2)
+    pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 is worth 4 pi w^2 pixels
+    peak = peaks(mean, single / pixels, focus, REACH / search.slope)
+
+    # From here on in levels, as fine as other methods search.
+    unit = LEVEL_STEP / search.slope
+    level = (np.clip(peak.vergence, lowest, highest) - lowest) / unit
+    weight = np.maximum((peak.share * sharpness).sum(axis=0), 0)
+    weighted = (peak.rise * sharpness).sum(axis=0) / unit + weight * level
+    noise_sd = np.sqrt((peak.rise**2 * single).sum(axis=0)) / unit
+    fine, fine_sd = grow_planes(weight, weighted, level, noise_sd, [window * growth for growth in GROWTH], STEEP)
+    sd = np.sqrt(fine_sd**2 + (peak.shape_sd / unit) ** 2 + _across_jumps(fine, window))
+    apart = sd + STEEP  # as far as blocks of one surface differ
+    shape = registered.shape
+    depth = lowest + unit * interpolate_nodes(fine, apart, step, shape)
+    depth_sd = unit * interpolate_nodes(sd, apart, step, shape)
+    inside = (peak.vergence > lowest) & (peak.vergence < highest)
+    valid = repeat_blocks(peak.valid & inside & (count > SUPPORT * count.max()), step, shape)
+    known = blur_is_known(depth_sd * search.slope, search.radius(depth))
+    return Estimate(
+        depth.clip(lowest, highest).astype(np.float32),
+        depth_sd.astype(np.float32),
+        registered.usable & valid & known,
+        noise=(noise * registered.gains).tolist(),
+        searched=(lowest, highest),
+    )
+
+
+def _noise(problem: Problem) -> FloatArray:
+    """Standard deviation of each registered view's noise: given, or from the finest detail of the least sharp view."""
+    gains = np.array(problem.registered.gains)
+    given = problem.settings.given_noise(len(problem.views))
+    if given is not None:
+        return given / gains
+    images = [filled(view.image, view.mask) for view in problem.views]
+    return max(min(map(noise_from_spectrum, images)), storage(images[0])) / gains
 
 
 def _sharpness(
@@ -225,8 +135,8 @@ def _sharpness(
     """Usable pixels in each block of `step` pixels, h x w, and each image's squared Laplacian summed over them."""
     reach = math.ceil(4 * WIDTH)
     inside = ndimage.minimum_filter(usable, 2 * reach + 1).astype(np.float32)
-    blocks = [numerics.block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
-    return numerics.block_sum(inside, step), np.stack(blocks)
+    blocks = [block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
+    return block_sum(inside, step), np.stack(blocks)
 
 
 def _noise_passed() -> tuple[float, float]:
@@ -238,7 +148,7 @@ def _noise_passed() -> tuple[float, float]:
 
 
 def _across_jumps(level: FloatArray, window: float) -> FloatArray:
-    """Variance of `level` (h x w) about its plane in the window: beside an outline the sharper side speaks for both."""
+    """Variance of `level` (h x w) about its plane in the window: at an outline the sharper side decides for both."""
     mean, square = (ndimage.gaussian_filter(values, window, mode="nearest") for values in (level, level**2))
     down, right = np.gradient(mean)
     return np.maximum(square - mean**2 - window**2 * (down**2 + right**2), 0)

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace, maximum_filter
 
-__all__ = ["Contours", "find_contours", "image_noise"]
+__all__ = ["Contours", "find_contours"]
 
 SCALES = (1.0, 2.0, 4.0, 8.0)
 """Standard deviations in pixels of the Gaussians, the finest first."""
@@ -32,10 +32,7 @@ SHARP_TURN = 0.6
 """Angle in radians between one stretch of a contour and the next at which it is cut."""
 
 STRETCH = 1.5
-"""Length of such a stretch, in units of the blur that is seen."""
-
-QUANTUM = 5e-4
-"""Noise that is left at least, as a share of the image's range: an eighth of a step of 8 bits."""
+"""Length of such a stretch, in units of the blur's standard deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,19 +56,6 @@ class Contours:
     angle: NDArray[np.float64]
     blur: NDArray[np.float64]
     segment: NDArray[np.intp]
-
-
-def image_noise(image: NDArray[np.floating]) -> float:
-    """Standard deviation of the image's white noise, from the median size of its finest detail.
-
-    Second differences along rows and columns in turn, which leave nothing of a plane or of an edge along either.
-
-    >>> noise = 0.01 * np.random.default_rng(0).standard_normal((100, 100))
-    >>> round(image_noise(noise + (np.arange(100) > 50)), 3)
-    0.01
-    """
-    fine = np.diff(np.diff(image, 2, axis=0), 2, axis=1)
-    return float(max(np.median(np.abs(fine)) / (6 * 0.6745), QUANTUM * np.ptp(image)))
 
 
 def find_contours(image: NDArray[np.float32], noise: float, least: int) -> Contours:

@@ -1,51 +1,43 @@
 """Depth from the blur of sharp edges, in one view (Pentland 1987, section II.A, Eqs. 2-6).
 
-A sharp edge in the world is as blurred in the image as its point is out of focus. What tells sharp edges from lines,
-shading and crowded edges is whether a blurred step explains the pixels: that is tested, at a stated false-alarm rate.
+A sharp edge in the world is as blurred in the image as its point is out of focus. Sharp edges differ from
+lines, shading and crowded edges in that a blurred step explains their pixels: that is tested, at a stated false-alarm
+rate.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.edges.contours import find_contours, image_noise
+from focalgradient.depth.edges.contours import find_contours
 from focalgradient.depth.edges.regression import regress_edges
 from focalgradient.depth.edges.steps import Profile, fit_steps
-from focalgradient.depth.registration import Placement, RegisteredViews
-from focalgradient.depth.search import Search
-from focalgradient.depth.settings import RecoverySettings
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.depth.noise import noise_from_differences
+from focalgradient.depth.registration import filled
+from focalgradient.depth.validity import blur_is_known
+from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, MODELS, PsfName
-from focalgradient.view import View
 
-__all__ = ["Edges", "Fit", "average_segments", "measure_edges", "recover"]
+__all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
 Fit = Literal["likelihood", "regression", "unweighted"]
 
 FloatArray = NDArray[np.float64]
-
-BLUR_ERROR = 0.03
-"""Error of real lenses' blur against the model, as a share of its radius, that is not yet a contradiction of views."""
-
-RIVAL = 9.0
-"""A second reading whose cost comes within this (three sd) of the least leaves the side of focus undecided."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edges:
     """Points about one pixel apart along the edges of an image, with the blur there; arrays of one entry a point.
 
-    Neighbouring points are read from one band of pixels, or from bands that overlap, so that their errors go together:
-    only points a band's length apart are independent.
+    Neighbouring points are measured in one band of pixels, or in bands that overlap, so that their errors are
+    correlated: only points a band's length apart are independent.
 
     Parameters
     ----------
@@ -62,7 +54,7 @@ class Edges:
         Standard deviation of `radius` in pixels: from the noise, and larger where the step fits less well.
     misfit
         Chi-square per degree of freedom of what the step leaves unexplained; about 1 where noise is all that is left.
-    good
+    valid
         False where that is beyond chance, or no step could be fitted: no edge, or not a sharp one that stands alone.
     segment
         Number, from 0 on, of the smooth piece of contour that the point lies on; its points follow one another.
@@ -76,7 +68,7 @@ class Edges:
     radius: FloatArray
     radius_sd: FloatArray
     misfit: FloatArray
-    good: NDArray[np.bool_]
+    valid: NDArray[np.bool_]
     segment: NDArray[np.intp]
 
 
@@ -89,6 +81,7 @@ def measure_edges(
     length: float = 16.0,
     fit: Fit = "likelihood",
     false_alarm: float = 1e-3,
+    mask: NDArray[np.bool_] | None = None,
 ) -> Edges:
     """Find the edges of an image, and measure how blurred each is all along.
 
@@ -103,19 +96,22 @@ def measure_edges(
         Standard deviation of the pixels' independent noise in the image's unit. Where it is not given it is estimated
         from the finest detail of the image, and from what each band itself leaves unexplained.
     length
-        Length in pixels, along the edge, of the band from which a point is read.
+        Length in pixels, along the edge, of the band in which a point is measured.
     fit
         ``"likelihood"``: a blurred step fitted to the pixels. ``"regression"``: the paper's line through ln|C/x|
-        over x^2, weighted; ``"unweighted"``: the same with all points alike, as in the paper. These two know a
+        over x^2, weighted; ``"unweighted"``: the same with all points alike, as in the paper. These two model a
         Gaussian only: a disc's radius is twice their sigma. They differ in `radius` and `radius_sd` alone.
     false_alarm
-        Probability with which a sharp edge that stands alone is refused. It is less where a misfit of 1 % of the
+        Probability with which a sharp edge that stands alone is rejected. It is less where a misfit of 1 % of the
         edge's contrast, which is granted to real lenses, exceeds the noise.
+
+    mask
+        H x W, True where a pixel can be used; others are left out of the fits. None: all can be used.
 
     Returns
     -------
     Edges
-        Good points and others.
+        Valid points and others.
 
     Raises
     ------
@@ -125,63 +121,52 @@ def measure_edges(
     Notes
     -----
     Two like edges within about two sigma of each other, and a shading ramp whose ends are as rounded as a blurred
-    edge's, are blurred steps as far as pixels can tell, and are read as such.
+    edge's, cannot be distinguished from blurred steps, and are measured as such.
 
     Examples
     --------
-    An edge of sigma 2 px and contrast 0.5 in noise of 0.01: a band of 16 rows knows sigma to 1 %.
+    An edge of sigma 2 px and contrast 0.5 in noise of 0.01: a band of 16 rows gives sigma to 1 %.
 
     >>> from scipy.special import ndtr
     >>> rng = np.random.default_rng(0)
     >>> blurred = 0.2 + 0.5 * ndtr((np.arange(64) - 30.3) / np.hypot(2.0, np.sqrt(1 / 12)))
     >>> edges = measure_edges(blurred + 0.01 * rng.standard_normal((48, 64)))
-    >>> bool(edges.good.all()), round(float(np.median(edges.radius)), 1), round(float(np.median(edges.radius_sd)), 2)
+    >>> bool(edges.valid.all()), round(float(np.median(edges.radius)), 1), round(float(np.median(edges.radius_sd)), 2)
     (True, 2.0, 0.02)
     """
-    pixels = _checked(image, psf, k, noise, length, fit, false_alarm)
-    sd = image_noise(pixels) if noise is None else float(noise)
+    pixels = _checked(image, psf, k, noise, length, fit, false_alarm, mask)
+    whole = filled(pixels, mask)
+    sd = noise_from_differences(whole, mask) if noise is None else float(noise)
     half = int(length / 2)
-    contours = find_contours(pixels, sd, half)
-    # Bands lie a quarter of their length apart, none reaching beyond its contour's ends; each point takes the nearest.
-    segment = contours.segment
-    counts = np.bincount(segment)
-    margin = np.minimum(half, (counts - 1) // 2)
-    hop = max(1, int(length / 4))
-    first, last = (np.cumsum(counts) - counts + margin)[segment], (np.cumsum(counts) - 1 - margin)[segment]
-    middle = np.clip(first + hop * np.rint((np.arange(len(segment)) - first) / hop).astype(np.intp), first, last)
-    where, back = np.unique(middle, return_inverse=True)
-    row, column, angle = contours.row[where], contours.column[where], contours.angle[where]
+    contours = find_contours(whole, sd, half)
+    where, back = np.unique(_band_middles(contours.segment, half, max(1, int(length / 4))), return_inverse=True)
+    row, column, angle, blur = (
+        values[where] for values in (contours.row, contours.column, contours.angle, contours.blur)
+    )
     steps = fit_steps(
-        *(pixels, row, column, angle, contours.blur[where]),
+        *(pixels if mask is None else np.where(mask, pixels, np.float32(np.nan)), row, column, angle, blur),
         profile=Profile.of(psf),
         length=length,
         noise=sd,
         noise_known=noise is not None,
     )
     freedom = np.where(np.isfinite(steps["freedom"]), steps["freedom"], 1.0)
-    # Patnaik's approximation to the noncentral chi-square, and to F where the noise is estimated from the band.
-    expected = freedom + steps["allowed"]
-    equal = expected**2 / (expected + steps["allowed"])
-    excess = steps["misfit"] / expected
-    chance = (
-        chdtrc(equal, equal * excess) if noise is not None else fdtrc(equal, np.maximum(steps["pixels"], 1), excess)
-    )
-    good = np.isfinite(steps["square"]) & (chance >= false_alarm)
+    valid = np.isfinite(steps["square"]) & (_p_value(steps, freedom, noise is not None) >= false_alarm)
     square, square_sd = steps["square"], steps["square_sd"]
     if fit != "likelihood":
         to_edge = steps["offset"]
         square, square_sd = regress_edges(
-            pixels,
+            whole,
             row + to_edge * np.sin(steps["angle"]),
             column + to_edge * np.cos(steps["angle"]),
             steps["angle"],
             steps["bend"],
-            contours.blur[where],
+            blur,
             length=length,
             noise=sd,
             weighted=fit == "regression",
         )
-        good &= np.isfinite(square)
+        valid &= np.isfinite(square)
     sigma_per_radius = k if psf == "gaussian" else DISC_K if fit != "likelihood" else 1.0
     square, square_sd = square / sigma_per_radius**2, square_sd / sigma_per_radius**2
     radius = np.sqrt(np.maximum(square, 0.0))
@@ -196,16 +181,40 @@ def measure_edges(
         radius=radius[back],
         radius_sd=radius_sd[back],
         misfit=(steps["misfit"] / freedom)[back],
-        good=good[back],
-        segment=segment,
+        valid=valid[back],
+        segment=contours.segment,
     )
 
 
-def average_segments(edges: Edges, length: float) -> Edges:
-    """The same edges, each segment read as a whole: `radius` and `radius_sd` averaged over its good points by weight.
+def _band_middles(segment: NDArray[np.intp], half: int, hop: int) -> NDArray[np.intp]:
+    """For each point along the contours, the point in the middle of the band in which it is measured.
 
-    Where a straight line along the segment is told from a constant by three standard deviations, it is taken instead:
-    the vergence of a straight edge that recedes is linear along its image. A segment is good if half its points are,
+    Bands lie `hop` points apart, none reaching `half` points beyond its contour's ends; each point takes the nearest.
+    """
+    counts = np.bincount(segment)
+    margin = np.minimum(half, (counts - 1) // 2)
+    first, last = (np.cumsum(counts) - counts + margin)[segment], (np.cumsum(counts) - 1 - margin)[segment]
+    return np.clip(first + hop * np.rint((np.arange(len(segment)) - first) / hop).astype(np.intp), first, last)
+
+
+def _p_value(steps: Mapping[str, FloatArray], freedom: FloatArray, noise_known: bool) -> FloatArray:
+    """Probability of a misfit as large as each step's, if it is a blurred step.
+
+    Patnaik's approximation to the noncentral chi-square, and to F where the noise is estimated from the band.
+    """
+    expected = freedom + steps["allowed"]
+    equal = expected**2 / (expected + steps["allowed"])
+    excess = steps["misfit"] / expected
+    if noise_known:
+        return np.asarray(chdtrc(equal, equal * excess), float)
+    return np.asarray(fdtrc(equal, np.maximum(steps["pixels"], 1), excess), float)
+
+
+def average_segments(edges: Edges, length: float) -> Edges:
+    """The same edges, one measurement a segment: `radius` and `radius_sd` averaged over its valid points by weight.
+
+    Where a straight line along the segment differs from a constant by three standard deviations, it is taken instead:
+    the vergence of a straight edge that recedes is linear along its image. A segment is valid if half its points are,
     and the radius is then known to 0.3 pixel or to a tenth.
 
     Parameters
@@ -213,7 +222,7 @@ def average_segments(edges: Edges, length: float) -> Edges:
     edges
         As from `measure_edges`.
     length
-        Of the bands that they were read from: only so far apart are points independent.
+        Of the bands in which they were measured: only so far apart are points independent.
 
     Examples
     --------
@@ -229,158 +238,36 @@ def average_segments(edges: Edges, length: float) -> Edges:
     segment = edges.segment
     points = np.bincount(segment)
     place = np.arange(len(segment)) - (np.cumsum(points) - points)[segment]
-    found = np.where(edges.good, edges.radius, 0.0)
-    weight = np.where(edges.good, np.where(edges.good, edges.radius_sd, 1.0) ** -2.0, 0.0)
+    found = np.where(edges.valid, edges.radius, 0.0)
+    weight = np.where(edges.valid, np.where(edges.valid, edges.radius_sd, 1.0) ** -2.0, 0.0)
 
     def total(values: FloatArray) -> FloatArray:
         return np.bincount(segment, weight * values).astype(float)
 
-    used = np.bincount(segment, edges.good)
+    used = np.bincount(segment, edges.valid)
     weights = np.maximum(total(np.ones(len(segment))), 1e-30)
     along = place - (total(place) / weights)[segment]
-    spread = np.maximum(total(along**2), 1e-30)
-    overlap = np.minimum(used, length)  # points that share what they were read from
-    slope = total(along * found) / spread
-    slope = np.where(slope**2 * spread > 9 * overlap, slope, 0.0)
+    lever = np.maximum(total(along**2), 1e-30)
+    overlap = np.minimum(used, length)  # points that share pixels
+    slope = total(along * found) / lever
+    slope = np.where(slope**2 * lever > 9 * overlap, slope, 0.0)
     line = (total(found) / weights)[segment] + slope[segment] * along
     inflation = overlap * np.maximum(1.0, total((found - line) ** 2) / np.maximum(used, 1))
-    variance = (inflation / weights)[segment] + (slope != 0)[segment] * along**2 * (inflation / spread)[segment]
+    variance = (inflation / weights)[segment] + (slope != 0)[segment] * along**2 * (inflation / lever)[segment]
     radius, sd = np.maximum(line, 0.0), np.sqrt(variance)
-    good = ((used > 0) & (2 * used >= points))[segment] & (sd <= np.maximum(0.3, 0.1 * radius))
-    return replace(edges, radius=radius, radius_sd=sd, good=good)
-
-
-def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
-    """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings.
-
-    Each view is read by itself, from bands twice the window long. Its segments, averaged, are drawn three pixels wide,
-    and only there is the map valid. Where several views show an edge, their readings are combined by precision. Views
-    of one plane of focus leave the side of it open, and the stated one is taken; views of several tell it where their
-    readings agree on one side only.
-    """
-    search = Search.over(views, asked.near, asked.far)
-    asked.say("placing the views")
-    placed = RegisteredViews.of(views, asked.align)
-    length = 2 * asked.window
-    given = None if asked.noise is None else np.broadcast_to(np.asarray(asked.noise, float), len(views)).tolist()
-    sides = _sides(search)
-    per_sigma = asked.k if asked.psf == "gaussian" else DISC_K  # sigma per radius
-    drawn: list[tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]] = []
-    points = good = 0
-    for number, (view, shift) in enumerate(zip(views, placed.found, strict=True)):
-        if view.optics.aperture_diameter == 0:
-            continue  # a pinhole's edges are sharp at every distance
-        asked.say(f"measuring the edges of view {number + 1}")
-        edges = measure_edges(
-            view.image,
-            psf=asked.psf,
-            k=asked.k,
-            noise=None if given is None else given[number],
-            length=length,
-            false_alarm=asked.false_alarm,
-        )
-        points, good = points + len(edges.good), good + int(edges.good.sum())
-        placement = Placement(views[0].pixel_angle / view.pixel_angle)
-        pixel, whole = _draw(
-            average_segments(edges, length), placement.then(shift) if asked.align else placement, view.shape
-        )
-        per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
-        # What a calibrated camera blurs (or, negative, sharpens) even in focus; an eye has none that is known.
-        own = getattr(view.optics, "own_variance", 0.0) / (view.pixel_angle * per_sigma) ** 2
-        radius = np.sqrt(np.maximum(whole.radius**2 - own, 0.0))
-        steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if own else 1.0
-        defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper
-        drawn.append((pixel, view.optics.focus_vergence + sides[:, None] * defocus, sd, BLUR_ERROR * defocus))
-
-    pixels = np.unique(np.concatenate([pixel for pixel, *_ in drawn]))
-    readings = np.zeros((len(drawn), len(sides), len(pixels)))
-    sd, error = np.full((len(drawn), len(pixels)), np.inf), np.zeros((len(drawn), len(pixels)))
-    for number, (pixel, *told) in enumerate(drawn):
-        at = np.searchsorted(pixels, pixel)
-        readings[number][:, at], sd[number, at], error[number, at] = told
-    told_vergence, told_sd, alone, agree = _combine(readings, sd, error, search, asked.false_alarm)
-
-    vergence = np.full(placed.shape, (search.lowest + search.highest) / 2, np.float32)
-    vergence_sd = np.full(placed.shape, search.highest - search.lowest, np.float32)
-    valid, side_known = np.zeros(placed.shape, np.bool_), np.full(placed.shape, search.side_known)
-    vergence.flat[pixels], vergence_sd.flat[pixels] = told_vergence, told_sd
-    valid.flat[pixels] = alone & agree & placed.usable.flat[pixels]
-    side_known.flat[pixels] &= alone
-    if not search.side_known:
-        warnings.warn(FocalGradientWarning(search.side_text), stacklevel=3)
-    details = {
-        **asked.stated(),
-        "searched_vergence_D": [search.lowest, search.highest],
-        "side": search.side_text,
-        "noise": given or [image_noise(view.image) for view in views],
-        "noise_estimated": given is None,
-        "gain": placed.gains,
-        "shift_px": [[p.down, p.right] for p in placed.found],
-        "scale": [p.scale for p in placed.found],
-        "edge_points": points,
-        "share_of_edge_points_good": good / max(points, 1),
-        "share_valid": float(valid.mean()),
-    }
-    return DepthMap(vergence, vergence_sd, valid, side_known, details)
-
-
-def _sides(search: Search) -> FloatArray:
-    """The signs that defocus may have in vergence: -1 beyond focus, +1 nearer."""
-    if np.ptp(search.focus) > 1e-9 * max(1.0, np.abs(search.focus).max()):
-        return np.array([-1.0, 1.0])
-    nearer = search.lowest >= search.focus[0] and search.highest > search.focus[0]
-    return np.array([1.0 if nearer else -1.0])
-
-
-def _draw(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Edges]:
-    """Flat indices of the pixels within one of a good point, on the first view's grid, and the edges at them."""
-    middle_row, middle_column = (shape[0] - 1) / 2, (shape[1] - 1) / 2
-    row = np.rint(middle_row + (edges.row - middle_row - placement.down) / placement.scale).astype(np.intp)
-    column = np.rint(middle_column + (edges.column - middle_column - placement.right) / placement.scale).astype(np.intp)
-    owner = np.full(shape, -1, np.intp)
-    # The nearest last, so that a pixel goes to the contour that runs through it.
-    for away in (2, 1, 0):
-        for down, right in ((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if abs(i) + abs(j) == away):
-            i, j = row + down, column + right
-            inside = np.flatnonzero(edges.good & (i >= 0) & (j >= 0) & (i < shape[0]) & (j < shape[1]))
-            owner[i[inside], j[inside]] = inside
-    pixel = np.flatnonzero(owner >= 0)
-    point = owner.ravel()[pixel]
-    return pixel, Edges(*(getattr(edges, field.name)[point] for field in fields(Edges)))
-
-
-def _combine(
-    readings: FloatArray, sd: FloatArray, error: FloatArray, search: Search, false_alarm: float
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Vergence at P pixels from what n views say of it (`readings`, n x sides of focus x P, in dioptres).
-
-    `sd` is their standard deviation from noise (n x P), infinite where a view shows no edge, and `error` what is
-    allowed to the model. Returns vergence, its standard deviation, whether no other reading does as well, and whether
-    the views agree on it.
-    """
-    doubt = np.hypot(sd, error)
-    slack = 3 * sd[:, None]
-    possible = (readings >= search.lowest - slack) & (readings <= search.highest + slack) & np.isfinite(slack)
-    # Every reading is a candidate; each view is for it by that reading of its own that comes nearest.
-    views, sides, count = readings.shape
-    candidates, own = readings.reshape(views * sides, count), np.repeat(doubt, sides, axis=0)
-    away = np.abs(readings[:, :, None] - candidates)
-    cost = ((away.min(axis=1) / doubt[:, None]) ** 2).sum(axis=0)
-    cost = np.where(possible.reshape(candidates.shape), cost, np.inf)
-    best = np.argmin(cost, axis=0)
-    at = (best, np.arange(len(best)))
-    apart = np.abs(candidates - candidates[at]) > 3 * np.hypot(own, own[at])
-    alone = np.isfinite(cost[at]) & ~(apart & (cost < cost[at] + RIVAL)).any(axis=0)
-    chosen = np.take_along_axis(readings, away[:, :, at[0], at[1]].argmin(axis=1)[:, None], axis=1)[:, 0]
-    weight = sd**-2.0
-    vergence = (weight * chosen).sum(axis=0) / weight.sum(axis=0)
-    others = np.maximum(np.isfinite(sd).sum(axis=0) - 1.0, 1.0)
-    agree = chdtrc(others, (((chosen - vergence) / doubt) ** 2).sum(axis=0)) >= false_alarm
-    return np.clip(vergence, search.lowest, search.highest), weight.sum(axis=0) ** -0.5, alone, agree
+    valid = ((used > 0) & (2 * used >= points))[segment] & blur_is_known(sd, radius)
+    return replace(edges, radius=radius, radius_sd=sd, valid=valid)
 
 
 def _checked(
-    image: NDArray[np.floating], psf: str, k: float, noise: float | None, length: float, fit: str, false_alarm: float
+    image: NDArray[np.floating],
+    psf: str,
+    k: float,
+    noise: float | None,
+    length: float,
+    fit: str,
+    false_alarm: float,
+    mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
     """The image as it is worked on, refused where it or a setting cannot be used."""
     if psf not in MODELS:
@@ -400,4 +287,6 @@ def _checked(
         raise InputError(f"image has shape {pixels.shape}, but must be H x W, of 8 pixels or more each way.")
     if not np.isfinite(pixels).all():
         raise InputError("image holds NaN or infinite pixels, but every pixel must be finite: repair or crop it.")
+    if mask is not None and not (mask.shape == pixels.shape and mask.dtype == np.bool_ and mask.any()):
+        raise InputError(f"mask must be an array of booleans of the image's shape {pixels.shape}, True somewhere.")
     return pixels

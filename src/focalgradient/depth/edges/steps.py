@@ -109,7 +109,7 @@ def fit_steps(
     Parameters
     ----------
     image
-        H x W.
+        H x W; NaN where a pixel is masked.
     row, column, angle
         Where the edges are (pixels) and the direction of their rise (rad, from +column towards +row).
     blur
@@ -154,7 +154,7 @@ def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ig
         left, right = max(min(a, b), min(d, e), -column), min(max(a, b), max(d, e), width - 1 - column)
         first, last = math.ceil(column + left), math.floor(column + right)
         for j in range(first, last + 1):
-            if count < len(xs):
+            if count < len(xs) and image[i, j] == image[i, j]:  # NaN: masked
                 dx = j - column
                 xs[count], ts[count], values[count] = dx * c + dy * s, dy * c - dx * s, image[i, j]
                 count += 1

@@ -23,70 +23,37 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, optimize, special, stats
 
 from focalgradient.depth import numerics
-from focalgradient.depth.filters import RADIAL, FloatArray, Image, Residuals, Spectra, residual_filters
+from focalgradient.depth.equalise.minima import read_minima
+from focalgradient.depth.equalise.residuals import Residuals, residual_filters
+from focalgradient.depth.filters import FINE_PASS, RADII, FloatArray, Image, Spectra, natural_levels, natural_power
+from focalgradient.depth.search import Blurs
 
-__all__ = ["GROWTH", "RADII", "Blurs", "Equalised", "Nodes", "Seen", "Shares", "comparing_filters", "equalise"]
-
-RADII = np.linspace(0, np.sqrt(0.5), RADIAL)
-"""Cycles per pixel of the radial samples."""
-
-FINEST = 0.47
-"""Cycles per pixel up to which images are heard: finer detail is aliased by the pixels, and lost in resampling."""
-
-NODES = 1.6
-"""Nodes that depth is read at, to a window's standard deviation."""
-
-STEEP = 2.0
-"""Prior standard deviation of depth's slope within a window, in levels per block."""
-
-GROWTH = (0.5, 0.75, 1.125, 1.7)
-"""Windows that depth is gathered over, one after another, in units of the window asked for."""
+__all__ = ["Equalised", "Nodes", "ResidualStatistics", "SharedPower", "comparing_filters", "equalise"]
 
 JUMP = 0.5
-"""Share of the local variance of depth about its plane that counts as doubt."""
+"""Share of the local variance of depth about its plane that is added to its variance: a choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Blurs:
-    """Each view's blur at each candidate level."""
+class SharedPower:
+    """What views in different wavebands share: view i shows ``gain[i]`` x the first waveband's texture, and another.
 
-    radius: FloatArray  # n x L: of the geometric disc, in pixels
-    transfer: FloatArray  # n x L x F, at RADII
-    edged: bool  # whether blur ends sharply, as a disc does
-
-    def heard(self) -> FloatArray:
-        """Share (amplitude) at which a view is heard at each frequency: a disc up to its second zero only.
-
-        Farther out the phases of the disc's transfer hang on more than any real lens's blur keeps to, and tell little.
-        Where a view's transfer is nothing it is not heard at all.
-        """
-        if not self.edged:
-            return np.ones_like(self.transfer)
-        heard: FloatArray = np.exp(-((2 * np.pi * self.radius[:, :, None] * RADII / 8) ** 8) / 2)
-        return heard * (self.transfer != 0)
-
-    def every(self, count: int) -> Blurs:
-        """The blurs at every so many levels only."""
-        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shares:
-    """What views in unlike light share: view i shows ``gain[i]`` x the texture of the first view's light, and its own.
-
-    Views in one light have one texture of their own, as natural as the shared one, of ``own[light]`` times its power.
-    It tells nothing of depth, and stands beside the noise.
+    This other texture is independent of the first waveband's, common to the views in one waveband, and as natural, of
+    ``independent[waveband]`` times its power. It is uninformative about depth, and is treated as noise.
     """
 
-    light: NDArray[np.intp]  # of each view; the first view's is 0
+    waveband: NDArray[np.intp]  # of each view; the first view's is 0
     gain: FloatArray  # of each view
-    own: FloatArray  # of each light; the first's is 0
+    independent: FloatArray  # of each waveband; the first's is 0
 
-    def noises(self, seen: FloatArray, power: FloatArray) -> FloatArray:
-        """How each light's own part is `seen` (n x L x F) in each view: lights but the first x n x L x F."""
-        mine = self.light == np.arange(1, len(self.own))[:, None]
-        scale = np.sqrt(self.own[1:, None] * power)
-        noises: FloatArray = mine[:, :, None, None] * scale[:, None, None, :] * seen
+    def noises(self, transfer: FloatArray, power: FloatArray) -> FloatArray:
+        """Amplitude of each waveband's independent texture in each view (m x n x L x F), the first waveband left out.
+
+        `transfer` is each view's (n x L x F), `power` that of the shared texture (F).
+        """
+        mine = self.waveband == np.arange(1, len(self.independent))[:, None]
+        scale = np.sqrt(self.independent[1:, None] * power)
+        noises: FloatArray = mine[:, :, None, None] * scale[:, None, None, :] * transfer
         return noises
 
 
@@ -97,14 +64,14 @@ class Nodes:
     level: FloatArray  # fractional candidate level, h x w
     sd: FloatArray  # in levels
     misfit: FloatArray  # mean squared residual over what noise explains: 1 where the views agree
-    texture: FloatArray  # power of what tells depth over the noise in its band
-    alone: NDArray[np.bool_]  # no rival minimum fits about as well
+    texture: FloatArray  # power that is informative about depth, over the noise in its band
+    unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class ResidualStatistics:
     """What each pixel (H x W) shows at its own level: sums over the comparisons of r^2, r r' and r'^2."""
 
     level: Image
@@ -154,7 +121,7 @@ class Equalised:
         expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
-        values, flags = numerics.read_minima(
+        values, flags = read_minima(
             (mean + more[:, None, None].astype(np.float32)).reshape(self.levels, -1).T,
             expected,
             np.sum([r.noise_slope for r in self.residuals], axis=0),
@@ -165,27 +132,27 @@ class Equalised:
         # What that adds to the least cost is no misfit, of which a little is always left.
         added = np.interp(level, np.arange(self.levels), more / expected)
         misfit = np.maximum(misfit - added, np.minimum(misfit, 0.01))
-        alone, inside = flags.reshape(2, *support.shape)
-        return Nodes(level, sd, misfit, texture, alone, inside, support)
+        unambiguous, inside = flags.reshape(2, *support.shape)
+        return Nodes(level, sd, misfit, texture, unambiguous, inside, support)
 
     def noise_found(self, nodes: Nodes) -> float:
-        """Noise variance, in units of the one assumed, told by the quarter of the textured nodes that fit best.
+        """Noise variance, in units of the one assumed, from the quarter of the textured nodes that fit best.
 
-        Where depth jumps, or the views contradict each other, the misfit is not the noise's; chi-square tells how
+        Where depth jumps, or the views contradict each other, the misfit is not the noise's; chi-square gives how
         well the best quarter would fit by chance alone.
         """
         gains = [r.gains.sum(axis=0) for r in self.residuals]
         mean, square = (sum((g**power) @ self.residuals[0].measure for g in gains) for power in (1, 2))
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
-        for seen in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
-            if seen.mean() > 0.02:
-                some = np.geomspace(1, 1e5, 64)
-                by_chance = np.interp(freedom[seen], some, stats.chi2.ppf(0.25, some) / some)
-                return float(np.quantile(nodes.misfit[seen] / by_chance, 0.25))
+        for some in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
+            if some.mean() > 0.02:
+                grid = np.geomspace(1, 1e5, 64)
+                by_chance = np.interp(freedom[some], grid, stats.chi2.ppf(0.25, grid) / grid)
+                return float(np.quantile(nodes.misfit[some] / by_chance, 0.25))
         return 1.0
 
-    def look(self, nodes: Nodes) -> Seen:
-        """What each pixel shows at the depth read around it."""
+    def evaluate(self, nodes: Nodes) -> ResidualStatistics:
+        """Residual statistics of each pixel at the depth estimated around it."""
         shape = self.residuals[0].images.shape[1:]
         level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
         rest, cross, slope = (np.zeros(shape, np.float32) for _ in range(3))
@@ -194,43 +161,48 @@ class Equalised:
             rest += value**2
             cross += value * derivative
             slope += derivative**2
-        return Seen(level, rest, cross, slope)
+        return ResidualStatistics(level, rest, cross, slope)
 
     def refine(
-        self, nodes: Nodes, seen: Seen, weight: Image, noise: float = 1.0, growth: Sequence[float] = GROWTH
+        self,
+        nodes: Nodes,
+        local: ResidualStatistics,
+        weight: Image,
+        noise: float = 1.0,
+        growth: Sequence[float] = numerics.GROWTH,
     ) -> Nodes:
-        """Let depth slope within the window: a local plane through what each pixel says.
+        """Let depth slope within the window: a local plane through the levels that pixels give.
 
-        A window reads the depth where its texture happens to lie, not at its middle. Linearised at the depth `seen`,
-        pixel x says "level(x) - r/r', with weight r'^2"; a plane fitted to that gives the level at the node, and
-        its sandwich variance the sd, uneven texture included.
+        A window estimates the depth where its texture happens to lie, not at its middle. Linearised at the depth of
+        `local`, pixel x gives the level level(x) - r/r' with the weight r'^2; a plane fitted to that gives the level at
+        the node, and its sandwich variance the sd, uneven texture included.
         """
         # What noise alone puts into r r' on average is known, and taken out.
         drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
-        said = np.interp(seen.level, np.arange(self.levels), drift).astype(np.float32) - seen.cross
-        # Noise in r'^2 makes the fit look better founded than it is; misfit adds to noise.
-        doubt = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
+        score = np.interp(local.level, np.arange(self.levels), drift).astype(np.float32) - local.cross
+        # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
+        noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
         fitted, sd = numerics.grow_planes(
-            numerics.block_sum(weight * seen.slope, self.step),
-            numerics.block_sum(weight * (said + seen.slope * seen.level), self.step),
+            numerics.block_sum(weight * local.slope, self.step),
+            numerics.block_sum(weight * (score + local.slope * local.level), self.step),
             nodes.level,
-            doubt,
+            noise_sd,
             [self.window * g / self.step for g in growth],
-            STEEP,
+            numerics.STEEP,
         )
         # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
 
-    def noise_by_view(self, seen: Seen, taper: Image | None = None, together: int = 1) -> FloatArray:
-        """Noise variance of each view, and of each light's own part, in units of the ones assumed.
+    def noise_by_view(self, local: ResidualStatistics, taper: Image | None = None, together: int = 1) -> FloatArray:
+        """Noise variance of each view, and of each waveband's independent texture, in units of the ones assumed.
 
-        It is told by what equalising leaves of the images, weighted by a `taper` over the frame. Where a view is much
-        blurred the residual's fine detail is that view's own noise, its coarse detail both views': the spectrum of
-        what is left tells whose the noise is. The noises of the first views, `together`, are given one factor.
+        It is estimated from what equalising leaves of the images, weighted by a `taper` over the frame. Where a view is
+        much blurred the residual's fine detail is that view's own noise, its coarse detail both views': the spectrum of
+        what is left shows whose the noise is. The noises of the first views, `together`, are given one factor.
         """
-        level = seen.level
+        level = local.level
         share = np.bincount(np.rint(level).astype(np.intp).ravel(), minlength=self.levels) / level.size
         if taper is None:
             taper = np.outer(*(np.hanning(n) for n in level.shape)).astype(np.float32)
@@ -256,9 +228,9 @@ class Equalised:
         return variance
 
     def beside_jumps(self, nodes: Nodes) -> Nodes:
-        """Doubt what lies beside a jump of depth, where blur mixes what lies on either side.
+        """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
 
-        Adds to the sd the spread of depth about its local plane, in the window asked for.
+        Adds to it the scatter of depth about its local plane, in the window asked for.
         """
         trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
 
@@ -276,36 +248,41 @@ class Equalised:
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * spread))
 
     def agreement(
-        self, seen: Seen, noise: float, side: int, false_alarm: float, tolerance: FloatArray
+        self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray
     ) -> NDArray[np.bool_]:
-        """Whether each pixel's views agree at the depth `seen`: chi-square, false with rate `false_alarm`.
+        """Whether each pixel's views agree at the depth of `local`: chi-square, false with rate `false_alarm`.
 
         What is left of the views is averaged over squares of `side` pixels, much smaller than the window that depth
         is read with, and with an end, to tell apart who contradicts from who stands beside. What a somewhat different
         depth would explain is no contradiction, and is taken off; nor is what an error of the blur model as large as
         `tolerance` (L, in levels) would leave.
         """
-        rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (seen.rest, seen.cross, seen.slope))
+        rest, cross, slope = (ndimage.uniform_filter(image, side) for image in (local.rest, local.cross, local.slope))
         energy = rest - cross**2 / (slope + np.float32(1e-12))
         expected = noise * sum(r.noise for r in self.residuals)
         variance = sum((noise * r.noise) ** 2 / _freedom(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals)
         freedom = expected**2 / variance
         limit = expected * stats.chi2.isf(false_alarm, freedom) / freedom
         place = np.arange(self.levels)
-        forgiven: Image = slope * np.interp(seen.level, place, tolerance**2).astype(np.float32)
-        return energy - forgiven <= np.interp(seen.level, place, limit)
+        forgiven: Image = slope * np.interp(local.level, place, tolerance**2).astype(np.float32)
+        return energy - forgiven <= np.interp(local.level, place, limit)
 
     def to_pixels(self, values: FloatArray, sd: FloatArray, shape: tuple[int, int]) -> FloatArray:
         """Values at nodes carried to the pixels between them."""
-        return numerics.spread(values, sd, self.step, shape)
+        return numerics.interpolate_nodes(values, sd, self.step, shape)
 
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Values at nodes given to all pixels of their blocks."""
-        return values.repeat(self.step, axis=0).repeat(self.step, axis=1)[: shape[0], : shape[1]]
+        return numerics.repeat_blocks(values, self.step, shape)
 
 
 def equalise(
-    images: Sequence[Image], blurs: Blurs, noise_sd: Sequence[float], *, window: float, shares: Shares | None = None
+    images: Sequence[Image],
+    blurs: Blurs,
+    noise_sd: Sequence[float],
+    *,
+    window: float,
+    shared: SharedPower | None = None,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -319,40 +296,40 @@ def equalise(
         Standard deviation of each view's noise, in the images' units.
     window
         Standard deviation of the averaging window in pixels.
-    shares
-        What the views share where they are not in one light.
+    shared
+        What the views share where they are in different wavebands.
     """
     reach = int(np.clip(2 * blurs.radius.max(), 16, 64))  # pixels of mirrored surround
     spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
-    filters, own = comparing_filters(blurs, noise_sd, _scene_power(spectra, RADII, noise_sd), shares)
+    filters, own = comparing_filters(blurs, noise_sd, _scene_power(spectra, noise_sd), shared)
     residuals = [Residuals.of(spectra, rows) for rows in filters]
     change = np.zeros(blurs.radius.shape[1])
     if len(own):
         both = [_in_noise(residual, rows, own) for residual, rows in zip(residuals, filters, strict=True)]
         residuals, change = [residual for residual, _ in both], np.sum([part for _, part in both], axis=0)
-    return Equalised(residuals, max(1, round(window / NODES)), window, change)
+    return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
 
 
 def comparing_filters(
-    blurs: Blurs, noise_sd: Sequence[float], power: FloatArray, shares: Shares | None
+    blurs: Blurs, noise_sd: Sequence[float], power: FloatArray, shared: SharedPower | None
 ) -> tuple[list[FloatArray], FloatArray]:
     """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
 
-    Also returns how the parts that unlike lights have of their own are heard over the noise, lights x n x L x F.
+    Also returns the amplitude of wavebands' independent textures over the noise, wavebands x n x L x F.
     """
-    heard = blurs.heard()
-    audible = heard * blurs.transfer / np.asarray(noise_sd)[:, None, None]
-    own = np.zeros((0, *audible.shape))
-    if shares is not None:
-        own, audible = shares.noises(audible, power), audible * shares.gain[:, None, None]
-    audible = _whitened(audible, own)
-    signal = power * (audible**2).sum(axis=0)
-    # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest tell
-    # next to nothing of blur and much of uneven light, and their filters reach far over the image.
+    view_weight = blurs.pass_band()
+    transfers = view_weight * blurs.transfer / np.asarray(noise_sd)[:, None, None]
+    own = np.zeros((0, *transfers.shape))
+    if shared is not None:
+        own, transfers = shared.noises(transfers, power), transfers * shared.gain[:, None, None]
+    transfers = _whitened(transfers, own)
+    signal = power * (transfers**2).sum(axis=0)
+    # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest
+    # depend little on blur and much on uneven light, and their filters reach far over the image.
     lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
-    band = (1 - np.exp(-((RADII / lowest[:, None]) ** 2))) * np.exp(-((RADII / FINEST) ** 16) / 2)
+    band = (1 - np.exp(-((RADII / lowest[:, None]) ** 2))) * FINE_PASS
     weight = np.sqrt(signal / (1 + signal)) * band
-    return [_whitened(rows, own) * heard * weight for rows in residual_filters(audible)], own
+    return [_whitened(rows, own) * view_weight * weight for rows in residual_filters(transfers)], own
 
 
 def _whitened(rows: FloatArray, own: FloatArray) -> FloatArray:
@@ -364,10 +341,10 @@ def _whitened(rows: FloatArray, own: FloatArray) -> FloatArray:
 
 
 def _in_noise(residual: Residuals, filters: FloatArray, own: FloatArray) -> tuple[Residuals, FloatArray]:
-    """The residual with what noise leaves of it where lights have parts of their `own`, and their change by level."""
+    """The residual with what noise leaves of it where wavebands have textures of their `own`; its change by level."""
 
     def let_through(rows: FloatArray, parts: FloatArray) -> FloatArray:
-        """What each source of noise comes to: the views', then the lights' own parts."""
+        """What each source of noise comes to: the views', then the wavebands' own textures."""
         return np.concatenate([rows, *((u * rows).sum(axis=0, keepdims=True) for u in parts)])
 
     passed, slopes = let_through(filters, own), let_through(np.gradient(filters, axis=1), own)
@@ -377,15 +354,13 @@ def _in_noise(residual: Residuals, filters: FloatArray, own: FloatArray) -> tupl
     return known, 2 * (passed[len(filters) :] * altered).sum(axis=0) @ measure
 
 
-def _scene_power(spectra: Spectra, radial: FloatArray, noise_sd: Sequence[float]) -> FloatArray:
-    """Power of the sharp scene at each radial frequency, in the images' units: natural, falling as 1 / f^2.
+def _scene_power(spectra: Spectra, noise_sd: Sequence[float]) -> FloatArray:
+    """Power of the sharp scene at RADII, in the images' units, if natural; its level is that of the view with most.
 
-    Its level is taken from frequencies that no moderate blur removes, from the view that shows most.
+    `spectra` are those of the images over their noise.
     """
     share, power = spectra.measure_and_power()
-    low = (radial > 0.01) & (radial < 0.08) & (share > 0)  # a small image has no frequency at many of them
-    level = max(float(np.median(p[low] * radial[low] ** 2)) * sd**2 for p, sd in zip(power, noise_sd, strict=True))
-    return level / np.maximum(radial, radial[1]) ** 2
+    return natural_power(float(np.max(natural_levels(power, share > 0) * np.square(noise_sd))))
 
 
 def _freedom(spectrum: FloatArray, side: int) -> FloatArray:
@@ -395,8 +370,7 @@ def _freedom(spectrum: FloatArray, side: int) -> FloatArray:
     """
     lag = np.hypot(*np.mgrid[1 - side : side, 1 - side : side])
     lags, index = np.unique(lag, return_inverse=True)
-    radial = np.linspace(0, np.sqrt(0.5), RADIAL)
-    correlation = spectrum @ special.j0(2 * np.pi * radial[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
+    correlation = spectrum @ special.j0(2 * np.pi * RADII[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
     ramp = (side - np.abs(np.arange(1 - side, side))) / side**2
     overlap = np.bincount(index.ravel(), np.outer(ramp, ramp).ravel())
     samples: FloatArray = 1 / (correlation**2 @ overlap)

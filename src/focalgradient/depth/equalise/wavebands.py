@@ -1,9 +1,10 @@
-"""Views in unlike light: how much of a texture they share, told by the views themselves.
+"""Views in different wavebands: how much of a texture they share, estimated from the views themselves.
 
-Red and blue light do not show quite the same texture. View i is taken to show gain x the first light's texture, and in
-each other light a texture of its own on top, as natural as that (`focalgradient.depth.equalise.likelihood.Shares`). The
-gain is fitted with the depth of every place left free; the strength of what is not shared, like noise, by what
-equalising leaves. An error of the gain moves depth everywhere alike: that joins the depth's uncertainty.
+Red and blue light do not show quite the same texture. View i is taken to show gain x the first waveband's texture, and
+in each other waveband an independent texture on top, as natural (`SharedPower` in
+`focalgradient.depth.equalise.likelihood`). The gain is fitted with the depth of every place left free; the power of
+what is not shared, like noise, from what equalising leaves. An error of the gain moves depth everywhere alike: that
+joins the depth's uncertainty.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ import numpy as np
 from scipy import ndimage
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.likelihood import RADII, Blurs, Equalised, Nodes, Shares, comparing_filters, equalise
-from focalgradient.depth.filters import FloatArray, Image, fine_noise
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
+from focalgradient.depth.filters import RADII, FloatArray, Image, natural_power
+from focalgradient.depth.noise import noise_from_spectrum
 from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Blurs
 
-__all__ = ["Settled", "settle", "shift_by_gain"]
+__all__ = ["BandGains", "estimate_band_gains", "shift_by_gain"]
 
 ROUNDS, STEPS = 2, 3
 """Times that noise is found, and each time the gain in steps, at most."""
@@ -35,28 +38,28 @@ CONTRADICTS = 2.0
 """Times the misfit of the frame's better part, or of the noise, beyond which a place is left out."""
 
 LITTLE = 1e-3
-"""Power of a light's own texture, over the shared, that is supposed at first."""
+"""Power of a waveband's independent texture, over the shared, that is assumed at first."""
 
 COARSE = 4
-"""Levels of which one is looked at until the last step."""
+"""Levels of which one is used until the last step."""
 
 FLOOR = 3e-2
-"""Noise supposed at least, over the image's standard deviation: less would tell levels apart finer than they lie."""
+"""Noise assumed at least, over the image's standard deviation: less would distinguish levels finer than they lie."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Settled:
-    """What the views share, the noise of each, and how well the gains are known."""
+class BandGains:
+    """What views in different wavebands share, the noise of each, and how well the gains are known."""
 
-    shares: Shares
+    shared: SharedPower
     noise_sd: list[float]
-    gain_sd: FloatArray  # of each light's gain, over the gain; the first's is 0
+    gain_sd: FloatArray  # of each waveband's gain, over the gain; the first's is 0
 
-    def stated(self, lights: Sequence[str]) -> dict[str, Any]:
-        """What a map's details state: of each light but the first, its contrast and correlation with the first's."""
-        names = list(dict.fromkeys(lights))
-        gain = {name: float(self.shares.gain[lights.index(name)]) for name in names[1:]}
-        parts = zip(names[1:], self.shares.own[1:], self.gain_sd[1:], strict=True)
+    def stated(self, wavebands: Sequence[str]) -> dict[str, Any]:
+        """What a map's details state: each waveband's contrast and correlation with the first's, that one left out."""
+        names = list(dict.fromkeys(wavebands))
+        gain = {name: float(self.shared.gain[wavebands.index(name)]) for name in names[1:]}
+        parts = zip(names[1:], self.shared.independent[1:], self.gain_sd[1:], strict=True)
         return {
             "shared_texture": {
                 name: {
@@ -70,29 +73,29 @@ class Settled:
         }
 
 
-def settle(
-    lights: Sequence[str], part: RegisteredViews, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
-) -> Settled:
-    """Find what views in different `lights` share, from a `part` of them; their noise too where it is not given."""
-    names = list(dict.fromkeys(lights))
-    light = np.array([names.index(name) for name in lights])
+def estimate_band_gains(
+    wavebands: Sequence[str], part: RegisteredViews, blurs: Blurs, window: float, noise_sd: Sequence[float] | None
+) -> BandGains:
+    """Estimate what views in `wavebands` share, from a `part` of them; their noise too where it is not given."""
+    names = list(dict.fromkeys(wavebands))
+    band = np.array([names.index(name) for name in wavebands])
     coarse = blurs.every(COARSE)
-    # Blur carries in light from beyond the part: its rim tells nothing.
+    # Blur carries in light from beyond the part: its rim is left out.
     rim = min(part.shape) // 4
     weight = np.zeros(part.shape, np.float32)
     weight[rim:-rim, rim:-rim] = part.usable[rim:-rim, rim:-rim]
     floors = np.array([FLOOR * float(image.std()) for image in part.images])
-    # The finest detail is at least as strong as the noise. Cones of one kind catch alike: one noise for each light.
-    finest = np.array([fine_noise(image) for image in part.images])
-    most = np.maximum(floors, [finest[light == one].min() for one in light])
+    # The finest detail is at least as strong as the noise. Cones of one class are alike: one noise for each waveband.
+    finest = np.array([noise_from_spectrum(image) for image in part.images])
+    most = np.maximum(floors, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
-    gain, little = np.ones(len(lights)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
+    gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
     gain_sd = np.zeros(len(names))
-    clear = weight
 
     def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
-        equalised = equalise(part.images, blurs, sd.tolist(), window=window, shares=Shares(light, gain, own))
-        return equalised, equalised.read(clear)
+        shared = SharedPower(band, gain, own)
+        equalised = equalise(part.images, blurs, sd.tolist(), window=window, shared=shared)
+        return equalised, equalised.read(weight)
 
     def improve(blurs: Blurs, own: FloatArray) -> float:
         """Improve the gains, by filters that know them; return the greatest change, in standard deviations."""
@@ -100,22 +103,21 @@ def settle(
         equalised, nodes = compare(blurs, own)
         moved = 0.0
         for number in range(1, len(names)):
-            shares = Shares(light, gain, own)
-            change, gain_sd[number] = _gain_change(equalised, nodes, part.images, blurs, sd, clear, shares, number)
-            gain = gain * np.where(light == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
+            shared = SharedPower(band, gain, own)
+            change, gain_sd[number] = _gain_change(equalised, nodes, part.images, blurs, sd, weight, shared, number)
+            gain = gain * np.where(band == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
             moved = max(moved, abs(change) / gain_sd[number])
         return moved
 
     for _ in range(ROUNDS):
-        # What is not shared is told by filters that suppose little of it: were more supposed, depth would give way to
-        # it, and more be found.
+        # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
+        # way to it, and more be found.
         equalised, nodes = compare(coarse, little)
-        # Outlines that hide what lies behind contradict every depth, in one light as in another: they are left out.
+        # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
-        plain = nodes.misfit <= CONTRADICTS * usual
-        clear = clear * equalised.to_blocks(plain, part.shape)
-        taper = ndimage.gaussian_filter(clear, window / 2)
-        found = equalised.noise_by_view(equalised.look(nodes), taper, together=len(sd))
+        weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
+        taper = ndimage.gaussian_filter(weight, window / 2)
+        found = equalised.noise_by_view(equalised.evaluate(nodes), taper, together=len(sd))
         own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), floors, most)
@@ -123,9 +125,9 @@ def settle(
             if improve(coarse, own) < 0.5:
                 break
         if np.abs(np.log(gain)).max() < ALIKE:
-            break  # the gain supposed was good enough for what was found with it
+            break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
-    return Settled(Shares(light, gain, own), sd.tolist(), gain_sd)
+    return BandGains(SharedPower(band, gain, own), sd.tolist(), gain_sd)
 
 
 def _gain_change(
@@ -135,12 +137,12 @@ def _gain_change(
     blurs: Blurs,
     sd: FloatArray,
     weight: Image,
-    shares: Shares,
+    shared: SharedPower,
     number: int,
 ) -> tuple[float, float]:
-    """Change of the logarithm of one light's gain that fits best, with depth free at every node; its sd."""
-    other = equalise(images, blurs, sd.tolist(), window=equalised.window, shares=_raised(shares, number))
-    level = equalised.look(nodes).level
+    """Change of the logarithm of one waveband's gain that fits best, with depth free at every node; its sd."""
+    other = equalise(images, blurs, sd.tolist(), window=equalised.window, shared=_raised(shared, number))
+    level = equalised.evaluate(nodes).level
     sums = np.zeros((5, *level.shape), np.float32)  # of r'^2, r' g', g'^2, r r' and r g', with g' by the gain
     by_level, by_gain = -equalised.change / 2, np.zeros(equalised.levels)  # what noise alone makes of the last two
     left, noise = np.zeros_like(level), np.zeros(equalised.levels)
@@ -158,41 +160,36 @@ def _gain_change(
     sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)
     blocks = np.stack([numerics.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
     wide = equalised.window / equalised.step
-    told = nodes.alone & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
-    slope, both, size, depth, pull = numerics.gather(blocks, wide).astype(float) * told
+    valid = nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
+    slope, both, size, depth, pull = numerics.gather(blocks, wide).astype(float) * valid
     lever = both / np.maximum(slope, 1e-9)
-    known = np.where(told, np.maximum(size - lever * both, 0), 0).ravel()
+    known = np.where(valid, np.maximum(size - lever * both, 0), 0).ravel()
     if not known.any():
         return 0.0, 0.1
     # The median over the nodes, each by what it knows: outlines, where the model fails, pull a mean anywhere.
     each = -(pull - lever * depth).ravel() / np.maximum(known, 1e-9)
-    change = _median(each, known)
-    spread = 1.48 * _median(np.abs(each - change), known)
-    shared = 2 * np.pi * wide**2  # nodes' windows overlap
-    independent = max(1.0, known.sum() ** 2 / (known**2).sum() / (2 * shared))
-    return change, 1.25 * max(float(np.sqrt(shared / known.sum())), spread / np.sqrt(independent))
+    change = numerics.weighted_median(each, known)
+    spread = 1.48 * numerics.weighted_median(np.abs(each - change), known)
+    overlap = 2 * np.pi * wide**2  # nodes' windows overlap
+    independent = max(1.0, known.sum() ** 2 / (known**2).sum() / (2 * overlap))
+    return change, 1.25 * max(float(np.sqrt(overlap / known.sum())), spread / np.sqrt(independent))
 
 
-def _median(values: FloatArray, weight: FloatArray) -> float:
-    order = np.argsort(values)
-    return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
+def _raised(shared: SharedPower, number: int) -> SharedPower:
+    return replace(shared, gain=shared.gain * np.where(shared.waveband == number, 1 + STEP, 1))
 
 
-def _raised(shares: Shares, number: int) -> Shares:
-    return replace(shares, gain=shares.gain * np.where(shares.light == number, 1 + STEP, 1))
-
-
-def shift_by_gain(settled: Settled, blurs: Blurs) -> FloatArray:
-    """Standard deviation by which what is not known of the gains moves depth, in levels, at each level.
+def shift_by_gain(gains: BandGains, blurs: Blurs) -> FloatArray:
+    """Standard deviation of depth due to the gains' uncertainty, in levels, at each level.
 
     For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """
-    power = np.maximum(RADII, RADII[1]) ** -2.0
-    scene = blurs.transfer * settled.shares.gain[:, None, None] / np.array(settled.noise_sd)[:, None, None]
-    filters, _ = comparing_filters(blurs, settled.noise_sd, power, settled.shares)
+    power = natural_power(1.0)
+    scene = blurs.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
+    filters, _ = comparing_filters(blurs, gains.noise_sd, power, gains.shared)
     variance = np.zeros(blurs.radius.shape[1])
-    for number in range(1, len(settled.gain_sd)):
-        others, _ = comparing_filters(blurs, settled.noise_sd, power, _raised(settled.shares, number))
+    for number in range(1, len(gains.gain_sd)):
+        others, _ = comparing_filters(blurs, gains.noise_sd, power, _raised(gains.shared, number))
         both, slope = np.zeros_like(variance), np.zeros_like(variance)
         for here, there in zip(filters, others, strict=True):
             by_level = (np.gradient(here, axis=1) * scene).sum(axis=0)
@@ -200,5 +197,5 @@ def shift_by_gain(settled: Settled, blurs: Blurs) -> FloatArray:
             # Radial samples stand for rings: f df.
             both += (by_level * by_gain * power * RADII).sum(axis=1)
             slope += (by_level**2 * power * RADII).sum(axis=1)
-        variance += (both / np.maximum(slope, 1e-12 * slope.max()) * settled.gain_sd[number]) ** 2
+        variance += (both / np.maximum(slope, 1e-12 * slope.max()) * gains.gain_sd[number]) ** 2
     return np.sqrt(variance)

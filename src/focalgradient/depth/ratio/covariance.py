@@ -1,13 +1,13 @@
-"""How both views' energies in all bands scatter together: what makes of several ratios one depth.
+"""Joint covariance of both views' energies in all bands: it turns several ratios into one depth.
 
 In a window of a few blur widths the texture is a sample, and the ratio of two energies no longer that of their
-expectations. But the sample is the same one in both views and in all bands, so that the sharper view's energies tell
-most of what the blurred view's have by chance. All energies together are therefore compared with all that a defocus
-makes one expect, by their joint covariance, which has four parts:
+expectations. But the sample is the same one in both views and in all bands, so that the sharper view's energies
+account for most of what the blurred view's have by chance. All energies together are therefore compared with all that
+a defocus makes one expect, by their joint covariance, which has four parts:
 
 - chance: energies are sums of squares of a random field, whose covariance is the summed square of the field's;
 - the texture: its spectrum is a power law of any slope and strength, with bumps that are smooth in log frequency;
-- noise, which is not subtracted but expected, and its strength in doubt;
+- noise, which is not subtracted but expected, of uncertain strength;
 - and a share of each energy, for all that is not as the model has it.
 """
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.ratio.table import DisparityTable, band_transfer, frequencies, texture, transfers
 
-__all__ = ["CHANNELS", "Scatter", "scatter_of"]
+__all__ = ["CHANNELS", "STEPS", "EnergyCovariance", "energy_covariance"]
 
 FloatArray = NDArray[np.float64]
 Tables = NDArray[np.float32]
@@ -30,7 +30,7 @@ CHANNELS = 8
 """Energies that are compared: of two views in four bands. Fewer bands leave some without weight."""
 
 SLOPE_SD = 1.0
-"""Doubt of the slope of the texture's amplitude spectrum."""
+"""Standard deviation of the slope of the texture's amplitude spectrum."""
 
 BUMPS_SD = 1.0
 """Standard deviation of the logarithm of the texture's power about a power law."""
@@ -38,22 +38,22 @@ BUMPS_SD = 1.0
 BUMPS_WIDTH = 0.7
 """Logarithm of the ratio of frequencies over which such bumps reach."""
 
-NOISE_DOUBT = 0.3
+NOISE_ERROR = 0.3
 """Error of the noise's variance, as a share of it."""
 
-MODEL_DOUBT = 0.05
+MODEL_ERROR = 0.05
 """Error of each energy, as a share of it, for which there is no cause in the model."""
 
 STEPS = np.geomspace(2.0**-24, 2.0, 26)
-"""Variances of noise, in units of the sharper view's energy in the coarsest band, for which tables are worked out."""
+"""Variances of noise, in units of the sharper view's energy in the coarsest band, for which tables are computed."""
 
 REACH = 48
 """Pixels over which the covariance of the filtered field is followed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scatter:
-    """Tables for `focalgradient.depth.ratio.likelihood.read`, at S strengths of noise and L levels of defocus.
+class EnergyCovariance:
+    """Tables for `focalgradient.depth.ratio.likelihood`, at S strengths of noise and L levels of defocus.
 
     Parameters
     ----------
@@ -62,29 +62,29 @@ class Scatter:
         view without; channels are view 1 and view 2 in the finest band, in the next, and so on.
     weights
         S x L x 8 x 8: inverse covariance of those logarithms, blind to the texture's contrast.
-    doubt
+    log_determinant
         S x L: logarithm of the determinant of the covariance, but for the contrast.
     sd
-        S x L: standard deviation of the defocus, in dioptres; infinite where nothing is told.
+        S x L: standard deviation of the defocus, in dioptres; infinite where nothing is known.
     noise
         8: energy of noise of variance 1.
     """
 
     expected: Tables
     weights: Tables
-    doubt: Tables
+    log_determinant: Tables
     sd: Tables
     noise: Tables
 
 
 @lru_cache(maxsize=8)
-def scatter_of(table: DisparityTable, window: float) -> Scatter:
-    """The scatter of energies gathered in a Gaussian of sd `window` pixels; kept, as the next frame asks for it again.
+def energy_covariance(table: DisparityTable, window: float) -> EnergyCovariance:
+    """The covariance of energies gathered in a Gaussian of sd `window` pixels; kept, as the next frame needs it again.
 
     >>> from focalgradient import Lens
     >>> lenses = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
-    >>> scatter = scatter_of(DisparityTable.of(lenses, pixel_angle=3.1e-4), 8.0)
-    >>> scatter.weights.shape
+    >>> covariance = energy_covariance(DisparityTable.of(lenses, pixel_angle=3.1e-4), 8.0)
+    >>> covariance.weights.shape
     (26, 65, 8, 8)
     """
     count = 2 * len(table.bands)
@@ -102,22 +102,22 @@ def scatter_of(table: DisparityTable, window: float) -> Scatter:
     strength = STEPS[:, None, None, None]
     same_view = np.arange(count)[:, None] % 2 == np.arange(count) % 2
     covariance = chance + bumps + 2 * strength * mixed
-    covariance = covariance + strength**2 * (noise_alone + NOISE_DOUBT**2 * same_view * np.outer(unit, unit))
+    covariance = covariance + strength**2 * (noise_alone + NOISE_ERROR**2 * same_view * np.outer(unit, unit))
     total = mean + STEPS[:, None, None] * unit
-    covariance = covariance / (total[..., :, None] * total[..., None, :]) + MODEL_DOUBT**2 * np.eye(count)
+    covariance = covariance / (total[..., :, None] * total[..., None, :]) + MODEL_ERROR**2 * np.eye(count)
     inverse = np.linalg.inv(covariance)
     # Contrast moves the logarithms by this, and is not known.
     moved = mean / total
     seen = np.einsum("slij,slj->sli", inverse, moved)
     strength_of_seen = np.einsum("sli,sli->sl", seen, moved)
     weights = inverse - seen[..., :, None] * seen[..., None, :] / strength_of_seen[..., None, None]
-    doubt = np.log(strength_of_seen) - np.linalg.slogdet(inverse)[1]
+    log_determinant = np.log(strength_of_seen) - np.linalg.slogdet(inverse)[1]
     expected = np.log(total)
     padding = CHANNELS - count
-    return Scatter(
+    return EnergyCovariance(
         np.pad(expected, ((0, 0), (0, 0), (0, padding))).astype(np.float32),
         np.pad(weights, ((0, 0), (0, 0), (0, padding), (0, padding))).astype(np.float32),
-        doubt.astype(np.float32),
+        log_determinant.astype(np.float32),
         _sd(expected, weights, table.defocus).astype(np.float32),
         np.pad(unit, (0, padding)).astype(np.float32),
     )

@@ -10,35 +10,31 @@ average of sizes (``absolute=True`` gives the paper's). The Gaussian that gives 
 of 4 x 4 pixels, not over pixels: a box and a Gaussian are a Gaussian wider by 1.25 square pixels. And the second
 difference may be taken between means over 2 x 2, 4 x 4 or 8 x 8 pixels: the finest detail is the first that blur takes,
 and a band is best where the larger aperture has taken part of it and not all. And depth comes from all bands at once,
-whose energies scatter together (`focalgradient.depth.ratio.covariance`), so that much of what is chance in one ratio is
-told by the others.
+whose energies scatter together (`focalgradient.depth.ratio.covariance`), so that the others account
+for much of what is chance in one ratio.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import minimum_filter, uniform_filter
+from scipy.ndimage import minimum_filter
 
-from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.covariance import scatter_of
+from focalgradient.depth.ratio.covariance import energy_covariance
 from focalgradient.depth.ratio.energies import BLOCK, Picture, Plane
-from focalgradient.depth.ratio.likelihood import read
+from focalgradient.depth.ratio.likelihood import likeliest_defocus
 from focalgradient.depth.ratio.table import BANDS, DisparityTable
-from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.settings import RecoverySettings
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.depth.validity import blur_is_known
+from focalgradient.errors import InputError
 from focalgradient.psf import PsfName
-from focalgradient.view import View
 
-__all__ = ["detail", "fine_noise_floor", "focal_disparity", "read_depth", "recover", "table_for"]
+__all__ = ["detail", "focal_disparity", "on_grid", "read_depth", "table_for"]
 
 BRIGHTNESS = 8.0
 """Standard deviation in pixels of the Gaussian that gives the local brightness."""
@@ -47,8 +43,11 @@ LEAST = 0.01
 """Root mean square Laplacian of the sharper view, as a share of the brightness, below which there is no estimate."""
 
 CONTRADICTION = 33.0
-"""Squared distance of the energies from those expected, over their variance, beyond which what is seen is no defocus:
+"""Squared distance of the energies from those expected, over their variance, beyond which no defocus explains them:
 chance alone gets there once in 100 000 times."""
+
+KNOWN = 0.2
+"""Share of a blur radius to which it must be known: a fifth is enough for video, where other methods take a tenth."""
 
 COARSE = 8.0
 """Window in pixels from which depth is worked out for squares of 8 x 8 pixels, and repeated."""
@@ -96,8 +95,8 @@ def focal_disparity(
 
     Returns
     -------
-    disparity, told
-        floor(H/4) x floor(W/4), float32 and bool. The disparity is 0 where it is not told: where the small-aperture
+    disparity, valid
+        floor(H/4) x floor(W/4), float32 and bool. The disparity is 0 where it is not valid: where the small-aperture
         view has less detail than `least`, or less than three times the noise, or hardly a usable pixel.
 
     Raises
@@ -110,8 +109,8 @@ def focal_disparity(
     A checkerboard whose contrast blur halves has a focal disparity of a half.
 
     >>> board = (np.indices((64, 64)).sum(axis=0) % 2).astype(np.float32)
-    >>> disparity, told = focal_disparity(1 + 0.5 * board, 1.125 + 0.25 * board)
-    >>> disparity.shape, round(float(disparity[8, 8]), 3), bool(told.all())
+    >>> disparity, valid = focal_disparity(1 + 0.5 * board, 1.125 + 0.25 * board)
+    >>> disparity.shape, round(float(disparity[8, 8]), 3), bool(valid.all())
     ((16, 16), 0.5, True)
     """
     images = [small, large]
@@ -124,11 +123,11 @@ def focal_disparity(
     # Second differences of means over band x band pixels; the mean size of a normal value is sqrt(2 / pi) of its sd.
     unit = 20.0 / band**2 * (2 / math.pi if absolute else 1.0)
     variance, span = _noise_by_brightness(noise, table)
-    disparity, told = energies.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
+    disparity, valid = energies.compared(energy[0], brightness, np.float32(unit) * variance, span, least)
     if usable is not None and not usable.all():
-        told &= _squares(usable, BLOCK)
-        disparity[~told] = 0
-    return disparity, told
+        valid &= _squares(usable, BLOCK)
+        disparity[~valid] = 0
+    return disparity, valid
 
 
 def read_depth(
@@ -143,7 +142,7 @@ def read_depth(
     least: float = LEAST,
     usable: NDArray[np.bool_] | None = None,
 ) -> tuple[Plane, Plane, NDArray[np.bool_]]:
-    """Depth on the grid of 4 x 4 pixels, from all of a table's bands, each weighed by what it tells there.
+    """Depth on the grid of 4 x 4 pixels, from all of a table's bands, each weighted by its information there.
 
     Parameters
     ----------
@@ -165,70 +164,26 @@ def read_depth(
     grid = 2 * BLOCK if window >= COARSE else BLOCK
     energy, brightness = _content(images, decode, table.bands, grid, window, usable=usable)
     variance, span = _noise_by_brightness(noise, decode)
-    size, sd, misfit = read(energy, brightness, variance, span, table.defocus, scatter_of(table, window), least)
+    covariance = energy_covariance(table, window)
+    size, sd, misfit = likeliest_defocus(energy, brightness, variance, span, table.defocus, covariance, least)
     focus = float(search.focus[0])
     vergence = np.float32(focus) + (size if search.lowest >= focus else -size)
     inside = np.clip(vergence, np.float32(search.lowest), np.float32(search.highest))
     within = np.abs(vergence - inside) <= 2 * sd
     radius = search.slope * np.abs(focus - inside)
-    valid = within & (sd * search.slope <= np.maximum(0.3, 0.2 * radius)) & (misfit < CONTRADICTION)
+    valid = within & blur_is_known(sd * search.slope, radius, KNOWN) & (misfit < CONTRADICTION)
     sd = np.minimum(sd, np.float32(search.highest - search.lowest))
     shape, times = tuple(n // BLOCK for n in small.shape), grid // BLOCK
-    valid = _spread(valid, shape, times)
+    valid = on_grid(valid, shape, times)
     if usable is not None and not usable.all():
         valid &= _squares(usable, BLOCK)
-    return _spread(inside, shape, times), _spread(sd, shape, times), valid
+    return on_grid(inside, shape, times), on_grid(sd, shape, times), valid
 
 
-def table_for(search: Search, views: Sequence[View], psf: PsfName, k: float) -> DisparityTable:
-    """The optics' table, a quarter farther than the search goes, so that its limits are no end of the table."""
+def table_for(search: Search, psf: PsfName, k: float) -> DisparityTable:
+    """The table of the optics searched, a quarter farther than the search goes: its limits are no end of the table."""
     reach = 1.25 * max(abs(search.focus[0] - search.lowest), abs(search.focus[0] - search.highest))
-    return DisparityTable.of([view.optics for view in views], views[0].pixel_angle, reach=reach, psf=psf, k=k)
-
-
-def recover(views: Sequence[View], asked: RecoverySettings) -> DepthMap:
-    """Depth of `views` as `focalgradient.recover_depth` returns it, for checked views and settings."""
-    search = Search.over(views, asked.near, asked.far)
-    asked.say("working out the table")
-    table = table_for(search, views, asked.psf, asked.k)
-    asked.say("placing the views")
-    placed = RegisteredViews.of(views, asked.align)
-    # The optics say which view is the sharper.
-    order = np.argsort([view.optics.aperture_diameter for view in views])
-    small, large = (placed.images[i] for i in order)
-    asked.say("measuring noise")
-    if asked.noise is None:
-        floor = min(fine_noise_floor(image) * gain for image, gain in zip(placed.images, placed.gains, strict=True))
-        noise = np.full(2, floor)
-    else:
-        noise = np.broadcast_to(np.asarray(asked.noise, float), 2)
-    sds = noise / placed.gains
-    asked.say("reading depth")
-    vergence, sd, valid = read_depth(
-        small, large, table, search, noise=[float(sds[i]) for i in order], window=asked.window, usable=placed.usable
-    )
-    if not search.side_known:
-        warnings.warn(FocalGradientWarning(search.side_text), stacklevel=3)
-    shape = placed.shape
-    details = {
-        **asked.stated(),
-        "searched_vergence_D": [search.lowest, search.highest],
-        "side": search.side_text,
-        "noise": [float(sd) for sd in noise],
-        "noise_estimated": asked.noise is None,
-        "gain": placed.gains,
-        "shift_px": [[p.down, p.right] for p in placed.found],
-        "scale": [p.scale for p in placed.found],
-        "bands_px": list(table.bands),
-        "share_valid": float(valid.mean()),
-    }
-    return DepthMap(
-        _spread(vergence, shape, BLOCK),
-        _spread(sd, shape, BLOCK),
-        _spread(valid, shape, BLOCK) & placed.usable,
-        np.full(shape, search.side_known),
-        details,
-    )
+    return DisparityTable.of(search.optics, search.pixel_angle, reach=reach, psf=psf, k=k)
 
 
 def detail(image: Picture, levels: ArrayLike | None = None) -> float:
@@ -241,28 +196,6 @@ def detail(image: Picture, levels: ArrayLike | None = None) -> float:
     energy, brightness = energies.energies([image], _checked([image, image], levels), BLOCK, False)
     light = float(np.mean(brightness**2))
     return math.sqrt(float(energy.mean()) / light) if light > 0 else 0.0
-
-
-def fine_noise_floor(image: NDArray[np.floating], side: int = 32) -> float:
-    """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
-
-    The difference of differences along and across sees least of any texture and all of the noise; blur and plain
-    surfaces leave it nothing else. The fifth percentile over squares of `side` pixels is taken, without the few per
-    cent by which it lies below the mean.
-
-    >>> noise = np.random.default_rng(0).standard_normal((256, 256))
-    >>> round(fine_noise_floor(100 + 0.5 * noise), 2)
-    0.5
-    """
-    values = np.asarray(image, np.float32)
-    fine = values[:-2] - 2 * values[1:-1] + values[2:]
-    fine = fine[:, :-2] - 2 * fine[:, 1:-1] + fine[:, 2:]
-    side = min(side, *fine.shape)
-    squares = uniform_filter(fine**2, side)[side // 2 :: side, side // 2 :: side]
-    # (1, -2, 1) by (1, -2, 1) has 36 times the variance of white noise; the sum over a square has the relative variance
-    # 2 x (35/18)^4 / side^2 / 1, as the squared covariance (1, -4, 6, -4, 1)^2 / 36 sums to 35/18 in each direction.
-    below = 1 - 1.645 * math.sqrt(2) * (35 / 18) / side if squares.size > 20 else 1.0
-    return float(np.sqrt(np.percentile(squares, 5) / 36 / below))
 
 
 def _content(
@@ -325,10 +258,10 @@ def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
     """`planes` on a grid of `shape` from one twice as fine, or twice as coarse, or of that shape."""
     if planes.shape[1] > shape[0]:
         return np.stack(energies.binned(planes, None))
-    return planes if planes.shape[1:] == shape else _spread(planes, shape, 2)
+    return planes if planes.shape[1:] == shape else on_grid(planes, shape, 2)
 
 
-def _spread(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray[Any]:
+def on_grid(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray[Any]:
     """Each value for squares of `times` x `times` of a grid (... x h x w), made `shape`: the outermost go on beyond."""
     rows, columns = (np.minimum(np.arange(n) // times, m - 1) for n, m in zip(shape, planes.shape[-2:], strict=True))
     return np.asarray(planes[..., rows, :][..., columns])

@@ -7,7 +7,7 @@ happens on the grid of 4 x 4 pixels, a sixteenth of the data.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -21,44 +21,10 @@ Picture = NDArray[np.float32] | NDArray[np.uint8]
 BLOCK = 4
 """Side in pixels of the squares over which high-frequency energy is averaged, as in the paper."""
 
-LIGHTS = 1 << 14
-"""Steps of light in which luminance is summed."""
-
 CLEAR = 3.0
 """Times the noise's energy that the sharper view's detail must have in a band for the band to be read."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-
-
-def luminance(levels: Plane) -> Callable[[NDArray[np.uint8]], NDArray[np.uint8]]:
-    """What makes the stored value nearest to their luminance of pixels stored as blue, green and red (H x W x 3).
-
-    Light is weighted (as Rec. 709 does), not stored values: these are decoded by `levels`, the linear radiance of the
-    256. A pixel with a colour at the top is given the top value, as its light is not known.
-
-    >>> pixels = np.array([[[100, 100, 100], [0, 0, 200], [3, 255, 7]]], np.uint8)
-    >>> luminance(np.linspace(0, 1, 256, dtype=np.float32) ** 2)(pixels).tolist()
-    [[100, 92, 255]]
-    """
-    shares = (levels - levels[0]) / (levels[-1] - levels[0])
-    scaled = np.rint(LIGHTS * np.outer((0.0722, 0.7152, 0.2126), shares)).astype(np.int32)
-    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(LIGHTS + 3) / LIGHTS).astype(np.uint8)
-
-    def of(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        stored = np.empty(colours.shape[:2], np.uint8)
-        _luminance_rows(colours, scaled, nearest, stored)
-        return stored
-
-    return of
-
-
-@_compiled
-def _luminance_rows(colours, scaled, nearest, stored):  # type: ignore[no-untyped-def]
-    for row in range(stored.shape[0]):
-        for x in range(stored.shape[1]):
-            blue, green, red = colours[row, x, 0], colours[row, x, 1], colours[row, x, 2]
-            light = nearest[scaled[0, blue] + scaled[1, green] + scaled[2, red]]
-            stored[row, x] = 255 if max(blue, green, red) == 255 else light
 
 
 def binned(images: Sequence[Picture] | Plane, levels: Plane | None) -> list[Plane]:
@@ -284,27 +250,27 @@ def _mirror(index, count):  # type: ignore[no-untyped-def]
 def compared(
     energy: Plane, brightness: Plane, noise: Plane, span: float, least: float
 ) -> tuple[Plane, NDArray[np.bool_]]:
-    """Focal disparity, and where it is told, from two views' energy and brightness (2 x h x w each).
+    """Focal disparity, and where it is valid, from two views' energy and brightness (2 x h x w each).
 
     `noise` is the energy that noise has at a brightness of 0 .. `span` in equal steps, 2 x levels.
     """
     shape = energy.shape[1:]
-    disparity, told = np.empty(shape, np.float32), np.empty(shape, np.bool_)
+    disparity, valid = np.empty(shape, np.float32), np.empty(shape, np.bool_)
 
     def work(first: int, last: int) -> None:
         _compare_rows(energy, brightness, noise, np.float32((noise.shape[1] - 1) / span), np.float32(least**2),
-                      first, last, disparity, told)  # fmt: skip
+                      first, last, disparity, valid)  # fmt: skip
 
     share_rows(shape[0], work)
-    return disparity, told
+    return disparity, valid
 
 
 @_compiled
-def _compare_rows(energy, brightness, noise, step, least, first, last, disparity, told):  # type: ignore[no-untyped-def]
+def _compare_rows(energy, brightness, noise, step, least, first, last, disparity, valid):  # type: ignore[no-untyped-def]
     zero, clear = np.float32(0), np.float32(CLEAR)
     floors, others = np.empty(disparity.shape[1], np.float32), np.empty(disparity.shape[1], np.float32)
     for row in range(first, last):
-        light, other, out, ok = brightness[0, row], brightness[1, row], disparity[row], told[row]
+        light, other, out, ok = brightness[0, row], brightness[1, row], disparity[row], valid[row]
         detail, blurred = energy[0, row], energy[1, row]
         noise_at(noise[0], step, light, floors)
         noise_at(noise[1], step, other, others)

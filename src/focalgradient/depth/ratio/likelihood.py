@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.depth.numerics import share_rows
-from focalgradient.depth.ratio.covariance import CHANNELS, STEPS, Scatter
+from focalgradient.depth.ratio.covariance import CHANNELS, STEPS, EnergyCovariance
 from focalgradient.depth.ratio.energies import CLEAR, Plane, noise_at
 
 STRIDE = 8
@@ -20,16 +20,16 @@ STRIDE = 8
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
-def read(
+def likeliest_defocus(
     energy: Plane,
     brightness: Plane,
     noise: Plane,
     span: float,
     defocus: NDArray[np.float64],
-    scatter: Scatter,
+    covariance: EnergyCovariance,
     least: float,
 ) -> tuple[Plane, Plane, Plane]:
-    """Size of the defocus, and its standard deviation, that fit the bands' energies, all bands weighed together.
+    """Size of the defocus, and its standard deviation, that fit the bands' energies, all bands weighted together.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def read(
         Variance of a pixel's noise at a brightness of 0 .. `span` in equal steps, 2 x levels.
     defocus
         L levels, rising from 0, in any unit.
-    scatter
+    covariance
         What each level makes one expect.
     least
         Least high-frequency content of the first view, as a share of its brightness.
@@ -48,7 +48,7 @@ def read(
     -------
     defocus, sd, misfit
         h x w each. Where no band has detail, sd is infinite. `misfit` follows chi-square with 2 b - 2 degrees of
-        freedom if what is seen is texture through this optics at some defocus.
+        freedom for texture through this optics at some defocus.
     """
     shape = energy.shape[2:]
     value, sd, misfit = np.empty((3, *shape), np.float32)
@@ -58,8 +58,9 @@ def read(
 
     def work(first: int, last: int) -> None:
         _read_rows(
-            energy, brightness, noise, step, levels, scatter.expected, scatter.weights, scatter.doubt, scatter.sd,
-            scatter.noise, log_steps, np.float32(least**2), first, last, value, sd, misfit,
+            energy, brightness, noise, step, levels, covariance.expected, covariance.weights,
+            covariance.log_determinant, covariance.sd, covariance.noise, log_steps, np.float32(least**2), first, last,
+            value, sd, misfit,
         )  # fmt: skip
 
     share_rows(shape[0], work)
@@ -68,11 +69,11 @@ def read(
 
 @_compiled
 def _read_rows(  # type: ignore[no-untyped-def]
-    energy, brightness, noise, step, defocus, expected, weights, doubt, sds, unit, log_steps, least, first, last,
+    energy, brightness, noise, step, defocus, expected, weights, log_det, sds, unit, log_steps, least, first, last,
     value, sd, misfit,
 ):  # fmt: skip
     bands, _, _, width = energy.shape
-    steps, levels = doubt.shape
+    steps, levels = log_det.shape
     own, other = np.empty(width, np.float32), np.empty(width, np.float32)
     seen, apart, costs = np.zeros(CHANNELS, np.float32), np.empty(CHANNELS, np.float32), np.empty(levels, np.float32)
     tiny = np.float32(1e-30)
@@ -108,7 +109,7 @@ def _read_rows(  # type: ignore[no-untyped-def]
 
             best, stride = 0, STRIDE
             for level in range(0, levels, STRIDE):
-                costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + doubt[at, level]
+                costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + log_det[at, level]
                 if costs[level] < costs[best]:
                     best = level
             while stride > 1:
@@ -116,7 +117,7 @@ def _read_rows(  # type: ignore[no-untyped-def]
                 middle = best
                 for level in (middle - stride, middle + stride):
                     if 0 <= level < levels:
-                        costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + doubt[at, level]
+                        costs[level] = _misfit(seen, apart, expected, weights, at, share, level) + log_det[at, level]
                         if costs[level] < costs[best]:
                             best = level
             found, cost = defocus[best], costs[best]
@@ -127,7 +128,7 @@ def _read_rows(  # type: ignore[no-untyped-def]
                 curvature = less * on + more * back
                 if 0 < curvature < np.inf:
                     found += np.float32(0.5) * (less * on * on - more * back * back) / curvature
-            value[row, x], sd[row, x], misfit[row, x] = found, sds[at, best], cost - doubt[at, best]
+            value[row, x], sd[row, x], misfit[row, x] = found, sds[at, best], cost - log_det[at, best]
 
 
 @_compiled

@@ -1,4 +1,4 @@
-"""The table that turns focal disparity into depth: monotone, worked out from the optics, mended by measured images.
+"""The table that turns focal disparity into depth: monotone, computed from the optics, corrected by measured images.
 
 For texture of a known spectrum both views' energies in a band follow from their blur, and with them the ratio.
 """
@@ -15,7 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer
 
-__all__ = ["BANDS", "DisparityTable", "band_transfer"]
+__all__ = ["BANDS", "DisparityTable", "band_transfer", "two_apertures"]
 
 FloatArray = NDArray[np.float64]
 
@@ -23,16 +23,16 @@ BANDS = (1, 2, 4, 8)
 """Scales, in pixels, at which second differences are taken: each responds to frequencies half the last one's."""
 
 SLOPE = 1.0
-"""Texture is taken to have an amplitude spectrum 1/frequency^SLOPE, until the bands' energies tell otherwise."""
+"""Texture is taken to have an amplitude spectrum 1/frequency^SLOPE, until the bands' energies show otherwise."""
 
 FINEST = 0.5
 """Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
 
 CLEAR_OF_LEAST = 0.05
-"""Distance in the logarithm of disparity from its least within which a band is taken to tell nothing more."""
+"""Distance in the logarithm of disparity from its least within which a band is taken to be uninformative."""
 
 NODES = 96
-"""Frequencies in each direction at which spectra are worked out, closer together where blur leaves something."""
+"""Frequencies in each direction at which spectra are computed, closer together where blur leaves something."""
 
 LEVELS = 65
 """Levels of defocus in a table, closer together near focus where disparity changes as its square."""
@@ -56,7 +56,7 @@ class DisparityTable:
     curves
         Logarithm of the disparity, bands x L.
     ends
-        For each band the last level up to which its disparity falls all the way: beyond, it alone tells nothing.
+        For each band the last level up to which its disparity falls all the way: beyond, it alone is uninformative.
     pixels
         Blur radius in pixels per dioptre of defocus, through the smaller aperture and the larger.
     psf, k
@@ -113,7 +113,7 @@ class DisparityTable:
         InputError
             If the lenses are not two apertures at one focus, or a band is unknown.
         """
-        small, large = _apertures(lenses)
+        small, large = two_apertures(lenses)
         if not bands or list(bands) != [band for band in BANDS if band in bands]:
             raise InputError(
                 f"bands is {tuple(bands)!r}, but must be one or more of {', '.join(map(str, BANDS))}, in this order."
@@ -135,13 +135,13 @@ class DisparityTable:
     def size_of_defocus(self, disparity: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
         """Size of the defocus in dioptres, of either sign, that gives `disparity` in one of the table's bands.
 
-        0 for a disparity of 1 or more; ``nan`` for less than the band can tell.
+        0 for a disparity of 1 or more; ``nan`` for less than the band can measure.
         """
         index = self.bands.index(band)
         end = self.ends[index] + 1
         with np.errstate(divide="ignore"):
-            told = np.log(np.asarray(disparity, dtype=float))
-        return np.interp(-told, -self.curves[index, :end], self.defocus[:end], right=np.nan)
+            logarithm = np.log(np.asarray(disparity, dtype=float))
+        return np.interp(-logarithm, -self.curves[index, :end], self.defocus[:end], right=np.nan)
 
     def mended(self, vergence: Sequence[float], disparity: FloatArray) -> DisparityTable:
         """The table through disparities measured at known vergences (D), one row of `disparity` for each band.
@@ -152,8 +152,8 @@ class DisparityTable:
         >>> from focalgradient import Lens
         >>> lenses = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
         >>> table = DisparityTable.of(lenses, pixel_angle=3.1e-4, bands=[1])
-        >>> seen = 1.1 * table.disparity([0.9, 0.6])  # this lens is a little sharper than its f-number says
-        >>> float(table.mended([0.9, 0.6], seen[None]).disparity(0.75) / table.disparity(0.75)).__round__(3)
+        >>> measured = 1.1 * table.disparity([0.9, 0.6])  # this lens is a little sharper than its f-number says
+        >>> float(table.mended([0.9, 0.6], measured[None]).disparity(0.75) / table.disparity(0.75)).__round__(3)
         1.1
         """
         size = np.abs(self.focus - np.asarray(vergence, dtype=float))
@@ -225,7 +225,7 @@ def _ends(curves: FloatArray) -> tuple[int, ...]:
     return tuple(ends)
 
 
-def _apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
+def two_apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
     """The lens with the smaller aperture, and the one with the larger; refused unless they share one focus."""
     if len(lenses) != 2:
         raise InputError(f"{len(lenses)} lenses given, but a ratio takes two: a small aperture and a large one.")
@@ -236,5 +236,7 @@ def _apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
             "compares two apertures at one focus: use another method for views that differ in focus."
         )
     if small.aperture_diameter == large.aperture_diameter:
-        raise InputError("both apertures are equal, so that their ratio tells nothing of depth: change one f-number.")
+        raise InputError(
+            "both apertures are equal, so that their ratio is uninformative about depth: change one f-number."
+        )
     return small, large

@@ -1,12 +1,12 @@
 """Local spectra: windowed patches as the paper has them, and bands of whole images, equalised first.
 
 A windowed patch of a blurred image is not the blurred windowed patch: power leaks across its edges and into the
-neighbouring frequencies, so that the ratio of two patches' spectra reads too small a difference of blur, by more the
-larger it is. So each whole image is first given the other's supposed blur, then filtered into bands of frequency, whose
-power is gathered around each node only then: nothing leaks, and where the supposition is right the two differ by noise
-alone. What is left between them tells how far it is off.
+neighbouring frequencies, so that the ratio of two patches' spectra gives too small a difference of blur, by more the
+larger it is. So each whole image is first given the blur assumed of the other, then filtered into bands of frequency,
+whose power is gathered around each node only then: nothing leaks, and where the hypothesis is right the two differ by
+noise alone. What is left between them measures how far it is off.
 
-Within a band the equalisers of all suppositions are combinations of very few filters. Only those are applied to the
+Within a band the equalisers of all hypotheses are combinations of very few filters. Only those are applied to the
 images; the power after any equaliser is a quadratic form of their products, gathered once.
 """
 
@@ -22,18 +22,23 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage, special
 
 from focalgradient.depth import numerics
-from focalgradient.depth.filters import RADIAL, FloatArray, Image, Spectra
+from focalgradient.depth.filters import (
+    FINE_PASS,
+    FINEST,
+    RADIAL,
+    RADII,
+    FloatArray,
+    Image,
+    Spectra,
+    mirrored_spectra,
+    natural_levels,
+    natural_power,
+)
 
-__all__ = ["RADII", "Bands", "Compared", "Patches", "Supposed", "compare", "scene_power"]
-
-RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
-"""Radial frequencies, in cycles per pixel, at which transfers are given."""
+__all__ = ["Bands", "Compared", "Hypothesis", "Patches", "compare", "scene_level"]
 
 MEASURE: FloatArray = 2 * np.pi * RADII * RADII[1]
 """Share of all frequencies that falls to each of `RADII`."""
-
-FINEST = 0.47
-"""Cycles per pixel up to which spectra are compared: finer detail is aliased by the pixels."""
 
 WIDTH = 0.35
 """Spacing of the bands as a share of their frequency, where the window does not ask for more."""
@@ -41,8 +46,8 @@ WIDTH = 0.35
 NARROWEST = 0.24
 """Spacing of the bands at frequency 0, in cycles per window: narrower ones' filters would reach beyond the window."""
 
-HEARD = 0.01
-"""Power of the scene over the noise's below which a band tells nothing, and is left out."""
+FAINT = 0.01
+"""Power of the scene over the noise's below which a band is left out."""
 
 NOTHING = 1e12
 """Variance of a slope, in pixels^4, of which nothing is known."""
@@ -195,53 +200,53 @@ class Bands:
 
 
 @dataclass(frozen=True)
-class Supposed:
-    """Blurs supposed of two images, and what becomes of scene and noise where each is given the other's."""
+class Hypothesis:
+    """Blurs assumed of two images, and what becomes of scene and noise where each is given the other's."""
 
     pair: tuple[int, int]
     gains: FloatArray  # 2 x RADIAL: what either image is filtered by
-    seen: FloatArray  # RADIAL: the scene's power, in either
+    scene: FloatArray  # RADIAL: the scene's power, in either
     noise: FloatArray  # 2 x RADIAL: amplitude of either's noise
-    spoilt: int  # pixels within which what is not seen spoils what is
+    margin: int  # pixels within which what is not usable invalidates what is
 
     @classmethod
     def of(
         cls,
         pair: tuple[int, int],
         transfers: FloatArray,
-        heard: FloatArray,
+        weight: FloatArray,
         noise_sd: Sequence[float],
-        scene: float,
-        spoilt: int,
-    ) -> Supposed:
+        level: float,
+        margin: int,
+    ) -> Hypothesis:
         """Equalise blurs of given `transfers` (2 x RADIAL) of the images numbered `pair`.
 
-        `heard` is the share (amplitude, RADIAL) at which either is heard; `scene` about the scene's power at frequency
-        1, as `scene_power` tells it; `noise_sd` the standard deviation of either image's noise.
+        `weight` is the pass band (amplitude, RADIAL) of either; `level` about the scene's power at frequency 1, as
+        `scene_level` estimates it; `noise_sd` the standard deviation of either image's noise.
         """
-        sharp = scene / np.maximum(RADII, RADII[1]) ** 2 * np.prod(transfers, axis=0) ** 2
+        sharp = natural_power(level) * np.prod(transfers, axis=0) ** 2
         noise = np.asarray(noise_sd)[:, None] * transfers[::-1]
-        # White as far as it is heard.
+        # White within the pass band.
         total = sharp + (noise**2).sum(axis=0)
-        white = heard * np.exp(-((RADII / FINEST) ** 16) / 2) / np.sqrt(total + 1e-9 * total.max())
-        return cls(pair, transfers[::-1] * white, sharp * white**2, noise * white, spoilt)
+        white = weight * FINE_PASS / np.sqrt(total + 1e-9 * total.max())
+        return cls(pair, transfers[::-1] * white, sharp * white**2, noise * white, margin)
 
 
 @dataclass(frozen=True)
 class Compared:
-    """Two images' local power, each equalised with the other's supposed blur: a line through what is left.
+    """Two images' local power, each equalised with the blur assumed of the other: a line through what is left.
 
-    ln P1 - ln P2 = `slope` x frequency^2 (Eq. 9), fitted to the bands with the weight of their information, as
-    the image's usual spectrum and the noise tell it.
+    ln P1 - ln P2 = `slope` x frequency^2 (Eq. 9), fitted to the bands with the weight of their information, from
+    the image's usual spectrum and the noise.
     """
 
     bands: Bands
-    supposed: Supposed
+    hypothesis: Hypothesis
     slope: Image  # h x w, in pixels^2
     weight: Image  # K x h x w: of the difference of power in each band, in the slope
     power: Image  # K x h x w: the scene's
     misfit: Image  # h x w: what the line leaves, squared, over its variance, summed, beyond what noise leaves
-    support: Image  # h x w: share of the window that nothing spoils under this supposition
+    support: Image  # h x w: share of the window that nothing invalidates under this hypothesis
     shares: Image  # K x h x w: share of the window that was used
     covariances: tuple[FloatArray, FloatArray]  # K x K: of the difference, per unit of the scene's power, and without
 
@@ -249,30 +254,30 @@ class Compared:
     def of(
         cls,
         bands: Bands,
-        supposed: Supposed,
+        hypothesis: Hypothesis,
         gathered: Image,
-        heard: NDArray[np.bool_],
+        used: NDArray[np.bool_],
         support: Image,
         shares: Image,
     ) -> Compared:
-        """Fit the power (2 x K x h x w) gathered of two images in the bands that are `heard`."""
+        """Fit the power (2 x K x h x w) gathered of two images in the bands that are `used`."""
 
         def row(values: NDArray[Any]) -> Image:
             return values.astype(np.float32)[:, None, None]
 
-        noise = supposed.noise**2
+        noise = hypothesis.noise**2
         one, other = (total - row(bands.means(part)) for total, part in zip(gathered, noise, strict=True))
         difference, power = one - other, np.maximum((one + other) / 2, 0)
-        seen = bands.means(supposed.seen) + 1e-30
-        squared = bands.means(supposed.seen * RADII**2) / seen
+        seen = bands.means(hypothesis.scene) + 1e-30
+        squared = bands.means(hypothesis.scene * RADII**2) / seen
         # Variance of the difference in a whole window: for each unit of the scene's power, and without any.
         covariances = (
-            4 * bands.covariance(supposed.seen, noise.sum(axis=0)) / np.sqrt(np.outer(seen, seen)),
+            4 * bands.covariance(hypothesis.scene, noise.sum(axis=0)) / np.sqrt(np.outer(seen, seen)),
             2 * bands.covariance(noise[0], noise[0]) + 2 * bands.covariance(noise[1], noise[1]),
         )
         lit, dark = (np.diag(matrix) + 1e-30 for matrix in covariances)
         # Each place has the usual spectrum, more or less.
-        usual = heard * np.maximum(np.average((one + other) / 2, axis=(1, 2), weights=support + 1e-9), 0)
+        usual = used * np.maximum(np.average((one + other) / 2, axis=(1, 2), weights=support + 1e-9), 0)
         known = usual / (lit * usual + dark)
         scale = np.maximum(np.tensordot(known, (one + other) / 2, 1) / (usual @ known + 1e-30), 0)
         scaled = row(usual) * scale.astype(np.float32)
@@ -281,12 +286,12 @@ class Compared:
         slope = (weight * difference).sum(axis=0)
         left = difference - 2 * power * np.tanh(slope * row(squared) / 2)
         spread = (row(lit) * power + row(dark)) / np.maximum(shares, 1e-6)
-        misfit = (row(heard) * left**2 / spread).sum(axis=0) - (heard.sum() - 1)
-        return cls(bands, supposed, slope, weight, power, misfit, support, shares, covariances)
+        misfit = (row(used) * left**2 / spread).sum(axis=0) - (used.sum() - 1)
+        return cls(bands, hypothesis, slope, weight, power, misfit, support, shares, covariances)
 
     @cached_property
     def variance(self) -> FloatArray:
-        """Variance of the slope (h x w); huge where the patch tells nothing."""
+        """Variance of the slope (h x w); huge where the patch is uninformative."""
         dark, lit = self._parts(np.s_[:])
         variance = _quadratic(lit, self.covariances[0], lit) + _quadratic(dark, self.covariances[1], dark)
         return np.where((self.support > 0.01) & (variance > 0), variance, NOTHING)
@@ -296,9 +301,9 @@ class Compared:
 
         `mine` and `its` say whether it is the first view of either comparison (0) or the second (1).
         """
-        noise = self.supposed.noise[mine] * other.supposed.noise[its]
-        seen = np.sqrt(self.supposed.seen * other.supposed.seen)
-        usual = (self.bands.means(one.supposed.seen) + 1e-30 for one in (self, other))
+        noise = self.hypothesis.noise[mine] * other.hypothesis.noise[its]
+        seen = np.sqrt(self.hypothesis.scene * other.hypothesis.scene)
+        usual = (self.bands.means(one.hypothesis.scene) + 1e-30 for one in (self, other))
         lit = 4 * self.bands.covariance(seen, noise) / np.sqrt(np.outer(*usual))
         dark = 2 * self.bands.covariance(noise, noise)
         (own_dark, own_lit), (its_dark, its_lit) = (one._parts(np.s_[:, where]) for one in (self, other))
@@ -316,30 +321,30 @@ def _quadratic(left: Image, matrix: FloatArray, right: Image) -> FloatArray:
 
 
 def compare(
-    bands: Bands, images: Sequence[Image], usable: NDArray[np.bool_], supposed: Sequence[Supposed], reach: int
+    bands: Bands, images: Sequence[Image], usable: NDArray[np.bool_], hypotheses: Sequence[Hypothesis], reach: int
 ) -> list[Compared]:
-    """Compare pairs of whole `images` (each H x W) under every supposition.
+    """Compare pairs of whole `images` (each H x W) under every hypothesis.
 
     `usable` says which pixels (H x W) can be used; `reach` is how far the frame is mirrored beyond its border.
     """
     distance = ndimage.distance_transform_cdt(np.pad(usable, 1), "chessboard")[1:-1, 1:-1]
-    seen, noise = (
+    scene, noise = (
         np.stack([bands.means(p) for p in powers])
-        for powers in zip(*((one.seen, (one.noise**2).sum(axis=0)) for one in supposed), strict=True)
+        for powers in zip(*((one.scene, (one.noise**2).sum(axis=0)) for one in hypotheses), strict=True)
     )
-    heard = seen > HEARD * noise  # suppositions x K
-    heard[~heard.any(axis=1), 0] = True
+    used = scene > FAINT * noise  # hypotheses x K
+    used[~used.any(axis=1), 0] = True
     whole = _Whole.of(images, reach)
     nodes = [-(-n // bands.step) for n in usable.shape]
-    power = np.zeros((len(supposed), 2, len(bands.shapes), *nodes), np.float32)
+    power = np.zeros((len(hypotheses), 2, len(bands.shapes), *nodes), np.float32)
     shares = np.zeros((len(bands.shapes), *nodes), np.float32)
-    for band in np.flatnonzero(heard.any(axis=0)):
-        those = np.flatnonzero(heard[:, band])
-        gains = np.stack([supposed[m].gains for m in those]) * bands.shapes[band]
+    for band in np.flatnonzero(used.any(axis=0)):
+        those = np.flatnonzero(used[:, band])
+        gains = np.stack([hypotheses[m].gains for m in those]) * bands.shapes[band]
         filters, coefficients = _few(gains)
         finest = RADII[np.flatnonzero(bands.shapes[band] > 1e-3)[-1]]
         skip = next(s for s in (4, 2, 1) if s == 1 or (bands.step % s == 0 and finest * s <= 0.3))
-        mask = _sampled(distance > max(supposed[m].spoilt for m in those), skip)
+        mask = _sampled(distance > max(hypotheses[m].margin for m in those), skip)
         shares[band] = bands.gather(numerics.block_sum(mask, bands.step // skip)[None])[0] * skip**2
         first, second = np.tril_indices(len(filters))
         squares = coefficients[..., first] * coefficients[..., second] * np.where(first == second, 1.0, 2.0)
@@ -347,14 +352,16 @@ def compare(
             products = numerics.block_products(whole.filtered(view, filters, skip), mask, bands.step // skip)
             gathered = bands.gather(products) * skip**2 / np.maximum(shares[band], 1e-4)
             for side in (0, 1):
-                mine = np.array([supposed[m].pair[side] == view for m in those])
+                mine = np.array([hypotheses[m].pair[side] == view for m in those])
                 found = np.tensordot(squares[mine, side].astype(np.float32), gathered, 1)
                 power[those[mine], side, band] = found
     supports = {
         margin: bands.gather(numerics.block_sum(_sampled(distance > margin, 1), bands.step)[None])[0]
-        for margin in {one.spoilt for one in supposed}
+        for margin in {one.margin for one in hypotheses}
     }
-    return [Compared.of(bands, one, power[m], heard[m], supports[one.spoilt], shares) for m, one in enumerate(supposed)]
+    return [
+        Compared.of(bands, one, power[m], used[m], supports[one.margin], shares) for m, one in enumerate(hypotheses)
+    ]
 
 
 def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -362,7 +369,7 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
     # An image's amplitude falls about as 1 / frequency: there its filters must be more exact.
     fall = np.maximum(RADII, RADII[1])
     rows = (gains / fall).reshape(-1, RADIAL)
-    size = np.linalg.norm(rows[:, ::4], axis=1, keepdims=True) + 1e-30  # every fourth frequency is enough to tell
+    size = np.linalg.norm(rows[:, ::4], axis=1, keepdims=True) + 1e-30  # every fourth frequency is enough
     inside = np.any(rows != 0, axis=0)
     some = (rows / size)[:, ::4][:, inside[::4]]
     values, right = np.linalg.eigh(some.T @ some)  # of few rows and columns: faster than decomposing `some`
@@ -386,8 +393,7 @@ class _Whole:
         reach = min(reach, height, width) // 4 * 4
         # Multiples of 4, so that bands can be sampled at every second or fourth pixel.
         rows, columns = (4 * fft.next_fast_len(-(-(n + 2 * reach) // 4), real=True) for n in (height, width))
-        around = ((reach, rows - height - reach), (reach, columns - width - reach))
-        values = [fft.rfft2(np.pad(image - image.mean(), around, mode="symmetric"), workers=-1) for image in images]
+        values = mirrored_spectra(images, reach, (rows, columns))
         return cls(values, (height, width), (rows, columns), reach)
 
     def filtered(self, view: int, filters: FloatArray, skip: int) -> Image:
@@ -405,11 +411,9 @@ class _Whole:
         return images
 
 
-def scene_power(images: Sequence[Image]) -> float:
-    """Power of the sharp scene at frequency 1, if natural: falling as 1 / f^2 from what no moderate blur removes."""
-    low = (RADII > 0.01) & (RADII < 0.08)
-    power = Spectra.of(images, 32).measure_and_power()[1]
-    return float(np.median(power[:, low] * RADII[low] ** 2, axis=1).max())
+def scene_level(images: Sequence[Image]) -> float:
+    """Power of the sharp scene at frequency 1, if natural: that of the image with most."""
+    return float(natural_levels(Spectra.of(images, 32).measure_and_power()[1]).max())
 
 
 def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:

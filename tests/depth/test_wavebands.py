@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, View, recover_depth
-from focalgradient.depth.equalise.likelihood import RADII, Blurs, Shares, comparing_filters
-from focalgradient.depth.search import Search
+from focalgradient.depth.equalise.likelihood import SharedPower, comparing_filters
+from focalgradient.depth.filters import RADII
+from focalgradient.depth.search import Blurs, Search
 from focalgradient.psf import disc_transfer
 
 PIXEL = 3e-4
@@ -61,20 +62,20 @@ def test_unlike_light_is_measured_and_alike_light_is_not() -> None:
 
 def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise() -> None:
     """At the right depth what is left is noise of the strength stated, own parts included."""
-    search = Search.over(views(Told(1.0), Told(1.6, "blue"), Told(0.8, "blue")), None, None)
+    search = Search.over([Told(1.0), Told(1.6, "blue"), Told(0.8, "blue")], PIXEL, None, None)
     blurs, power = search.blurs("optics", 0.5), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
-    shares = Shares(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]))
+    shared_power = SharedPower(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]))
     sd = [0.01, 0.02, 0.02]
-    filters, own = comparing_filters(blurs, sd, power, shares)
-    heard = (blurs.heard() > 1 - 1e-9).all(axis=0)
-    shown = blurs.transfer * shares.gain[:, None, None] / np.array(sd)[:, None, None]
+    filters, own = comparing_filters(blurs, sd, power, shared_power)
+    passed = (blurs.pass_band() > 1 - 1e-9).all(axis=0)
+    shown = blurs.transfer * shared_power.gain[:, None, None] / np.array(sd)[:, None, None]
     covariance = np.eye(3)[:, :, None, None] + own[0][:, None] * own[0][None]
     left = np.einsum("anlf,nmlf,bmlf->ablf", filters, covariance, filters)
     for rows in filters:
-        assert np.abs((rows * shown).sum(axis=0))[heard].max() < 1e-3
+        assert np.abs((rows * shown).sum(axis=0))[passed].max() < 1e-3
     # Two comparisons, of one strength and unrelated.
-    assert np.abs(left[0, 1])[heard].max() < 1e-6
-    assert left[0, 0][heard] == pytest.approx(left[1, 1][heard], abs=1e-6)
+    assert np.abs(left[0, 1])[passed].max() < 1e-6
+    assert left[0, 0][passed] == pytest.approx(left[1, 1][passed], abs=1e-6)
 
 
 def test_blur_at_every_other_level() -> None:

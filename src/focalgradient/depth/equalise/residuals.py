@@ -1,0 +1,120 @@
+"""Whole images filtered so that only what blur cannot explain is left, at every candidate depth at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from focalgradient.depth import numerics
+from focalgradient.depth.filters import FloatArray, Image, Spectra
+
+__all__ = ["Residuals", "residual_filters"]
+
+BAND = 4_000_000
+"""Products of basis images that are held at a time."""
+
+MOST = 128
+"""Filtered images that are held at most: 1 GB of them at 1920 x 1080 pixels."""
+
+TOLERANCE = 1e-4
+"""Energy, in units of the noise variance, by which a low-rank family may err."""
+
+
+def residual_filters(transfers: FloatArray) -> list[FloatArray]:
+    """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
+
+    Parameters
+    ----------
+    transfers
+        n x L x F: transfer of view i at candidate l and frequency f, over the standard deviation of its noise.
+
+    Returns
+    -------
+    list of ndarray
+        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
+        that for two views it is (H2, -H1) / sqrt(H1^2 + H2^2).
+
+    Examples
+    --------
+    >>> residual_filters(np.array([[[0.8]], [[0.6]]]))[0].ravel().round(3).tolist()
+    [0.6, -0.8]
+    """
+    tiny = 1e-6 * np.abs(transfers).max()  # where every transfer vanishes, noise is compared with noise
+    filters = []
+    # The best estimate so far is combination . views, of transfer `reached`. Its sign follows the first view's, for
+    # the filters to change smoothly with V.
+    combination, reached = np.ones_like(transfers[:1]), transfers[0]
+    for j in range(1, len(transfers)):
+        norm = np.sqrt(reached**2 + transfers[j] ** 2 + tiny**2)
+        rows = np.zeros_like(transfers)
+        rows[:j] = combination * (transfers[j] / norm)
+        rows[j] = -reached / norm
+        filters.append(rows)
+        combination, reached = transfers[: j + 1] / norm, norm
+    return filters
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """What one comparison of views leaves unexplained, at every candidate level, as a few images.
+
+    The residual at level l is ``sum_k coefficients[l, k] * images[k]``. `coefficients` is None where the images are
+    the residuals themselves, one a level. ``noise[l]`` is the residual's variance from noise of variance 1.
+    """
+
+    images: Image  # r x H x W
+    coefficients: FloatArray | None  # L x r
+    noise: FloatArray  # L
+    noise_slope: FloatArray  # L: what noise alone adds to the variance of the score, per level^2
+    gains: FloatArray  # n x L x F: the filters' power gains, which shape each view's noise
+    measure: FloatArray  # F: share of all frequencies at each radial sample
+
+    @classmethod
+    def of(cls, spectra: Spectra, filters: FloatArray) -> Residuals:
+        """Filter whole images by `filters` (n x L x F)."""
+        measure, power = spectra.measure_and_power()
+        views, levels, _ = filters.shape
+        weight = np.sqrt(measure * power) + 1e-6 * np.sqrt(power.max())  # the energy that a filter meets
+        rows = (filters * weight[:, None]).transpose(1, 0, 2).reshape(levels, -1)
+        left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough to tell
+        basis = left.T @ rows
+        left_over = np.cumsum((left**2 * (basis**2).sum(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
+        rank = min(MOST, max(1, int(np.searchsorted(-left_over, -TOLERANCE))))
+        # A product of images costs about a fiftieth of filtering one.
+        if levels <= MOST and rank + rank**2 / 100 > levels:
+            images = spectra.stack(filters.transpose(1, 0, 2))
+            coefficients = None
+        else:
+            coefficients = left[:, :rank]
+            parts = basis[:rank].reshape(rank, views, -1) / weight
+            images = spectra.stack(parts)
+            filters = np.einsum("lr,rnf->nlf", coefficients, parts)  # what was kept of them
+        gain = (filters**2).sum(axis=0)
+        slope = (np.gradient(filters, axis=1) ** 2).sum(axis=0)
+        return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, filters**2, measure)
+
+    def energy(self, weight: Image, step: int) -> Image:
+        """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
+        if self.coefficients is None:
+            return numerics.block_squares(self.images, weight, step).astype(np.float32)
+        first, second = np.tril_indices(self.coefficients.shape[1])
+        quadratic = self.coefficients[:, first] * self.coefficients[:, second] * np.where(first == second, 1.0, 2.0)
+        height, width = weight.shape
+        # By bands of rows, for the products to stay small.
+        band = max(1, BAND // (len(first) * -(-width // step)))
+        bands = [
+            quadratic
+            @ numerics.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
+                len(first), -1
+            )
+            for y in range(0, height, band * step)
+        ]
+        energy = np.concatenate([part.astype(np.float32) for part in bands], axis=1)
+        return energy.reshape(len(quadratic), -(-height // step), -(-width // step))
+
+    def at(self, level: Image) -> tuple[Image, Image]:
+        """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
+        if self.coefficients is None:
+            return numerics.select_levels(self.images, level)
+        return numerics.combine_levels(self.images, self.coefficients.astype(np.float32), level)

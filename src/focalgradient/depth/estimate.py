@@ -1,0 +1,59 @@
+"""What every method is given, and what it returns: `focalgradient.depth.recover` makes the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Search
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.view import View
+
+__all__ = ["Estimate", "Problem"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Views to estimate depth from: checked, registered, with what is searched and how."""
+
+    views: Sequence[View]
+    registered: RegisteredViews
+    search: Search
+    settings: RecoverySettings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Depth as one method estimates it.
+
+    Parameters
+    ----------
+    vergence, vergence_sd
+        H x W, in dioptres, on the first view's pixels.
+    valid
+        H x W.
+    noise
+        Standard deviation of each view's noise, in the view's own unit.
+    side_known
+        H x W: whether the views decide the side of focus, beyond what the search decides.
+    details
+        What this method alone has to state, as plain JSON values.
+    warnings
+        What the user is to be warned of, each a sentence.
+    searched
+        Vergence that was searched, in dioptres, where the method restricts the search.
+    """
+
+    vergence: NDArray[np.float32]
+    vergence_sd: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+    noise: Sequence[float]
+    side_known: NDArray[np.bool_] | bool = True
+    details: Mapping[str, Any] = field(default_factory=dict)
+    warnings: Sequence[str] = ()
+    searched: tuple[float, float] | None = None

@@ -1,0 +1,144 @@
+"""Estimates of the noise in views: from one image's finest detail, and from what equalising leaves of several.
+
+White noise alone reaches the finest detail of a blurred image, so that this detail bounds it from above. Which bound
+is the tightest depends on what is in the frame: texture all over, a few edges, or empty parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from focalgradient.depth.equalise.likelihood import equalise
+from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Blurs
+
+__all__ = [
+    "LENIENCE",
+    "noise_floor",
+    "noise_from_differences",
+    "noise_from_residuals",
+    "noise_from_spectrum",
+    "storage",
+]
+
+Image = NDArray[np.floating]
+
+STORAGE = 2e-4
+"""Noise that storage and rounding leave at least, as a share of an image's standard deviation: a choice."""
+
+QUANTUM = 5e-4
+"""The same as a share of an image's range, for lone edges on plain ground: an eighth of a step of 8 bits."""
+
+LENIENCE = 2.0
+"""Times the noise that an image can hold up to which what is left of the views is put down to noise."""
+
+UNEVEN = 0.05
+"""Logarithm of the ratio of exposures from which noise before and after exposure are told apart."""
+
+
+def storage(image: Image) -> float:
+    """Noise that storage and rounding leave in `image` at least (standard deviation)."""
+    return STORAGE * float(image.std())
+
+
+def noise_from_differences(image: Image, mask: NDArray[np.bool_] | None = None) -> float:
+    """Standard deviation of the image's white noise, from the median size of its finest detail.
+
+    Second differences along rows and columns in turn, which leave nothing of a plane or of an edge along either; where
+    there is a `mask` (H x W), those of usable pixels only.
+
+    >>> noise = 0.01 * np.random.default_rng(0).standard_normal((100, 100))
+    >>> round(noise_from_differences(noise + (np.arange(100) > 50)), 3)
+    0.01
+    """
+    fine = np.abs(np.diff(np.diff(image, 2, axis=0), 2, axis=1))
+    if mask is not None:
+        whole = ndimage.minimum_filter(mask, 3)[1:-1, 1:-1]
+        fine = fine[whole] if whole.any() else fine
+    # (1, -2, 1) by (1, -2, 1) has the standard deviation 6; a normal value's median size is 0.6745 of its sd.
+    return float(max(np.median(fine) / (6 * 0.6745), QUANTUM * np.ptp(image)))
+
+
+def noise_from_spectrum(image: Image) -> float:
+    """Standard deviation of noise that would explain the finest detail (beyond 0.45 cycles per pixel) of `image`."""
+    share, power = Spectra.of([np.asarray(image, np.float32)], 0).measure_and_power()
+    fine = np.flatnonzero(share)  # a small image has no frequency at some samples
+    return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
+
+
+def noise_floor(image: Image, side: int = 32) -> float:
+    """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
+
+    The difference of differences along and across sees least of any texture and all of the noise; blur and plain
+    surfaces leave it nothing else. The fifth percentile over squares of `side` pixels is taken, without the few per
+    cent by which it lies below the mean.
+
+    >>> noise = np.random.default_rng(0).standard_normal((256, 256))
+    >>> round(noise_floor(100 + 0.5 * noise), 2)
+    0.5
+    """
+    values = np.asarray(image, np.float32)
+    fine = values[:-2] - 2 * values[1:-1] + values[2:]
+    fine = fine[:, :-2] - 2 * fine[:, 1:-1] + fine[:, 2:]
+    side = min(side, *fine.shape)
+    squares = ndimage.uniform_filter(fine**2, side)[side // 2 :: side, side // 2 :: side]
+    # (1, -2, 1) by (1, -2, 1) has 36 times the variance of white noise; the sum over a square has the relative variance
+    # 2 x (35/18)^4 / side^2 / 1, as the squared covariance (1, -4, 6, -4, 1)^2 / 36 sums to 35/18 in each direction.
+    below = 1 - 1.645 * math.sqrt(2) * (35 / 18) / side if squares.size > 20 else 1.0
+    return float(np.sqrt(np.percentile(squares, 5) / 36 / below))
+
+
+def noise_from_residuals(
+    registered: RegisteredViews, blurs: Blurs, window: float, given: FloatArray | None
+) -> tuple[list[float], float | None]:
+    """Standard deviation of each registered view's noise: `given`, or from what equalising leaves of a textured crop.
+
+    Also returns by how much its variance may still be raised, as the whole frame may ask for; None where it is given.
+    """
+    if given is not None:
+        return [float(sd / gain) for sd, gain in zip(given, registered.gains, strict=True)], None
+    part = registered.most_textured_crop(192)
+    floor = STORAGE * float(np.mean([image.std() for image in part.images]))
+    gains = np.array(registered.gains)
+    # An upper bound first: what the finest detail of the most blurred view holds.
+    finest = np.array([noise_from_spectrum(image) for image in part.images])
+    start = max(floor, float((finest * gains).min()))
+    # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
+    most = LENIENCE * finest + floor
+    # Noise comes after exposure, alike in all views, or before, in proportion to it.
+    uneven = float(np.ptp(np.log(gains))) > UNEVEN
+    shapes = [1 / gains, np.ones_like(gains)] if uneven else [1 / gains]
+    found = [_fit_noise(part, blurs, window, start * shape, floor, most, uneven) for shape in shapes]
+    _, noise_sd = min(found, key=lambda one: one[0])
+    return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
+
+
+def _fit_noise(
+    part: RegisteredViews,
+    blurs: Blurs,
+    window: float,
+    start: FloatArray,
+    floor: float,
+    most: Sequence[float] | FloatArray,
+    uneven: bool,
+) -> tuple[float, FloatArray]:
+    """Noise in the proportions of `start`, and how badly these fit."""
+    noise_sd = np.maximum(floor, start)
+    for _ in range(3):
+        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window)
+        nodes = equalised.read(part.usable.astype(np.float32))
+        change = math.sqrt(equalised.noise_found(nodes))
+        # Of the wrong proportions the fit is uneven over the frame, and each view's residual contradicts them.
+        misfit = np.log(nodes.misfit[nodes.support > 0.5])
+        each = equalised.noise_by_view(equalised.evaluate(nodes)) if uneven else np.ones(1)
+        badness = float(misfit.std() + 0.2 * np.ptp(np.log(each)))
+        noise_sd = np.maximum(floor, noise_sd * min(change, float(np.min(most / noise_sd))))
+        if 0.7 < change < 1.4:
+            break
+    return badness, noise_sd

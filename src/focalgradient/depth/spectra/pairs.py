@@ -1,0 +1,298 @@
+"""Every pair of views measures depth by its difference of blur (Pentland 1987, Eqs. 7-11), and all of them jointly.
+
+A pair gives the difference of its two blurs' variances, u = sigma_j^2 - sigma_i^2, and so the vergence V at which the
+optics make this difference. Of n views n - 1 differences are independent, and one V explains them: the other n - 2
+degrees of freedom are noise, of known size, or a contradiction. Pairs that share a view share its noise, which the
+test takes into account.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from focalgradient.depth import numerics
+from focalgradient.depth.filters import RADIAL, RADII, FloatArray, disc_pass
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Search
+from focalgradient.depth.spectra.bands import Bands, Compared, Hypothesis, compare, scene_level
+from focalgradient.depth.validity import SECONDARY_MINIMUM
+from focalgradient.psf import DISC_K, PsfName, transfer
+
+__all__ = ["Differences", "JointEstimate", "Pair"]
+
+Floats = NDArray[np.floating]
+
+DISC_LIMIT = 3.0
+"""2 pi radius x frequency up to which a disc is compared: its first zero is at 3.8, and next to it little is sure."""
+
+MARGIN = 3.0
+"""Pixels to a pixel of blur radius, within which what lies outside the frame or the mask invalidates what is inside."""
+
+SUPPORT = 0.9
+"""Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate."""
+
+LEAST_STEP, STEP = 0.25, 0.1
+"""Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two."""
+
+FINE = 4
+"""Parts of the interval between two hypotheses in which the depth that fits best is looked for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Depth as two of the views give it."""
+
+    views: tuple[int, int]
+    """Their numbers, from 1."""
+
+    vergence: NDArray[np.floating]
+    """Vergence in dioptres: of two depths that the pair cannot tell apart, the one nearer to the joint estimate."""
+
+    vergence_sd: NDArray[np.floating]
+    """Its standard deviation in dioptres."""
+
+
+@dataclass(frozen=True)
+class JointEstimate:
+    """Every pair's and the joint estimate at the patches' nodes (h x w), in dioptres."""
+
+    pairs: tuple[Pair, ...]
+    vergence: FloatArray
+    vergence_sd: FloatArray
+    statistic: FloatArray  # chi-square of the pairs' disagreement
+    misfit: FloatArray  # chi-square of the best depth in the range searched, if that is at its end
+    unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
+    support: FloatArray  # share of the window that could be used
+    step: int  # pixels from node to node
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the disagreement: n - 1 independent differences, less one vergence."""
+        return max(pair.views[1] for pair in self.pairs) - 2
+
+    def agrees(self, false_alarm: float) -> NDArray[np.bool_]:
+        """Where the pairs agree; where they do, rejected with the probability `false_alarm`."""
+        limit = stats.chi2.isf(false_alarm, self.freedom) if self.freedom else np.inf
+        return self.whole & (self.statistic <= limit)
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Where nothing that the frame's rim or masked pixels invalidate lies in the patch."""
+        return self.support >= SUPPORT
+
+    def to_pixels(self, values: NDArray[np.floating], unit: float, shape: tuple[int, int]) -> NDArray[np.float32]:
+        """Values at nodes, in dioptres, carried to the pixels between them; `unit` is what counts as close."""
+        carried = numerics.interpolate_nodes(
+            np.asarray(values, float) / unit, self.vergence_sd / unit, self.step, shape
+        )
+        return (carried * unit).astype(np.float32)
+
+    def to_blocks(self, values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
+        """Values at nodes given to all pixels of their blocks."""
+        return numerics.repeat_blocks(values, self.step, shape)
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Every pair's difference of blur, measured under each of several hypotheses of the vergence."""
+
+    search: Search
+    vergences: FloatArray  # L
+    variance_per_square: FloatArray  # n: sigma^2, in pixels^2, for one squared dioptre of defocus
+    pairs: tuple[tuple[int, int], ...]
+    compared: list[list[Compared]]  # P x L
+    step: int  # pixels from node to node
+
+    @classmethod
+    def of(
+        cls,
+        registered: RegisteredViews,
+        search: Search,
+        noise_sd: Sequence[float],
+        psf: PsfName,
+        k: float,
+        window: float,
+    ) -> Differences:
+        """Compare every pair of registered views under every hypothesis."""
+        vergences = _hypotheses(search)
+        radius = search.pixels[:, None] * np.abs(search.focus[:, None] - vergences)
+        pairs = tuple(combinations(range(len(registered.images)), 2))
+        scene, bands = scene_level(registered.images), Bands.of(window)
+        hypotheses = []
+        for blur in radius.T:
+            weight = disc_pass(blur.max(), limit=DISC_LIMIT, power=6) if psf == "disc" else np.ones(RADIAL)
+            transfers = transfer(RADII, blur[:, None], psf, k)
+            # What blur carried in from beyond the frame, or from masked pixels, is left out.
+            margin = min(2 + int(MARGIN * blur.max()), min(registered.shape) // 6)
+            for i, j in pairs:
+                sd = (noise_sd[i], noise_sd[j])
+                hypotheses.append(Hypothesis.of((i, j), transfers[[i, j]], weight, sd, scene, margin))
+        reach = int(np.clip(2 * radius.max(), 16, 64))
+        compared = compare(bands, registered.images, registered.usable, hypotheses, reach)
+        sigma = (DISC_K if psf == "disc" else k) * search.pixels
+        return cls(
+            search, vergences, sigma**2, pairs, [compared[p :: len(pairs)] for p in range(len(pairs))], bands.step
+        )
+
+    def estimate(self) -> JointEstimate:
+        """Estimate vergence from each pair and from all of them, and test whether they agree."""
+        levels = len(self.vergences)
+        offs = np.stack([[one.slope for one in row] for row in self.compared]) / (4 * np.pi**2)
+        fine = np.linspace(0, levels - 1, FINE * (levels - 1) + 1)
+        between = np.maximum(1 - np.abs(fine[:, None] - np.arange(levels)), 0)
+        fine_offs, variance, cost = self._on_finer_levels(offs, fine, between)
+        place = fine[cost.argmin(axis=0)]
+        inverse = self._information(np.rint(place).astype(np.intp))
+        place, slope = _joint_root(offs, inverse, place)
+        here = _offs_at(offs, place)
+        vergence = _at(np.broadcast_to(self.vergences[:, None, None], (levels, *place.shape)), place)
+        steep = slope / np.interp(place, np.arange(levels), np.gradient(self.vergences))
+        bend = np.array([self.variance_per_square[j] - self.variance_per_square[i] for i, j in self.pairs])
+        bends = np.broadcast_to(bend[:, None, None], here.shape)
+        first, second = _quadratic(steep, inverse, steep), _quadratic(bends, inverse, bends)
+        sd = _reach(np.sqrt(first), np.sqrt(second))
+        explained = _quadratic(steep, inverse, here) ** 2 / np.maximum(first, 1e-30)
+        whole = _quadratic(here, inverse, here)
+        pairs = tuple(
+            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p])))
+            for p, (i, j) in enumerate(self.pairs)
+        )
+        support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
+        return JointEstimate(
+            pairs,
+            vergence,
+            sd,
+            statistic=whole - explained,
+            misfit=whole,
+            unambiguous=self._unambiguous(cost, fine, place, vergence, sd),
+            support=np.take_along_axis(support, np.rint(FINE * place).astype(np.intp)[None], axis=0)[0],
+            step=self.step,
+        )
+
+    def _on_finer_levels(self, offs: Floats, fine: FloatArray, between: FloatArray) -> tuple[Floats, Floats, Floats]:
+        """Each pair's difference and its variance at levels `fine` (P x l x h x w), and their joint cost (l x h x w).
+
+        `offs` are the differences at each hypothesis, `between` the weights that interpolate linearly.
+        """
+        levels = len(self.vergences)
+        misfit = np.sum([[one.misfit for one in row] for row in self.compared], axis=0)
+        every = _at(np.broadcast_to(np.eye(levels)[:, None], (levels, len(fine), levels)), np.tile(fine, (levels, 1)).T)
+        fine_offs = np.tensordot(every, offs, (1, 1)).swapaxes(0, 1)
+        variances = np.stack([[one.variance for one in row] for row in self.compared]) / (4 * np.pi**2) ** 2
+        variance = np.tensordot(between, variances, (1, 1)).swapaxes(0, 1)
+        # Evidence against a depth: the differences it leaves, and what no difference of blur explains.
+        return fine_offs, variance, (fine_offs**2 / variance).sum(axis=0) + np.tensordot(between, misfit, 1)
+
+    def _unambiguous(
+        self, cost: Floats, fine: FloatArray, place: FloatArray, vergence: FloatArray, sd: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Where no secondary minimum of the `cost` fits about as well as the one at `place`."""
+        around = np.pad(cost, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
+        minimum = (cost < around[:-2]) & (cost <= around[2:])
+        vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)
+        minimum &= np.abs(vergences[:, None, None] - vergence) > 3 * sd
+        minimum &= np.abs(fine[:, None, None] - place) > 1 / FINE
+        # Where no depth fits, as the model itself errs, a second minimum may fit as much worse again.
+        return ~(minimum & (cost < SECONDARY_MINIMUM + 2 * np.maximum(cost.min(axis=0), 0))).any(axis=0)
+
+    def _information(self, level: NDArray[np.intp]) -> FloatArray:
+        """Inverse covariance (h x w x P x P) of the pairs' differences, noise that pairs share taken into account."""
+        count = len(self.pairs)
+        covariance = np.zeros((*level.shape, count, count))
+        for here in np.unique(level):
+            where = level == here
+            for p, first in enumerate(self.pairs):
+                for q, second in enumerate(self.pairs[: p + 1]):
+                    one, other = self.compared[p][here], self.compared[q][here]
+                    if p == q:
+                        covariance[where, p, p] = one.variance[where]
+                        continue
+                    for view in set(first) & set(second):
+                        shared = one.covariance(other, first.index(view), second.index(view), where)
+                        covariance[where, p, q] += shared
+                        covariance[where, q, p] += shared
+        covariance /= (4 * np.pi**2) ** 2
+        # Of n views n - 1 differences are independent: the other pairs repeat them.
+        scale = 1 / np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+        values, vectors = np.linalg.eigh(covariance * scale[..., None] * scale[..., None, :])
+        vectors = (vectors * scale[..., None])[..., -(len(self.variance_per_square) - 1) :]
+        return np.einsum("yxpe,yxqe,yxe->yxpq", vectors, vectors, 1 / values[..., -vectors.shape[-1] :])
+
+    def _root(
+        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """The vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
+        vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)[:, None, None]
+        crosses = off[:-1] * off[1:] <= 0
+        share = off[:-1] / np.where(crosses & (off[:-1] != off[1:]), off[:-1] - off[1:], 1.0)
+        roots = np.where(crosses, vergences[:-1] + share * (vergences[1:] - vergences[:-1]), np.inf)
+        nearest = np.abs(roots - joint).argmin(axis=0)
+        least = np.minimum((off**2 / variance).argmin(axis=0), len(fine) - 2)
+        index = np.where(crosses.any(axis=0), nearest, least)[None]
+        root = np.take_along_axis(roots, index, axis=0)[0]
+        chosen = [np.take_along_axis(values, index, axis=0)[0] for values in (off[:-1], off[1:], variance)]
+        width = (vergences[1:] - vergences[:-1])[index[0], 0, 0]
+        sd = np.sqrt(chosen[2])
+        reach = _reach(np.abs(chosen[1] - chosen[0]) / width / sd, bend / sd)
+        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), reach
+
+
+def _hypotheses(search: Search) -> FloatArray:
+    """Vergences a quarter of a pixel of blur apart, or a tenth of the blur where that is more."""
+    vergences = [search.lowest]
+    while vergences[-1] < search.highest:
+        radius = float(search.radius(np.array(vergences[-1])))
+        step = max(LEAST_STEP, STEP * radius) / search.slope
+        vergences.append(vergences[-1] + min(step, (search.highest - search.lowest) / 4))
+    # Stretched a little for the last to be the highest.
+    found = np.array(vergences)
+    return search.lowest + (found - search.lowest) * (search.highest - search.lowest) / (found[-1] - search.lowest)
+
+
+def _at(rows: Floats, place: FloatArray) -> FloatArray:
+    """`rows` (L x h x w) between levels, at the fractional level `place` (h x w): the cubic through the next four."""
+    low = np.clip(place.astype(np.intp), 1, len(rows) - 3)
+    t = place - low
+    shares = (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+    total = np.zeros(place.shape)
+    for number, share in enumerate(shares, -1):
+        total += share * np.take_along_axis(rows, (low + number)[None], axis=0)[0]
+    return total
+
+
+def _offs_at(offs: Floats, place: FloatArray) -> Floats:
+    """Each pair's difference (P x h x w) at the fractional level `place`."""
+    return np.stack([_at(rows, place) for rows in offs])
+
+
+def _joint_root(offs: Floats, inverse: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The fractional level at which all pairs' differences `offs` vanish best (Gauss-Newton), and their slope there."""
+    levels = offs.shape[1]
+    for _ in range(4):
+        here = _offs_at(offs, place)
+        before, after = (np.clip(place + step / FINE / 2, 0, levels - 1) for step in (-1, 1))
+        slope = (_offs_at(offs, after) - _offs_at(offs, before)) / (after - before)
+        move = -_quadratic(slope, inverse, here) / np.maximum(_quadratic(slope, inverse, slope), 1e-30)
+        place = np.clip(place + np.clip(move, -0.5, 0.5), 0, levels - 1)
+    return place, slope
+
+
+def _quadratic(left: Floats, matrix: FloatArray, right: Floats) -> FloatArray:
+    return np.einsum("pyx,yxpq,qyx->yx", left, matrix, right)
+
+
+def _reach(steep: FloatArray, bend: FloatArray | float) -> FloatArray:
+    """How far from a point something of that slope and bend changes by 1: where the slope vanishes, the bend counts."""
+    return 2 / (steep + np.sqrt(steep**2 + 4 * bend) + 1e-12)
