@@ -86,3 +86,18 @@ def test_refuses_what_is_no_depth_map(kind: str, depth: DepthMap, tmp_path: Path
         np.savez(path, **(arrays | {"details": np.array("{not JSON")}))
     with pytest.raises(InputError, match=f"{kind}.npz is not a depth map"):
         DepthMap.load(path)
+
+
+def test_prints_short_and_sums_itself_up(depth: DepthMap) -> None:
+    median = np.median(depth.distance[depth.valid])
+    assert repr(depth) == f"<DepthMap of 5 x 7 pixels: median {median:.3g} m, {depth.valid.mean():.0%} valid>"
+    assert "standard deviation (median): 0.01 D" in depth.summary()
+    nothing = DepthMap(depth.vergence, depth.vergence_sd, depth.valid & False, depth.side_known)
+    assert repr(nothing) == "<DepthMap of 5 x 7 pixels: 0% valid>"
+    assert nothing.summary() == "Depth map of 5 x 7 pixels: 0% valid"
+
+
+def test_draws_itself_into_new_axes_or_given_ones(depth: DepthMap) -> None:
+    ax = depth.plot()
+    assert "valid" in ax.get_title(loc="left")
+    assert depth.plot(ax) is ax

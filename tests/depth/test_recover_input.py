@@ -51,7 +51,7 @@ def test_views(views: list[View], said: str) -> None:
         ({"far": math.nan}, "far is nan"),
         ({"near": 2.0, "far": 1.0}, "near 2 m lies beyond far 1 m, .*exchange"),
         ({"near": 1.5, "far": 1.5}, r"near 1\.5 m lies beyond far 1\.5 m"),
-        ({"psf": "pillbox"}, "psf is 'pillbox', but must be one of disc, gaussian"),
+        ({"psf": "pillbox"}, "psf is 'pillbox', but must be one of auto, optics, disc, gaussian"),
         ({"k": 0.0}, r"k is 0\.0, but must be a positive number"),
         ({"window": 1}, "window is 1, but must be between 2 and 64"),
         ({"window": 65.0}, r"window is 65\.0"),
@@ -79,5 +79,5 @@ def test_views_that_do_not_overlap_in_brightness() -> None:
     """Saturation elsewhere in each view leaves hardly a pixel that both show."""
     one, other = IMAGE.copy(), WIDE.image.copy()
     one[:, :39] = other[:, 41:] = 2.0  # just less than half of each
-    with pytest.raises(InputError, match="hardly a pixel is both unsaturated and seen by every view"):
+    with pytest.raises(InputError, match="hardly a pixel is usable .unsaturated, not masked. in every view"):
         recover_depth([with_image(SHARP, one), with_image(WIDE, other)], near=0.85)

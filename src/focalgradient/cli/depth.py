@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 import numpy as np
-from click.core import ParameterSource
 
 from focalgradient.cli.options import optics_options, search_options
 from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.depth.recover import METHODS, MethodName
+from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting, replace_set
-from focalgradient.psf import PsfName
 
 if TYPE_CHECKING:
     from focalgradient.depth.depth_map import DepthMap
@@ -61,7 +60,7 @@ def depth(
     method: MethodName,
     near: float | None,
     far: float | None,
-    psf: PsfName,
+    psf: BlurSource,
     align: bool,
     calibration: Path | None,
     **optics: Any,
@@ -107,9 +106,8 @@ def depth(
         from focalgradient.photographs import make_views
 
         views = make_views(settings, photographs)
-        chosen = click.get_current_context().get_parameter_source("psf")
-        if settings.calibration is not None and method == "edges" and chosen is ParameterSource.DEFAULT:
-            psf = "gaussian"  # as the edges of the target were read
+        if psf == "auto" and settings.calibration is not None and method == "edges":
+            psf = "gaussian"  # as the edges of the target were measured
         # The optics count from their own centre, the user from a plane on the camera.
         offset = settings.offset
         result = recover_depth(
@@ -133,7 +131,7 @@ def depth(
 
         figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
 
-    asked = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
+    asked = {"method": method, "near_m": near, "far_m": far, "psf": result.details.get("psf", psf), "align": align}
     summary = _summary(settings, views, photographs, asked, result, told)
 
     writers: dict[str, bytes | Callable[[Path], object]] = {

@@ -84,10 +84,11 @@ _SEARCH: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--psf",
-        type=click.Choice(["disc", "gaussian"]),
-        default="disc",
+        type=click.Choice(["auto", "disc", "gaussian"]),
+        default="auto",
         show_default=True,
-        help="Shape of the blur. For a gaussian, blur_k in [camera] is its standard deviation over the disc's radius.",
+        help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "
+        "blur_k in [camera] is its standard deviation over the disc's radius.",
     ),
 ]
 

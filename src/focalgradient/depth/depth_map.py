@@ -19,7 +19,7 @@ __all__ = ["DepthMap"]
 _GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DepthMap:
     """Depth at every pixel, with its uncertainty and what is to be trusted.
 
@@ -30,10 +30,10 @@ class DepthMap:
     vergence_sd
         Standard deviation of `vergence` in dioptres, H x W.
     valid
-        H x W: False where the estimate is refused (too little texture, contradicting views, side undecided).
+        H x W: False where no depth is claimed (too little texture, contradicting views, ambiguous side).
     side_known
-        H x W: whether the views themselves tell on which side of focus the point lies. Where they do not,
-        `vergence` is the reading stated in ``details["side"]``, and its mirror image about focus fits as well.
+        H x W: whether the views themselves decide on which side of focus the point lies. Where they do not,
+        `vergence` is on the side stated in ``details["side"]``, and its mirror image about focus fits as well.
     details
         How the map was made: settings, estimated noise and gains, shares, warnings; plain JSON values.
     offset
@@ -75,6 +75,61 @@ class DepthMap:
     def _optical_distance(self) -> NDArray[np.floating]:
         with np.errstate(divide="ignore"):
             return np.where(self.vergence > 0, 1.0 / np.abs(self.vergence), np.inf)
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return f"<DepthMap of {height} x {width} pixels: {self._in_words()}>"
+
+    def _in_words(self) -> str:
+        """Median distance and share of what is valid."""
+        share = f"{self.valid.mean():.0%} valid"
+        if not self.valid.any():
+            return share
+        return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
+
+    def summary(self) -> str:
+        """The map in a few lines: method, range and precision of what is valid, and the side of focus.
+
+        >>> flat = np.full((2, 3), 0.5)
+        >>> print(DepthMap(flat, 0.01 * flat, flat > 0, flat > 0, {"method": "equalise", "psf": "disc"}).summary())
+        Depth map of 2 x 3 pixels by method 'equalise' (psf 'disc'): median 2 m, 100% valid
+        distance: 2 to 2 m (5 to 95 % of the valid pixels)
+        standard deviation (median): 0.005 D, 0.02 m
+        """
+        height, width = self.shape
+        lines = [f"Depth map of {height} x {width} pixels"]
+        if "method" in self.details:
+            lines[0] += f" by method {self.details['method']!r} (psf {self.details.get('psf')!r})"
+        lines[0] += f": {self._in_words()}"
+        if self.valid.any():
+            near, far = np.percentile(self.distance[self.valid], [5, 95])
+            sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
+            lines.append(f"distance: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
+            lines.append(f"standard deviation (median): {sd:.3g} D, {sd_m:.3g} m")
+        if "side" in self.details:
+            lines.append(f"side of focus: {self.details['side']}")
+        return "\n".join(lines)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the valid depth with a bar in metres (`focalgradient.plotting.draw_depth`).
+
+        Parameters
+        ----------
+        ax
+            Matplotlib axes to draw into; those of a new figure if not given.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            ``depth.plot().figure.savefig("depth.png")`` writes them to a file.
+        """
+        from focalgradient.plotting import draw_depth, new_figure, style
+
+        with style():
+            if ax is None:
+                height, width = self.shape
+                ax = new_figure(120.0, 96.0 * height / width + 12.0, layout="constrained").add_subplot()
+            return draw_depth(ax, self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to `path` as a compressed NumPy archive, all or nothing.

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -239,7 +237,7 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
 
 
 def _checked_views(views: Sequence[View]) -> list[View]:
-    """The views as a list, refused where they are no views, or their optics no optics."""
+    """The views as a list; refused unless all are views."""
     if isinstance(views, View | str | bytes) or not isinstance(views, Iterable):
         what = "one View" if isinstance(views, View) else f"a {type(views).__name__}"
         raise InputError(f"views is {what}, but must be a list of View: give [first, second].")
@@ -247,18 +245,7 @@ def _checked_views(views: Sequence[View]) -> list[View]:
     for number, view in enumerate(views, 1):
         if not isinstance(view, View):
             raise InputError(f"view {number} is a {type(view).__name__}, but must be a View: {_remedy(view)}.")
-        for name in ("aperture_diameter", "focus_vergence"):
-            value: Any = getattr(view.optics, name, None)
-            if not (_is_finite(value) and (name == "focus_vergence" or value >= 0)):
-                raise InputError(
-                    f"the optics of view {number} have {name} = {value!r}, but it must be a finite number"
-                    f"{'' if name == 'focus_vergence' else ' of 0 or more'}: give a Lens or an Eye."
-                )
     return views
-
-
-def _is_finite(value: Any) -> bool:
-    return isinstance(value, Real) and math.isfinite(value)
 
 
 def _remedy(given: object) -> str:
