@@ -79,5 +79,5 @@ def test_views_that_do_not_overlap_in_brightness() -> None:
     """Saturation elsewhere in each view leaves hardly a pixel that both show."""
     one, other = IMAGE.copy(), WIDE.image.copy()
     one[:, :39] = other[:, 41:] = 2.0  # just less than half of each
-    with pytest.raises(InputError, match="hardly a pixel is usable .unsaturated, not masked. in every view"):
+    with pytest.raises(InputError, match=r"hardly a pixel is usable \(unsaturated, not masked\) in every view"):
         recover_depth([with_image(SHARP, one), with_image(WIDE, other)], near=0.85)

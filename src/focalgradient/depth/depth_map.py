@@ -102,7 +102,7 @@ class DepthMap:
             lines[0] += f" by method {self.details['method']!r} (psf {self.details.get('psf')!r})"
         lines[0] += f": {self._in_words()}"
         if self.valid.any():
-            near, far = np.percentile(self.distance[self.valid], [5, 95])
+            near, far = np.percentile(self.distance[self.valid], [5, 95], method="nearest")
             sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
             lines.append(f"distance: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
             lines.append(f"standard deviation (median): {sd:.3g} D, {sd_m:.3g} m")
