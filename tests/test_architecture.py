@@ -28,7 +28,7 @@ ROOMS = {
     "view": {"errors", "optics"},
     "depth": {"errors", "files", "optics", "progress", "psf", "view"},
     "scenes": {"errors"},
-    "render": {"errors", "optics", "psf", "scenes", "view"},
+    "render": {"errors", "optics", "progress", "psf", "scenes", "view"},
     "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
     "display": {"errors"},
     "stimuli": {"errors", "files", "eye", "optics", "plotting", "render", "scenes", "display"},

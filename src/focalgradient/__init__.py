@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from focalgradient import video as video
     from focalgradient import view as view
     from focalgradient.eye import Eye
-    from focalgradient.render import Rendered, cast, render_bands, render_series
+    from focalgradient.render import Rendered, blur, cast, render_bands, render_series
 
 __version__ = "0.1.0"
 __all__ = [
@@ -56,6 +56,7 @@ __all__ = [
     "Lens",
     "Rendered",
     "View",
+    "blur",
     "cast",
     "paper_distance",
     "recover_depth",
@@ -63,7 +64,7 @@ __all__ = [
     "render_series",
 ]
 
-_HOMES = {"Eye": "eye", "Rendered": "render", "cast": "render", "render_bands": "render", "render_series": "render"}
+_HOMES = {"Eye": "eye"} | dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render")
 """The room of each name that is loaded when it is first touched."""
 
 

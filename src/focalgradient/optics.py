@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
 
-__all__ = ["HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "check_optics"]
+__all__ = ["HasOpticalTransfer", "HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "check_optics"]
 
 Side = Literal["beyond", "nearer"]
 """On which side of the plane of focus a point lies."""
@@ -51,6 +51,16 @@ class HasTransfer(Optics, Protocol):
 
         Real, as of round blur, and 1 at frequency 0. Where it is 0 nothing was seen.
         """
+
+
+@runtime_checkable
+class HasOpticalTransfer(Optics, Protocol):
+    """Optics whose blur need not be round, such as an eye with aberrations."""
+
+    def optical_transfer(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Transfer of the blur of points at `vergence` (D) at frequencies in cycles per radian; broadcasts."""
 
 
 @runtime_checkable

@@ -133,6 +133,20 @@ class Eye:
         """
         return np.abs(self.defocus(distance)) * (self.pupil_diameter / 2)
 
+    def optical_transfer(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Transfer of the eye's waves for points at `vergence` (D), at frequencies in cycles per radian; broadcasts.
+
+        >>> round(float(Eye(0.004, 1.0).optical_transfer(0.0, 5 * 180 / np.pi, 0.5)), 3)
+        0.637
+        """
+        from focalgradient.eye.blur import blur_transfer  # which knows the eye by this file
+
+        per_degree = np.pi / 180
+        down, right = np.asarray(frequency_y) * per_degree, np.asarray(frequency_x) * per_degree
+        return blur_transfer(down, right, self, vergence)
+
     def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
         """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side` of focus.
 

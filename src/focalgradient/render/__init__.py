@@ -1,5 +1,6 @@
 """From a scene and optics to a view, with the true distance at every pixel."""
 
+from focalgradient.render.blurred import blur, blur_picture
 from focalgradient.render.engines import Engine, render, render_bands, render_series
 from focalgradient.render.raycast import cast
 from focalgradient.render.rendered import Rendered
@@ -9,6 +10,8 @@ from focalgradient.render.wireframe import necker_frame, necker_loop, wireframe
 __all__ = [
     "Engine",
     "Rendered",
+    "blur",
+    "blur_picture",
     "cast",
     "necker_frame",
     "necker_loop",

@@ -1,6 +1,6 @@
 """Whether pictures of one scene differ in nothing but blur: their light, their geometry and their spectra, measured.
 
-Each picture is held against what the blur alone makes of the pinhole picture (`relief.predicted`), in which no ray of
+Each picture is held against what the blur alone makes of the pinhole picture (`render.blur_picture`), in which no ray of
 the renderer has a part.
 """
 
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from focalgradient.optics import Optics
+from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.relief import predicted
 
 __all__ = ["LIMITS", "Sharp", "against_prediction", "judged", "spectrum"]
 
@@ -74,9 +74,7 @@ def against_prediction(
         colours = sharp.light + sign * sharp.residual[..., None]
         parts = [colours @ weights] if len(optics) == 1 else np.moveaxis(colours * weights, 2, 0)
         for part, lens in zip(parts, optics, strict=True):
-            blurred = predicted(
-                part, sharp.depth, lens.aperture_diameter, lens.focus_vergence, sharp.pixel_angle, seed=half
-            )
+            blurred = blur_picture(part, sharp.depth, lens, pixel_angle=sharp.pixel_angle)
             halves[half] += blurred.reshape(height, finer, width, finer).mean(axis=(1, 3))
     radii = [lens.aperture_diameter / 2 * np.abs(lens.focus_vergence - 1 / sharp.depth).max() for lens in optics]
     widest = max(radii) / sharp.pixel_angle / finer
