@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics
+from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
 from focalgradient.progress import Progress
 from focalgradient.render.hidden import complete
 from focalgradient.render.rendered import LUMINANCE
@@ -183,11 +183,9 @@ def _checked(
         )
     if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
         raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
-    scale = optics.aperture_diameter / 2 / pixel_angle
-    if not (math.isfinite(scale) and math.isfinite(optics.focus_vergence)):
-        raise InputError("optics has an aperture or a focus that is not finite, but both must be.")
+    check_optics(optics)
     with np.errstate(over="ignore"):
         image = image.astype(np.float32)
     if not np.isfinite(image).all():
         raise InputError("picture holds values beyond 3e38, which 32 bits do not hold: scale it down.")
-    return image, far.astype(float), scale
+    return image, far.astype(float), optics.aperture_diameter / 2 / pixel_angle

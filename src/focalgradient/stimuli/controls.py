@@ -1,7 +1,7 @@
 """Whether pictures of one scene differ in nothing but blur: their light, their geometry and their spectra, measured.
 
-Each picture is held against what the blur alone makes of the pinhole picture (`render.blur_picture`), in which no ray of
-the renderer has a part.
+Each picture is held against what the blur alone makes of the pinhole picture (`render.blur_picture`), in which no ray
+of the renderer has a part.
 """
 
 from __future__ import annotations
