@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
 from focalgradient.display import Display
-from focalgradient.observers import OBSERVERS, Look, look_at, perceived_depth, relief
+from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceived_depth, relief
 from focalgradient.observers.perception import READ_PER_RADIUS
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.stimuli import StimulusSet, make_depth_rating
@@ -29,7 +29,7 @@ class Seen:
 
     pixels: NDArray[np.uint8]
     fixation: tuple[float, float]
-    look: Look
+    look: EncodedStimulus
     shape: tuple[int, int]
     true_blur: NDArray[np.float64]
     read_blur: NDArray[np.float64]
@@ -37,12 +37,12 @@ class Seen:
 
 
 def see(stimuli: StimulusSet, aperture: str, fixation: str) -> Seen:
-    """Look at a picture of a set's first scene, as the default observer does."""
+    """EncodedStimulus at a picture of a set's first scene, as the default observer does."""
     name = stimuli.scenes[0]
     picture, scene = stimuli.picture(name, aperture, fixation), stimuli.scene(name)
     target = scene.nearest if fixation == "nearest" else scene.farthest
     pixels = stimuli.pixels(picture)
-    (look,) = look_at(pixels, stimuli.display, [target.position_px], stimuli.depth(name))
+    (look,) = encode(pixels, stimuli.display, [target.position_px], stimuli.depth(name))
     columns = round(np.sqrt(look.blur.size * pixels.shape[1] / pixels.shape[0]))
     shape = (look.blur.size // columns, columns)
     # The disc in the picture, from dioptres through the camera's pixels to arcmin on the display.
@@ -93,11 +93,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "True blur: from the depth of the scene and the aperture, which the observer is not told. Blur as "
             "read: from the picture’s pixels, through the eye’s own optics, by how much more the texture and the edges "
             "of a place are blurred than those of the fixated object.",
-            "Perceived depth: dioptres by which a place looks farther than the fixated object. With the nearest "
+            "Perceived depth: dioptres by which a place encoded_stimuli farther than the fixated object. With the nearest "
             "object in focus what is more blurred is farther, as the observer takes it to be, and blur adds to the "
             "depth that the layout tells. With the farthest in focus the same belief puts the near things far: "
             "against the layout, so that blur is discounted and the depth is the layout’s alone.",
-            "Right: how deep the picture looks, relative to the pinhole’s, to the default observer (filled), to one "
+            "Right: how deep the picture encoded_stimuli, relative to the pinhole’s, to the default observer (filled), to one "
             "blind to blur (crosses), and to one that takes blurred for near (open). Simulated observers, without the "
             "noise of answers.",
         ),

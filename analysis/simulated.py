@@ -8,7 +8,7 @@ from pathlib import Path
 from report import Progress
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign
-from focalgradient.observers import cubes, looks, simulate, small_set
+from focalgradient.observers import encoded_cubes, encoded_stimuli, simulate, small_set
 from focalgradient.parallel import processes
 
 __all__ = ["OBSERVERS", "SEED", "take_part"]
@@ -42,7 +42,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
     pictures = small_set(1 + len(rating.scenes), lambda share, what: report(0.5 * share))
     turning = NeckerDesign(strengths_mm=(4.0, 12.0))  # the second is as strong as the rigidity of the cube
     with processes(os.cpu_count() or 1) as pool:
-        seen = looks(pictures, pool, lambda share: report(0.5 + 0.2 * share))
+        seen = encoded_stimuli(pictures, pool, lambda share: report(0.5 + 0.2 * share))
         simulate(
             *(rating, out),
             observers=OBSERVERS,
@@ -58,7 +58,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             observers=OBSERVERS,
             seed=SEED,
             observer=observer,
-            seen=cubes(turning, pool),
+            seen=encoded_cubes(turning, pool),
             executor=pool,
             progress=lambda share: report(0.85 + 0.15 * share),
         )

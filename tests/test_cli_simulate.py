@@ -57,7 +57,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     assert not found.problems
     assert found.sessions == 4
 
-    monkeypatch.setattr(pictures, "_look", lambda job: pytest.fail("looked again"))
+    monkeypatch.setattr(pictures, "_encode", lambda job: pytest.fail("encoded again"))
     result = run("depth-rating", "--observers", 3, *common[2:], "--design", rating)
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 were there already."
@@ -66,7 +66,7 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
 @pytest.mark.parametrize(
     ("args", "sentence"),
     [
-        (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blind, opposite"),
+        (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blur-blind, opposite"),
         (("depth-rating", "--stimuli", "nowhere"), "holds no finished set"),
         (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
         (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "two ways to share the work"),

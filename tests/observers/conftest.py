@@ -1,10 +1,10 @@
-"""A small set of pictures for observers to look at, and what they see in it."""
+"""A small set of pictures for observers to look at, and its encoded stimuli."""
 
 import pytest
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.display import Display
-from focalgradient.observers import looks, pictures
+from focalgradient.observers import encoded_stimuli, pictures
 from focalgradient.stimuli import make_depth_rating
 
 
@@ -25,7 +25,7 @@ def cache(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def seen(stimuli, cache):
+def encoded(stimuli, cache):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(pictures.CACHE, str(cache))
-        return looks(stimuli)
+        return encoded_stimuli(stimuli)

@@ -1,4 +1,4 @@
-"""The mechanism: what comes out of prior, blur and discounting, and what not when one of them is taken away."""
+"""Depth by blur: monotone, what comes of prior, blur and discounting, and what not when one of them is taken away."""
 
 from dataclasses import replace
 
@@ -6,19 +6,23 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import kendalltau
 
-from focalgradient.observers import OBSERVERS, Look, relief
-from focalgradient.observers.perception import READ_PER_RADIUS, agreement, blur_depth
+from focalgradient.display import Display
+from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceived_depth, relief
+from focalgradient.observers.perception import SD_PER_RADIUS, amplitude, blur_amplitude, blur_depth, response
+from focalgradient.psf import disc_transfer
 
 DEFAULT = OBSERVERS["default"]
 DEPTH = np.random.default_rng(1).uniform(0, 1.5, 200)  # dioptres from the near end
+APERTURES = (0.0, 0.050 / 22, 0.050 / 11, 0.050 / 5.6)
+PUPILS = (0.002, 0.004, 0.006, 0.008)
+DISTANCES = (0.57, 0.366, 0.25)
 
 
-def scene(aperture: float, focus: float) -> Look:
+def scene(aperture: float, focus: float) -> EncodedStimulus:
     """A scene through an aperture (m), focused so many dioptres beyond its near end: a disc on the retina."""
     radius = np.degrees(aperture / 2 * np.abs(DEPTH - focus)) * 60
-    return Look(np.hypot(READ_PER_RADIUS * radius, 1.0), 1.0, DEPTH - focus)
+    return EncodedStimulus(np.hypot(SD_PER_RADIUS * radius, 1.0), 1.0, DEPTH - focus)
 
 
 def ratio(observer, aperture, focus):
@@ -26,28 +30,103 @@ def ratio(observer, aperture, focus):
     return float(np.mean(depths[0]) / np.mean(depths[1]))
 
 
-@given(st.permutations(range(8)), st.permutations(range(8)))
-def test_agreement_is_kendalls_where_nothing_is_level(one, other):
-    assert agreement(np.array(one), np.array(other)) == pytest.approx(kendalltau(one, other).statistic)
+@pytest.mark.parametrize("pupil", PUPILS)
+@given(
+    blur=st.floats(0, 20),
+    more=st.floats(0, 20),
+    layout=st.floats(0.02, 3),
+    prior=st.floats(-1, 1),
+    weber=st.floats(0.1, 1),
+    spread=st.floats(0.1, 2),
+)
+def test_more_blur_never_makes_less_depth(pupil, blur, more, layout, prior, weber, spread):
+    observer = replace(DEFAULT, pupil=pupil, prior=prior, weber=weber, layout_spread=spread)
+    assert amplitude(layout, blur + more, observer) >= amplitude(layout, blur, observer) * (1 - 1e-9)
 
 
-@given(st.lists(st.tuples(st.integers(-3, 3), st.integers(-3, 3)), min_size=2, max_size=20))
-def test_agreement_turns_with_a_cue_and_is_nothing_for_a_level_one(pairs):
-    one, other = np.array(pairs, float).T
-    assert agreement(one, -other) == -agreement(one, other) == -agreement(other, one)
-    assert agreement(one, np.zeros(len(one))) == 0
-    assert -1 <= agreement(one, other) <= 1
+@pytest.mark.parametrize("pupil", PUPILS)
+def test_depth_rises_with_the_aperture_of_a_scene_to_the_end(pupil):
+    apertures = np.geomspace(2e-4, 0.1, 30)  # discs of up to 8 degrees
+    for seed in range(3):
+        depths = [relief(scene(a, 0.0), replace(DEFAULT, pupil=pupil), np.random.default_rng(seed)) for a in apertures]
+        assert (np.diff(np.log(depths)) > -1e-9).all()
 
 
-def test_a_blurred_eye_reads_depth_by_its_own_pupil():
+def picture(size, aperture, end):
+    """A textured ground, 0.4 to 2.2 dioptres away, through an aperture (m) that is focused on its near or far end."""
+    frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size))
+    texture = np.fft.irfft2(
+        np.fft.rfft2(np.random.default_rng(0).standard_normal((size, size))) / np.maximum(frequency, 1 / size)
+    )
+    light = np.fft.rfft2(0.4 * np.exp(0.15 * texture / texture.std()))
+    vergence = np.linspace(0.4, 2.2, size)
+    radius = aperture / 2 * np.abs(vergence - (2.2 if end == "nearest" else 0.4)) / (0.35 / size)
+    levels = np.linspace(0, max(radius.max(), 1e-9), 17)
+    blurred = np.array([np.fft.irfft2(light * disc_transfer(frequency, r)) for r in np.maximum(levels, 1e-6)])
+    row = np.arange(size)
+    low = np.clip(np.searchsorted(levels, radius) - 1, 0, 15)
+    share = ((radius - levels[low]) / levels[1])[:, None]
+    return blurred[low, row] * (1 - share) + blurred[low + 1, row] * share, np.tile(1 / vergence[:, None], size)
+
+
+@pytest.mark.parametrize("size", [256, 512])
+def test_depth_rises_with_the_aperture_of_pictures_at_every_distance_and_for_every_pupil(size):
+    """Through the pixels and the encoding; flat with the far end in focus."""
+    display = Display(pixel_pitch=0.5e-3 * 256 / size)
+
+    def depths(end, row, apertures, distance):
+        """Mean log depth for each aperture, pupils x apertures."""
+        nearer, encoded = replace(display, distance=distance), []
+        for aperture in apertures:
+            light, depth = picture(size, aperture, end)
+            pixels = np.repeat(display.encode(light)[..., None], 3, 2)
+            encoded += encode(pixels, nearer, [(size / 2, row * size)], depth)
+        observers = [replace(DEFAULT, pupil=pupil) for pupil in PUPILS]
+        glances = [np.random.SeedSequence(n) for n in range(5)]
+        return np.log(
+            [[[relief(one, o, np.random.default_rng(g)) for g in glances] for one in encoded] for o in observers]
+        ).mean(2)
+
+    for distance in DISTANCES:
+        near = depths("nearest", 0.95, APERTURES, distance)
+        assert np.diff(near).min() > 0
+        assert (near[:, -1] - near[:, 0]).min() > 0.15
+    far = depths("farthest", 0.05, (APERTURES[0], APERTURES[-1]), DISTANCES[0])
+    assert far[:, 1] == pytest.approx(far[:, 0], abs=0.01)
+
+
+def test_a_blurred_eye_estimates_depth_by_its_own_pupil():
     """What the eye's own pupil would blur so, is where it is."""
     assert blur_depth(scene(DEFAULT.pupil, 0.0), DEFAULT) == pytest.approx(DEPTH, rel=1e-6)
 
 
+def test_the_amplitude_by_blur_is_that_of_the_depth_that_makes_it():
+    blur = blur_depth(scene(DEFAULT.pupil, 0.0), DEFAULT)
+    assert blur_amplitude(blur, DEPTH, DEFAULT) == pytest.approx(DEPTH.std(), rel=1e-6)
+    shuffled = np.random.default_rng(0).permutation(blur)
+    assert blur_amplitude(shuffled, DEPTH, DEFAULT) < 0.2 * DEPTH.std()
+
+
+@given(st.floats(-5, 5))
+def test_the_scale_of_blur_has_errors_of_one(amplitude):
+    """Its slope is the inverse of the standard deviation that the model states."""
+    step = 1e-4
+    slope = (response(amplitude + step, DEFAULT) - response(amplitude - step, DEFAULT)) / (2 * step)
+    floor = np.radians(DEFAULT.intrinsic / 60) / SD_PER_RADIUS / (DEFAULT.pupil / 2)
+    sd = np.sqrt(floor**2 + (DEFAULT.weber**2 + 1 - DEFAULT.prior**2) * amplitude**2)
+    assert slope == pytest.approx(DEFAULT.prior / sd, rel=1e-4)
+
+
+def test_the_layout_gives_the_relief_and_blur_its_amplitude_only():
+    places = [perceived_depth(scene(a, 0.0), DEFAULT, np.random.default_rng(0)) for a in (0.0, 0.009)]
+    assert np.corrcoef(*places)[0, 1] == pytest.approx(1, abs=1e-9)
+    assert places[1].std() > 1.2 * places[0].std()
+
+
 def test_depth_grows_with_blur_when_the_near_is_in_focus_and_not_when_the_far_is():
     rising = [ratio(DEFAULT, aperture, 0.0) for aperture in (0.002, 0.0045, 0.009)]
-    assert 1.0 < rising[0] < rising[1]
-    assert rising[2] > 1.5
+    assert 1.0 < rising[0] < rising[1] < rising[2]
+    assert rising[2] > 1.4
     for aperture in (0.002, 0.0045, 0.009):
         assert ratio(DEFAULT, aperture, 1.5) == pytest.approx(1.0, abs=0.02)
 
@@ -55,22 +134,22 @@ def test_depth_grows_with_blur_when_the_near_is_in_focus_and_not_when_the_far_is
 @pytest.mark.parametrize(
     ("observer", "near", "far"),
     [
-        (OBSERVERS["blind"], False, False),
+        (OBSERVERS["blur-blind"], False, False),
         (OBSERVERS["opposite"], False, True),
-        (replace(DEFAULT, weber=20.0), False, False),  # sees no blur
-        (replace(DEFAULT, intrinsic=300.0), False, False),  # sees everything blurred
+        (replace(DEFAULT, sign="layout"), True, True),  # blur gives the amount, and the layout the side
+        (replace(DEFAULT, weber=20.0), False, False),  # discriminates no blur
+        (replace(DEFAULT, intrinsic=300.0), False, False),  # everything is blurred
     ],
 )
 def test_without_a_part_of_the_mechanism_it_comes_out_otherwise(observer, near, far):
     for focus, rises in ((0.0, near), (1.5, far)):
-        assert (ratio(observer, 0.009, focus) > 1.5) is rises
+        assert (ratio(observer, 0.009, focus) > 1.3) is rises
         if not rises:
             assert ratio(observer, 0.009, focus) == pytest.approx(1.0, abs=0.02)
 
 
-def test_without_discounting_contradictory_blur_works_on_depth():
-    trusting = replace(DEFAULT, discounts=False)
-    assert abs(np.log(ratio(trusting, 0.009, 1.5))) > 0.1
+def test_without_discounting_contradictory_blur_flattens():
+    assert ratio(replace(DEFAULT, discounting=0.0), 0.009, 1.5) < 0.8
 
 
 def test_uncertain_layout_gives_way_to_blur():

@@ -36,7 +36,8 @@ Say = Callable[[float, str], object]
     default="default",
     show_default=True,
     metavar="NAME",
-    help="default, or a control: blind (to blur), opposite (takes blurred for near), guessing, lapsing.",
+    help="default; ordinal (rates by 7 categories); or a control: blur-blind, opposite (takes blurred for near), "
+    "guessing, lapsing.",
 )
 @click.option(
     "--stimuli",
@@ -96,17 +97,17 @@ def _run(
     say: Say,
     run: dict[str, Any],
 ) -> int:
-    from focalgradient.observers import check_pictures, cubes, looks, simulate, small_set
+    from focalgradient.observers import check_pictures, encoded_cubes, encoded_stimuli, simulate, small_set
     from focalgradient.stimuli import read_set
 
     run["progress"] = lambda share: say(share, "simulating observers")
     if design.task == "necker":
-        say(0.0, "looking at the cube")
-        return simulate(design, out, seen=cubes(design, pool), **run)
+        say(0.0, "encoding the cube")
+        return simulate(design, out, encoded=encoded_cubes(design, pool), **run)
     pictures = read_set(stimuli) if stimuli is not None else small_set(_scenes(design), say)
     check_pictures(design, pictures)
-    seen = looks(pictures, pool, lambda share: say(share, "looking at pictures"))
-    return simulate(design, out, seen=seen, stimuli=pictures.folder, **run)
+    encoded = encoded_stimuli(pictures, pool, lambda share: say(share, "encoding pictures"))
+    return simulate(design, out, encoded=encoded, stimuli=pictures.folder, **run)
 
 
 def _scenes(design: DepthRatingDesign) -> int:

@@ -3,26 +3,26 @@
 They look at the pictures themselves, as a display shows them, and know of a trial no more than a person does.
 """
 
-from focalgradient.observers.answers import Seen, rate, watch
-from focalgradient.observers.cube import Cubes, cubes, look_at_cube
+from focalgradient.observers.answers import EncodedPictures, rate, watch
+from focalgradient.observers.encoding import EncodedStimulus, encode
 from focalgradient.observers.experiment import check_pictures, simulate
-from focalgradient.observers.look import Look, look_at
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
-from focalgradient.observers.pictures import cache_folder, looks, small_set
+from focalgradient.observers.pictures import cache_folder, encoded_stimuli, small_set
+from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
 
 __all__ = [
     "OBSERVERS",
-    "Cubes",
-    "Look",
+    "EncodedCubes",
+    "EncodedPictures",
+    "EncodedStimulus",
     "Observer",
-    "Seen",
     "cache_folder",
     "check_pictures",
-    "cubes",
-    "look_at",
-    "look_at_cube",
-    "looks",
+    "encode",
+    "encode_cube",
+    "encoded_cubes",
+    "encoded_stimuli",
     "observer_named",
     "perceived_depth",
     "rate",

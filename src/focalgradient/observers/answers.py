@@ -10,18 +10,18 @@ import numpy as np
 from focalgradient.dataset import Answer, Press, Rated, Watched
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
 from focalgradient.design.draws import digest
-from focalgradient.observers.cube import Cubes, log_odds
-from focalgradient.observers.look import Look
+from focalgradient.observers.encoding import EncodedStimulus
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import relief
+from focalgradient.observers.rotation import EncodedCubes, log_odds
 
-__all__ = ["Seen", "Shown", "rate", "watch"]
+__all__ = ["EncodedPictures", "PictureKey", "rate", "watch"]
 
-Shown = tuple[str, str, str]
+PictureKey = tuple[str, str, str]
 """A picture, by its scene, aperture and fixation."""
 
-Seen = Mapping[Shown, tuple[str, Look]]
-"""What is to be seen in each picture, and its file."""
+EncodedPictures = Mapping[PictureKey, tuple[str, EncodedStimulus]]
+"""The file and the encoded stimulus of each picture."""
 
 DECISION, DECISIONS = 2.0, 0.4
 """Median seconds from a question to its answer, and standard deviation of their logarithm."""
@@ -44,8 +44,10 @@ def _random(seed: int, task: str, participant: str, *what: int) -> np.random.Gen
     return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
 
 
-def rate(design: DepthRatingDesign, observer: Observer, participant: str, seed: int, seen: Seen) -> tuple[Answer, ...]:
-    """Rate every picture of a participant's list against the standard as it was last seen."""
+def rate(
+    design: DepthRatingDesign, observer: Observer, participant: str, seed: int, encoded: EncodedPictures
+) -> tuple[Answer, ...]:
+    """Rate every picture of a participant's list against the standard as it was last seen: see `_rating`."""
     person = observer.person(_random(seed, design.task, participant))
     clock, answers = 0.0, []
     standard = math.nan
@@ -54,24 +56,37 @@ def rate(design: DepthRatingDesign, observer: Observer, participant: str, seed: 
         random = _random(seed, design.task, participant, number)
         clock += BREAK * trial.break_before
         if trial.standard_before or number == 1:
-            _, look = seen[design.standard_scene, "pinhole", "nearest"]
-            standard = relief(look, person, random)
+            _, stimulus = encoded[design.standard_scene, "pinhole", "nearest"]
+            standard = relief(stimulus, person, random)
             clock += design.standard_s
-        file, look = seen[trial.scene, trial.aperture, trial.fixation]
-        ratio = relief(look, person, random) / standard
+        file, stimulus = encoded[trial.scene, trial.aperture, trial.fixation]
+        ratio = relief(stimulus, person, random) / standard
         log = person.scale * math.log(ratio) + person.scatter * random.standard_normal()
         least, most = math.log(design.least_rating), math.log(design.most_rating)
         if person.guesses or random.random() < person.lapses:
             log = random.uniform(least, most)
         time = DECISION * math.exp(DECISIONS * random.standard_normal())
         clock += design.mark_s
-        rating = round(math.exp(min(max(log, least), most)), 3)
+        rating = _rating(min(max(log, least), most), most, person.categories)
         answers.append(Rated(onset=round(clock, 4), rating=rating, response_time=round(time, 4), stimulus=file))
         clock += design.picture_s + time + PAUSE
     return tuple(answers)
 
 
-def watch(design: NeckerDesign, observer: Observer, participant: str, seed: int, seen: Cubes) -> tuple[Answer, ...]:
+def _rating(log: float, most: float, categories: int) -> float:
+    """Ratio to the standard; or its category: 2 as the standard, the last as the greatest ratio, at equal log steps.
+
+    >>> _rating(0.0, math.log(4), 0), _rating(0.0, math.log(4), 7), _rating(math.log(4), math.log(4), 7)
+    (1.0, 2.0, 7.0)
+    """
+    if not categories:
+        return round(math.exp(log), 3)
+    return float(min(max(round(2 + (categories - 2) * log / most), 1), categories))
+
+
+def watch(
+    design: NeckerDesign, observer: Observer, participant: str, seed: int, encoded: EncodedCubes
+) -> tuple[Answer, ...]:
     """Watch every cube of a participant's list, and hold the keys."""
     person = observer.person(_random(seed, design.task, participant))
     keys = design.keys_of(participant)
@@ -81,7 +96,7 @@ def watch(design: NeckerDesign, observer: Observer, participant: str, seed: int,
         random = _random(seed, design.task, participant, number)
         clock += BREAK * trial.break_before + PAUSE
         absent = person.guesses or random.random() < person.lapses
-        odds = 0.0 if absent else log_odds(design, trial, seen, person)
+        odds = 0.0 if absent else log_odds(design, trial, encoded, person)
         presses = _presses(trial.trial_s, odds, person, (keys["rigid"], keys["nonrigid"]), random)
         answers.append(Watched(onset=round(clock, 4), presses=presses, trial_duration=trial.trial_s))
         clock += trial.trial_s

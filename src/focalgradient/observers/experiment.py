@@ -14,9 +14,9 @@ from typing import Any
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.observers.answers import Seen, rate, watch
-from focalgradient.observers.cube import Cubes
-from focalgradient.observers.observer import Observer, observer_named
+from focalgradient.observers.answers import EncodedPictures, rate, watch
+from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
+from focalgradient.observers.rotation import EncodedCubes
 from focalgradient.parallel import in_order
 from focalgradient.stimuli import StimulusSet
 
@@ -24,7 +24,10 @@ __all__ = ["check_pictures", "labels", "simulate"]
 
 CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
-"""What the observer's name and seed are told under, among the versions of what a session was run with."""
+"""The entry of the observer's name, seed and model among the versions of what a session was run with."""
+
+MODEL = 2
+"""Version of the observers' model: a data set of another one is not continued."""
 
 
 def labels(observers: int) -> tuple[str, ...]:
@@ -62,7 +65,7 @@ def simulate(
     observers: int,
     seed: int,
     observer: str = "default",
-    seen: Seen | Cubes,
+    encoded: EncodedPictures | EncodedCubes,
     stimuli: Path | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], object] | None = None,
@@ -81,8 +84,8 @@ def simulate(
         Of all that is random in them.
     observer
         By name, of `focalgradient.observers.OBSERVERS`.
-    seen
-        What is to be seen: `focalgradient.observers.looks` of the pictures, or `cubes` of the design.
+    encoded
+        `focalgradient.observers.encoded_stimuli` of the pictures, or `encoded_cubes` of the design.
     stimuli
         Folder of the pictures.
     executor
@@ -100,13 +103,13 @@ def simulate(
     InputError
         If there is no observer of that name, or the folder holds something else, or other observers.
     """
-    one, who = observer_named(observer), f"{observer}, seed {seed}"
+    one, who = observer_named(observer), f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
     for label in wanted[:1]:
         begun = Files(out, design.task, label).journal.exists()
         Session.check(out, design, label, resume=begun, kind="simulated", stimuli=stimuli)
     apparatus = Apparatus(clock=CLOCK, versions={WHO: who})
-    jobs = [(design, one, label, seed, seen) for label in wanted]
+    jobs = [(design, one, label, seed, encoded) for label in wanted]
     computed = in_order(executor, _answers, jobs)
     for number, (label, answers) in enumerate(zip(wanted, computed, strict=True), start=1):
         if Files(out, design.task, label).journal.exists():
@@ -123,10 +126,10 @@ def simulate(
 
 
 def _answers(job: tuple[DepthRatingDesign | NeckerDesign, Observer, str, int, Any]) -> tuple[Answer, ...]:
-    design, observer, label, seed, seen = job
+    design, observer, label, seed, encoded = job
     if isinstance(design, NeckerDesign):
-        return watch(design, observer, label, seed, seen)
-    return rate(design, observer, label, seed, seen)
+        return watch(design, observer, label, seed, encoded)
+    return rate(design, observer, label, seed, encoded)
 
 
 def _finished(out: Path, design: DepthRatingDesign | NeckerDesign, label: str, who: str) -> bool:

@@ -1,54 +1,55 @@
-"""What the frames of the rotating cube tell: how blurred its lines are, and where they are in the rigid reading."""
+"""The rotating cube encoded: how blurred its lines are and where in depth, and the odds of its two readings by that."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design import Direction, Gradient, NeckerDesign, NeckerTrial
-from focalgradient.observers.blur import LINE, read_blur, retinal_image
-from focalgradient.observers.look import PUPIL, Look
+from focalgradient.observers.encoding import PUPIL, EncodedStimulus
 from focalgradient.observers.observer import Observer
-from focalgradient.observers.perception import agreement, blur_depth, certainty
+from focalgradient.observers.perception import blur_amplitude, blur_depth, response
+from focalgradient.observers.retinal_blur import LINE, estimate_blur, retinal_image
 from focalgradient.render import necker_frame
 from focalgradient.scenes import NeckerCube, departure_from_rigid
 from focalgradient.scenes.necker import EDGES, SYMMETRY
 
-__all__ = ["Condition", "Cubes", "cube_of", "cubes", "log_odds", "look_at_cube"]
+__all__ = ["Condition", "EncodedCubes", "cube_of", "encode_cube", "encoded_cubes", "log_odds"]
 
 Condition = tuple[str, float, str]
 """Gradient, strength and direction."""
 
-Cubes = Mapping[Condition, Look]
-"""What is to be seen in each condition."""
+EncodedCubes = Mapping[Condition, EncodedStimulus]
+"""The encoded stimulus of each condition."""
 
 FRAMES = 3
-"""Moments looked at, of the quarter turn after which the picture repeats."""
+"""Moments encoded, of the quarter turn after which the picture repeats."""
 
 PIXELS_PER_LINE = 1.6
-"""Pixels to a line's width, which blur is read from."""
+"""Pixels to a line's width, which blur is estimated from."""
 
 SPACING = 24
-"""Pixels between the places at which blur is read."""
+"""Pixels between the places at which blur is estimated."""
 
 SHARP = 10
-"""Percentile of the blur of all places that the eye takes for being in focus, wherever it looks."""
+"""Percentile of the blur of all places that the eye takes for being in focus, wherever it fixates."""
 
-BEYOND_DOUBT = 4.0
+UNAMBIGUOUS = 4.0
 """Log odds for the one reading that an example has which can be seen in one way only."""
 
 
-def cubes(design: NeckerDesign, executor: Executor | None = None) -> Cubes:
-    """Look at the cube of a design in all its conditions, several at once where there is an executor."""
+def encoded_cubes(design: NeckerDesign, executor: Executor | None = None) -> EncodedCubes:
+    """Encode the cube of a design in all its conditions, several at once where there is an executor."""
     shown = {_condition(trial): trial for trial in design.trials("01") if trial.shape == "ambiguous"}
     jobs = [(cube_of(design, trial.direction), trial.gradient, trial.strength) for trial in shown.values()]
-    looked = map(_look, jobs) if executor is None else executor.map(_look, jobs)
-    return dict(zip(shown, looked, strict=True))
+    encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
+    return dict(zip(shown, encoded, strict=True))
 
 
 def cube_of(design: NeckerDesign, direction: Direction) -> NeckerCube:
@@ -72,12 +73,12 @@ def _condition(trial: NeckerTrial) -> Condition:
     return (trial.gradient, trial.strength, trial.direction)
 
 
-def _look(job: tuple[NeckerCube, Gradient, float]) -> Look:
-    return look_at_cube(*job)
+def _encode(job: tuple[NeckerCube, Gradient, float]) -> EncodedStimulus:
+    return encode_cube(*job)
 
 
-def look_at_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Look:
-    """Look at the turning cube, its lines blurred by an aperture of `strength` millimetres: places on its lines.
+def encode_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> EncodedStimulus:
+    """Encode the turning cube, its lines blurred by an aperture of `strength` millimetres, at places on its lines.
 
     The depth is that of the rigid reading; in the other it is the opposite.
     """
@@ -94,13 +95,13 @@ def look_at_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Look:
             aperture=1e-3 * strength,
         )
         seen = retinal_image(frame, math.radians(1) / pixel, PUPIL)
-        reading = read_blur(seen, SPACING, power=LINE, edges=False)
-        depth = _line_depth(cube, float(turn), pixel, reading.log_blur.shape)
-        told = np.isfinite(depth) & np.isfinite(reading.log_sd)
-        blurs.append(np.degrees(60 * pixel) * np.exp(reading.log_blur[told]))
-        depths.append(depth[told])
+        estimated = estimate_blur(seen, SPACING, power=LINE, edges=False)
+        depth = _line_depth(cube, float(turn), pixel, estimated.log_blur.shape)
+        valid = np.isfinite(depth) & np.isfinite(estimated.log_sd)
+        blurs.append(np.degrees(60 * pixel) * np.exp(estimated.log_blur[valid]))
+        depths.append(depth[valid])
     blur = np.concatenate(blurs)
-    return Look(blur, float(np.percentile(blur, SHARP)), np.concatenate(depths))
+    return EncodedStimulus(blur, float(np.percentile(blur, SHARP)), np.concatenate(depths))
 
 
 def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -122,16 +123,16 @@ def _departure(cube: NeckerCube) -> float:
     return departure_from_rigid(cube.reversed(np.arange(360) / 360)).whole
 
 
-def log_odds(design: NeckerDesign, trial: NeckerTrial, seen: Cubes, observer: Observer) -> float:
-    """Log odds of the rigid reading: what the other departs from rigid, and what blur says of the order in depth.
+def log_odds(design: NeckerDesign, trial: NeckerTrial, encoded: EncodedCubes, observer: Observer) -> float:
+    """Log odds of the rigid reading: by how far the other departs from rigid, and by the order in depth by blur.
 
-    In the depth-reversed reading all orders are reversed, so that what speaks for one speaks against the other. How
-    loudly, is by how many standard deviations the depth by blur differs from none. A trial is long, and its lines are
-    all alike: errors at single places average out.
+    The depth of the cube's lines is known but for its sign, which is the reading: amplitude A or -A. On the scale of
+    `response`, where it errs by 1, an amplitude b by blur has the log likelihood ratio 2 response(b) response(A).
+    Nothing is discounted, for neither order is given. Errors at single places average out within a trial.
     """
     if trial.shape != "ambiguous":
-        return BEYOND_DOUBT if trial.shape == "rigid" else -BEYOND_DOUBT
-    look = seen[_condition(trial)]
-    blur = blur_depth(look, observer)
-    rigidity = observer.rigidity * _departure(cube_of(design, trial.direction))
-    return rigidity + agreement(blur, look.depth) * certainty(blur, observer)
+        return UNAMBIGUOUS if trial.shape == "rigid" else -UNAMBIGUOUS
+    stimulus = encoded[_condition(trial)]
+    along = blur_amplitude(blur_depth(stimulus, observer), stimulus.depth, replace(observer, discounting=0.0))
+    blur = 2 * float(response(along, observer) * response(float(stimulus.depth.std()), observer))
+    return observer.rigidity * _departure(cube_of(design, trial.direction)) + blur

@@ -1,11 +1,11 @@
-"""Blur read from one image: against images whose blur is known."""
+"""Blur estimated from one image: against images whose blur is known."""
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from focalgradient.observers.blur import CONTRAST, LINE, read_blur, retinal_image
-from focalgradient.observers.perception import READ_PER_RADIUS
+from focalgradient.observers.perception import SD_PER_RADIUS
+from focalgradient.observers.retinal_blur import CONTRAST, LINE, estimate_blur, retinal_image
 from focalgradient.psf import disc_transfer
 from focalgradient.render import wireframe
 
@@ -22,48 +22,48 @@ def texture(transfer=lambda frequency: 1.0, contrast=0.2, seed=0):
 
 
 def median_blur(image, **how):
-    reading = read_blur(image, 32, **how)
-    return float(np.exp(np.median(reading.log_blur[np.isfinite(reading.log_sd)])))
+    estimate = estimate_blur(image, 32, **how)
+    return float(np.exp(np.median(estimate.log_blur[np.isfinite(estimate.log_sd)])))
 
 
 @pytest.mark.parametrize("contrast", [0.1, 0.5])
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
-def test_blur_of_texture_is_read_whatever_its_contrast(sigma, contrast):
+def test_blur_of_texture_is_estimated_whatever_its_contrast(sigma, contrast):
     image = texture(lambda f: np.exp(-2 * (np.pi * sigma * f) ** 2), contrast, seed=3)
     assert median_blur(image, edges=False) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
 
 
 @pytest.mark.parametrize("radius", [2.0, 3.0, 4.0, 5.0])
-def test_discs_are_read_as_the_observer_takes_them_to_be(radius):
+def test_discs_are_estimated_as_the_observer_takes_them_to_be(radius):
     read = median_blur(texture(lambda f: disc_transfer(f, radius)), edges=False)
-    assert np.sqrt(read**2 - 0.25) / radius == pytest.approx(READ_PER_RADIUS, rel=0.15)
+    assert np.sqrt(read**2 - 0.25) / radius == pytest.approx(SD_PER_RADIUS, rel=0.15)
 
 
 @pytest.mark.parametrize("sigma", [1.0, 3.0])
-def test_blur_of_lone_edges_is_read(sigma):
+def test_blur_of_lone_edges_is_estimated(sigma):
     step = 0.4 * (np.indices((SIDE, SIDE))[1] + 0.3 * np.arange(SIDE)[:, None] > 160)
     image = gaussian_filter(step.astype(float), sigma) + 0.004 * np.random.default_rng(0).standard_normal((SIDE, SIDE))
-    reading = read_blur(image, 32)
-    sure = reading.log_sd < 0.11  # the edge itself
+    estimate = estimate_blur(image, 32)
+    sure = estimate.log_sd < 0.11  # the edge itself
     assert sure.sum() >= 6
-    assert np.exp(np.median(reading.log_blur[sure])) == pytest.approx(np.hypot(sigma, 0.5), rel=0.2)
-    beside = np.isfinite(reading.log_sd) & ~sure
-    assert np.exp(np.median(reading.log_blur[beside])) < 2 * np.hypot(sigma, 0.5)
+    assert np.exp(np.median(estimate.log_blur[sure])) == pytest.approx(np.hypot(sigma, 0.5), rel=0.2)
+    beside = np.isfinite(estimate.log_sd) & ~sure
+    assert np.exp(np.median(estimate.log_blur[beside])) < 2 * np.hypot(sigma, 0.5)
 
 
 @pytest.mark.parametrize("sigma", [1.5, 3.0])
-def test_blur_of_lines_is_read(sigma):
+def test_blur_of_lines_is_estimated(sigma):
     lines = [[[-20, 16 + 64 * n], [SIDE + 20, 16 + 64 * n]] for n in range(4)]
     image = wireframe(lines, np.zeros((4, 2)), (SIDE, SIDE), width=sigma, brightness=np.sqrt(2 * np.pi) * sigma)
-    reading = read_blur(image.astype(float), 32, power=LINE, edges=False)
-    told = np.exp(reading.log_blur[0::2])  # the rows of places that lines run through
-    assert np.median(told) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
+    estimate = estimate_blur(image.astype(float), 32, power=LINE, edges=False)
+    estimates = np.exp(estimate.log_blur[0::2])  # the rows of places that lines run through
+    assert np.median(estimates) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
 
 
-def test_nothing_is_read_where_there_is_nothing():
+def test_nothing_is_estimated_where_there_is_nothing():
     image = texture()
     image[:, :128] = 0.0
-    unknown = np.isinf(read_blur(image, 32).log_sd)
+    unknown = np.isinf(estimate_blur(image, 32).log_sd)
     assert unknown[:, :2].all()
     assert not unknown[:, 4:].any()
 

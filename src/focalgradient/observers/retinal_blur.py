@@ -1,13 +1,13 @@
-"""Blur read from one image, as an eye could: where there is texture, and at edges.
+"""Blur estimated from one retinal image: where there is texture, and at edges.
 
 A texture of the world has about the amplitude spectrum 1/f; blurred by a Gaussian of variance b^2, and seen by centre-
 surround receptive fields (the Laplacian of a Gaussian of variance s^2), it gives the mean square
 
     E(s) = integral (2 pi f)^4 f^-2 exp(-4 pi^2 f^2 (s^2 + b^2)) 2 pi f df  =  C / (s^2 + b^2)^2 .
 
-So how responses fall from fields of one size to those of the next tells blur without knowing the contrast C. Here E is
-the root of the mean fourth power: of a texture it is the same but for a constant, and to it an edge, whose mean square
-falls with the power 3/2 only and would be read as blurred, falls with 7/4. A thin line falls with 11/4.
+So how responses fall from fields of one size to those of the next gives blur without knowing the contrast C. Here E is
+the root of the mean fourth power: of a texture it is the same but for a constant, and by it an edge, whose mean square
+falls with the power 3/2 only and would be taken for blurred, falls with 7/4. A thin line falls with 11/4.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scipy.ndimage import gaussian_filter
 from focalgradient.depth.edges.measure import measure_edges
 from focalgradient.eye import mean_eye_mtf
 
-__all__ = ["LINE", "TEXTURE", "Reading", "read_blur", "retinal_image"]
+__all__ = ["LINE", "TEXTURE", "BlurEstimate", "estimate_blur", "retinal_image"]
 
 FloatArray = NDArray[np.float64]
 
@@ -31,32 +31,32 @@ TEXTURE, LINE = 2.0, 2.75
 """Powers by which E falls with s^2 + b^2."""
 
 CONTRAST = 0.005
-"""Noise of seeing a pixel, as a contrast; responses below what it makes tell nothing."""
+"""Noise of seeing a pixel, as a contrast; responses below what it makes carry no information."""
 
 STEP = 0.05
 """Departure of an edge from a blurred step, as a contrast, that is not seen."""
 
 FINEST = 0.5
-"""Blur in pixels below which none is told: what is read is hypot(blur, FINEST)."""
+"""Blur in pixels of the sampling itself: what is estimated is hypot(blur, FINEST)."""
 
 MISFIT = 0.1
 """Departure of a texture's energies from the law, as a share, beyond chance."""
 
 VAGUE = 0.5
-"""Standard deviation of the logarithm of blur from which on it is as good as unknown."""
+"""Standard deviation of the logarithm of blur from which on it counts as unknown."""
 
 BAND = 16.0
-"""Length in pixels of edge that is read at once."""
+"""Length in pixels of edge that gives one estimate."""
 
 LEAST, LEVELS = 0.05, 50
 """Least blur in pixels among those that a texture's is chosen from, and how many they are; the most is the widest
 field."""
 
 
-class Reading(NamedTuple):
+class BlurEstimate(NamedTuple):
     """Blur at places on a square grid, rows x columns: the logarithm of sd in pixels, and that logarithm's own sd.
 
-    ``inf`` of the latter where nothing tells it.
+    ``inf`` of the latter where it cannot be estimated.
     """
 
     log_blur: FloatArray
@@ -95,8 +95,8 @@ def retinal_image(light: NDArray[np.floating], pixels_per_degree: float, pupil: 
     return np.asarray(blurred[margin:-margin, margin:-margin])
 
 
-def read_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, edges: bool = True) -> Reading:
-    """Read blur at places `spacing` pixels apart, each from its surroundings.
+def estimate_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, edges: bool = True) -> BlurEstimate:
+    """Estimate blur at places `spacing` pixels apart, each from its surroundings.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def read_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, edges:
     power
         `TEXTURE`, or `LINE` for drawings of lines.
     edges
-        Whether sharp edges are read too.
+        Whether sharp edges are used too.
 
     Examples
     --------
@@ -117,18 +117,18 @@ def read_blur(image: FloatArray, spacing: int, *, power: float = TEXTURE, edges:
     >>> frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
     >>> spectrum = np.fft.rfft2(rng.standard_normal((256, 256))) / np.maximum(frequency, 1 / 256)
     >>> image = np.fft.irfft2(spectrum * np.exp(-2 * (2 * np.pi * frequency) ** 2))
-    >>> reading = read_blur(image / image.std(), 32, edges=False)
-    >>> round(float(np.exp(np.median(reading.log_blur))), 1)
+    >>> estimate = estimate_blur(image / image.std(), 32, edges=False)
+    >>> round(float(np.exp(np.median(estimate.log_blur))), 1)
     2.0
     """
     log_blur, log_sd = _texture(image, spacing, power)
     weight = log_sd**-2.0
     if edges:
         log_edge, edge_weight = _edges(image, spacing)
-        weight, told = weight + edge_weight, weight * log_blur + edge_weight * log_edge
-        log_blur = np.where(weight > 0, told / np.where(weight > 0, weight, 1.0), log_blur)
+        weight, total = weight + edge_weight, weight * log_blur + edge_weight * log_edge
+        log_blur = np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), log_blur)
     with np.errstate(divide="ignore"):
-        return Reading(log_blur, weight**-0.5)
+        return BlurEstimate(log_blur, weight**-0.5)
 
 
 def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray, FloatArray]:
@@ -140,19 +140,19 @@ def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray,
     noise = CONTRAST**2 / (2 * math.pi * square**3)
     law = (square + blur[..., None] ** 2) ** -power
     variance = (square / window**2) + MISFIT**2
-    # The contrast that fits best, by what each energy is worth; then how well it fits.
-    worth = 1 / (variance * energy**2)
-    contrast = np.maximum((worth * law * (energy - noise)).sum(1) / (worth * law**2).sum(1), 0.0)[:, None]
+    # The contrast that fits best, each energy weighted by its precision; then how well it fits.
+    precision = 1 / (variance * energy**2)
+    contrast = np.maximum((precision * law * (energy - noise)).sum(1) / (precision * law**2).sum(1), 0.0)[:, None]
     cost = (np.log(energy / (contrast * law + noise)) ** 2 / variance).sum(1)
-    belief = np.exp(-0.5 * (cost - cost.min(0)))
-    belief /= belief.sum(0)
-    told = np.log(np.hypot(blur, FINEST))
-    mean = (belief * told).sum(0)
-    sd = np.sqrt((belief * (told - mean) ** 2).sum(0) + MISFIT**2)
+    posterior = np.exp(-0.5 * (cost - cost.min(0)))
+    posterior /= posterior.sum(0)
+    log = np.log(np.hypot(blur, FINEST))
+    mean = (posterior * log).sum(0)
+    sd = np.sqrt((posterior * (log - mean) ** 2).sum(0) + MISFIT**2)
     # Where only the widest fields respond, it is to what lies beside the place.
-    heard = ((energy[0] > 2 * noise).mean(0) > 0.6) & (sd < VAGUE)
+    reliable = ((energy[0] > 2 * noise).mean(0) > 0.6) & (sd < VAGUE)
     shape = (image.shape[0] // spacing, image.shape[1] // spacing)
-    return mean.reshape(shape), np.where(heard, sd, np.inf).reshape(shape)
+    return mean.reshape(shape), np.where(reliable, sd, np.inf).reshape(shape)
 
 
 def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray:
@@ -182,9 +182,9 @@ def _edges(image: FloatArray, spacing: int) -> tuple[FloatArray, FloatArray]:
     inside = (row < rows) & (column < columns) & (row >= 0) & (column >= 0)
     place = (row * columns + column)[inside]
     radius, sd = edges.radius[good][inside], edges.radius_sd[good][inside]
-    # Points of one band are one reading.
+    # Points of one band are one estimate.
     weight = 1 / BAND / ((radius * sd / (radius**2 + FINEST**2)) ** 2 + MISFIT**2)
     total = np.bincount(place, weight, rows * columns)
-    told = np.bincount(place, weight * np.log(np.hypot(radius, FINEST)), rows * columns)
-    mean = np.where(total > 0, told / np.where(total > 0, total, 1.0), 0.0)
+    weighted = np.bincount(place, weight * np.log(np.hypot(radius, FINEST)), rows * columns)
+    mean = np.where(total > 0, weighted / np.where(total > 0, total, 1.0), 0.0)
     return np.asarray(mean.reshape(rows, columns), float), np.asarray(total.reshape(rows, columns), float)

@@ -1,4 +1,4 @@
-"""What a picture tells an eye that fixates one of its objects, before any noise: the same for every observer."""
+"""From a picture to its encoded stimulus: blur and layout for an eye that fixates one object, without any noise."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from focalgradient.display import Display
-from focalgradient.observers.blur import Reading, read_blur, retinal_image
+from focalgradient.observers.retinal_blur import BlurEstimate, estimate_blur, retinal_image
 from focalgradient.render.rendered import LUMINANCE
 
-__all__ = ["PUPIL", "Look", "look_at"]
+__all__ = ["PUPIL", "EncodedStimulus", "encode"]
 
 PUPIL = 0.004
 """Diameter in metres of the pupil with which the display is seen, about what its light makes it."""
@@ -23,15 +23,15 @@ ACROSS = 16
 """Places across a picture."""
 
 FOVEA = 1.0
-"""Degrees from the fixated point (standard deviation) within which the blur of the fixated object is read."""
+"""Degrees from the fixated point (standard deviation) within which the blur of the fixated object is estimated."""
 
 DARK = 0.01
 """Light, in shares of the display's white, that the display and the eye scatter over everything."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """A picture as one eye sees it, fixating one object; arrays of one entry a place.
+class EncodedStimulus:
+    """A picture as encoded by one eye that fixates one object; arrays of one entry a place.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ class Look:
     fixated_blur
         The same of the fixated object.
     depth
-        What the layout of the scene tells: dioptres by which a place is farther than the fixated object.
+        Dioptres by which a place is farther than the fixated object. That the layout of the picture gives it is an
+        assumption: it is taken from the true depth.
     """
 
     blur: NDArray[np.float64]
@@ -48,13 +49,13 @@ class Look:
     depth: NDArray[np.float64]
 
 
-def look_at(
+def encode(
     pixels: NDArray[np.uint8],
     display: Display,
     fixations: Sequence[tuple[float, float]],
     distance: NDArray[np.floating],
-) -> list[Look]:
-    """Look at a picture on a display, once for each point that is fixated.
+) -> list[EncodedStimulus]:
+    """Encode a picture on a display, once for each fixation.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def look_at(
     fixations
         The fixated points, each in pixels from the upper left corner, right and down.
     distance
-        Of what each pixel shows, in metres, H x W: where things are in the scene, which its layout tells.
+        True distance of what each pixel shows, in metres, H x W: what the layout is supposed to give.
 
     Examples
     --------
@@ -78,40 +79,40 @@ def look_at(
     >>> field = np.where(np.arange(128) < 64, field, gaussian_filter(field, 3))
     >>> picture = np.repeat(np.rint(255 * (0.5 + field))[..., None], 3, 2).astype(np.uint8)
     >>> distance = np.broadcast_to(1 / np.linspace(2, 0.5, 128), (128, 128))
-    >>> (look,) = look_at(picture, Display(), [(20.0, 64.0)], distance)
-    >>> near, far = look.blur[look.depth < 0.5], look.blur[look.depth > 1.0]
+    >>> (encoded,) = encode(picture, Display(), [(20.0, 64.0)], distance)
+    >>> near, far = encoded.blur[encoded.depth < 0.5], encoded.blur[encoded.depth > 1.0]
     >>> bool(np.median(far) > 1.5 * np.median(near))
     True
     """
     light = display.decode(pixels) @ np.array(LUMINANCE)
     seen = retinal_image(light, display.pixels_per_degree, PUPIL)
     spacing = 4 * max(2, round(seen.shape[1] / ACROSS / 4))
-    reading = read_blur(np.log(np.maximum(seen, 0) + DARK), spacing)
-    rows, columns = reading.log_blur.shape
+    estimated = estimate_blur(np.log(np.maximum(seen, 0) + DARK), spacing)
+    rows, columns = estimated.log_blur.shape
     down, right = (spacing * (np.indices((rows, columns)) + 0.5)).reshape(2, -1)
     vergence = 1 / np.asarray(distance, float)
     layout = vergence[: rows * spacing, : columns * spacing]
     layout = layout.reshape(rows, spacing, columns, spacing).mean((1, 3)).ravel()
-    log_blur, trust = _filled(reading), np.maximum(reading.log_sd.ravel() ** -2.0, 1e-9)
+    log_blur, trust = _filled(estimated), np.maximum(estimated.log_sd.ravel() ** -2.0, 1e-9)
     minute = display.arcmin(1.0)
-    looks = []
+    encoded = []
     for x, y in fixations:
         away = np.hypot(right - x, down - y) / display.pixels_per_degree
         fovea = trust * np.exp(-0.5 * (away / FOVEA) ** 2)
-        looks.append(
-            Look(
+        encoded.append(
+            EncodedStimulus(
                 blur=minute * np.exp(log_blur),
                 fixated_blur=minute * math.exp(float(fovea @ log_blur / fovea.sum())),
                 depth=float(vergence[math.floor(y), math.floor(x)]) - layout,
             )
         )
-    return looks
+    return encoded
 
 
-def _filled(reading: Reading) -> NDArray[np.float64]:
-    """Logarithms of blur in a row; where nothing tells it, as in a clear sky, that of the nearest place that does."""
-    unknown = np.isinf(reading.log_sd)
+def _filled(estimated: BlurEstimate) -> NDArray[np.float64]:
+    """Logarithms of blur in a row; without an estimate, as in a clear sky, that of the nearest place with one."""
+    unknown = np.isinf(estimated.log_sd)
     if unknown.all():
         return np.zeros(unknown.size)
     nearest = distance_transform_edt(unknown, return_distances=False, return_indices=True)
-    return np.asarray(reading.log_blur[tuple(nearest)]).ravel()
+    return np.asarray(estimated.log_blur[tuple(nearest)]).ravel()
