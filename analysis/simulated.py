@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from report import Progress
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign
-from focalgradient.observers import encoded_cubes, encoded_stimuli, simulate, small_set
+from focalgradient.display import Display
+from focalgradient.observers import cache_folder, encoded_cubes, encoded_stimuli, natural_set, simulate
 from focalgradient.parallel import processes
+from focalgradient.render.variant import variant
+from focalgradient.stimuli import StimulusSet, make_depth_rating
 
-__all__ = ["OBSERVERS", "SEED", "take_part"]
+__all__ = ["OBSERVERS", "SEED", "natural_pictures", "take_part"]
 
 OBSERVERS = 20
 SEED = 1987
-FEW = ("spheres-01", "spheres-02", "spheres-03", "spheres-04")  # scenes, for a first look
+SCENES = 5  # the standard and four more
+FULL_SCENES = 13
+
+
+def natural_pictures(progress: Callable[[float, str], object] | None = None, *, full: bool = False) -> StimulusSet:
+    """The pictures of the figures, 512 pixels wide, made once and kept: path traced; plain spheres without Mitsuba."""
+    scenes = FULL_SCENES if full else SCENES
+    if variant() is not None:
+        return natural_set(scenes, progress)
+    return make_depth_rating(
+        cache_folder() / f"spheres-512-{scenes}",
+        scenes=scenes,
+        size=512,
+        display=Display(pixel_pitch=0.25e-3),
+        engine="cast",
+        samples=64,
+        progress=progress,
+    )
 
 
 def take_part(out: Path, *, observer: str = "default", full: bool = False, progress: Progress | None = None) -> Path:
@@ -38,17 +59,17 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
         The folder.
     """
     report = progress or (lambda share: None)
-    rating = DepthRatingDesign() if full else DepthRatingDesign(scenes=FEW)
-    pictures = small_set(1 + len(rating.scenes), lambda share, what: report(0.5 * share))
-    turning = NeckerDesign(strengths_mm=(4.0, 12.0))  # the second is as strong as the rigidity of the cube
+    pictures = natural_pictures(lambda share, what: report(0.5 * share), full=full)
+    rating = DepthRatingDesign(scenes=pictures.scenes[1:], standard_scene=pictures.scenes[0])
+    turning = NeckerDesign()
     with processes(os.cpu_count() or 1) as pool:
-        seen = encoded_stimuli(pictures, pool, lambda share: report(0.5 + 0.2 * share))
+        encoded = encoded_stimuli(pictures, pool, lambda share: report(0.5 + 0.2 * share))
         simulate(
             *(rating, out),
             observers=OBSERVERS,
             seed=SEED,
             observer=observer,
-            seen=seen,
+            encoded=encoded,
             stimuli=pictures.folder,
             executor=pool,
             progress=lambda share: report(0.7 + 0.15 * share),
@@ -58,7 +79,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             observers=OBSERVERS,
             seed=SEED,
             observer=observer,
-            seen=encoded_cubes(turning, pool),
+            encoded=encoded_cubes(turning, pool),
             executor=pool,
             progress=lambda share: report(0.85 + 0.15 * share),
         )

@@ -8,7 +8,7 @@ from focalgradient.observers.encoding import EncodedStimulus, encode
 from focalgradient.observers.experiment import check_pictures, simulate
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
-from focalgradient.observers.pictures import cache_folder, encoded_stimuli, small_set
+from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, small_set
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "encode_cube",
     "encoded_cubes",
     "encoded_stimuli",
+    "natural_set",
     "observer_named",
     "perceived_depth",
     "rate",

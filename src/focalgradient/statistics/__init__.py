@@ -6,7 +6,12 @@
 
 from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import Dominance, GradientEffect, NeckerResult, PerceptShare, SubjectShare, necker
-from focalgradient.statistics.durations import DurationFit
+from focalgradient.statistics.durations import (
+    DurationFit,
+    DurationsOfPeople,
+    DurationsOfPerson,
+    fit_durations_of_people,
+)
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ratings import (
@@ -25,6 +30,8 @@ __all__ = [
     "DepthRatingResult",
     "Dominance",
     "DurationFit",
+    "DurationsOfPeople",
+    "DurationsOfPerson",
     "Effect",
     "Equivalence",
     "Exclusion",
@@ -44,6 +51,7 @@ __all__ = [
     "SubjectShare",
     "as_table",
     "depth_rating",
+    "fit_durations_of_people",
     "necker",
     "quality",
 ]
