@@ -23,7 +23,7 @@ def run(*args: object) -> Result:
 def data(tmp_path: Path) -> Path:
     with Session.begin(tmp_path / "data", DESIGN, "01", apparatus=Apparatus("seconds")) as session:
         for number, trial in enumerate(session.remaining()):
-            session.record(trial, Rated(onset=float(number), rating=1.0, response_time=1.0))
+            session.record(trial, Rated(onset=20.0 * number, rating=1.0, response_time=1.0))
     return tmp_path / "data"
 
 
@@ -40,7 +40,7 @@ def test_problems_are_listed_with_exit_code_1(data):
     result = run(data)
     assert result.exit_code == 1
     assert "Problem: " in result.stdout
-    assert "does not say what its journal says" in result.stdout
+    assert "it does not say what its journal says" in result.stdout
     assert result.stdout.splitlines()[-1] == "Problems: 1"
 
 

@@ -44,12 +44,13 @@ DEMONSTRATION = Pinhole(repetitions=1)
 def answered(design, trials, seed: int):
     """Answers of someone who presses keys and moves sliders at random."""
     rng = np.random.default_rng(seed)
+    keys = "".join(design.keys) if design.task == "necker" else ""
     for number, trial in enumerate(trials):
         onset = 60.0 * number + rng.uniform(0, 1)
         dropped = int(rng.integers(0, 3))
         if design.task == "necker":
             times = np.sort(rng.uniform(-0.5, trial.trial_s, 12))
-            presses = [Press(time, "fjx"[rng.integers(3)], bool(rng.integers(2))) for time in times]
+            presses = [Press(time, keys[rng.integers(2)], bool(rng.integers(2))) for time in times]
             yield Watched(onset=onset, presses=presses, trial_duration=trial.trial_s + 0.016, dropped_frames=dropped)
         else:
             stimulus = f"{trial.scene}_{trial.aperture.replace('/', '')}.png" if design.task == "depthrating" else None
@@ -224,7 +225,7 @@ def test_ten_thousand_trials_are_read_and_validated_in_two_seconds(tmp_path):
     for number in range(1, 6):
         with Session.begin(root, many, f"{number:02}", apparatus=APPARATUS, kind="simulated") as session:
             for count, trial in enumerate(session.remaining()):
-                session.record(trial, Rated(onset=float(count), rating=1.0, response_time=1.0))
+                session.record(trial, Rated(onset=10.0 * count, rating=1.0, response_time=1.0))
     times = []
     for _ in range(2):
         start = time.process_time()
@@ -403,9 +404,11 @@ WRONG = {
 def test_what_contradicts_the_design_is_found(data, name):
     spoil, sentence = WRONG[name]
     forget_journals(data)
-    assert validate(data).problems == ()
+    before = validate(data).problems
+    assert all("has no journal to compare it with" in problem for problem in before)
+    assert len(before) == 5
     spoil(data)
-    problems = validate(data).problems
+    problems = [problem for problem in validate(data).problems if problem not in before]
     assert problems
     with pytest.raises(InputError, match=sentence):
         raise InputError(" | ".join(problems))

@@ -32,7 +32,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POS
 
 
 def answer(number: int) -> Rated:
-    return Rated(onset=10.0 * number, rating=1 + number / 10, response_time=1.5)
+    return Rated(onset=20.0 * number, rating=1 + number / 10, response_time=1.5)
 
 
 def partly(root, trials=None, design=SHORT, **more) -> Session:

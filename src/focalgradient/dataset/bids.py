@@ -22,6 +22,7 @@ from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
+from focalgradient.files import read_json
 
 __all__ = [
     "Files",
@@ -126,14 +127,11 @@ def read_description(root: Path) -> dict[str, Any]:
         If it cannot be read.
     """
     path = Path(root, "dataset_description.json")
-    try:
-        found = json.loads(path.read_bytes())
-        if not isinstance(found, dict):
-            raise ValueError("a table was expected")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): give the folder of a data set.") from error
-    except ValueError as error:
-        raise InputError(f"{path} is not valid JSON ({error}): mend it, or restore it from a copy.") from error
+    if not path.exists():
+        raise InputError(f"{path} cannot be read (No such file or directory): give the folder of a data set.")
+    found = read_json(path, "the description of a data set")
+    if not isinstance(found, dict):
+        raise InputError(f"{path} is no table of JSON: restore it from a copy.")
     return found
 
 
@@ -347,6 +345,11 @@ def sidecar_of(log: Log) -> dict[str, Any]:
         "StimuliSHA256": head["stimuli"],
         "Sittings": [{"Apparatus": sitting["apparatus"], "Versions": sitting["versions"]} for sitting in sittings],
     }
+    if log.chained:
+        told["Journal"] = {"Events": len(log.events), "Chain": log.last}
+    repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
+    if repaired:
+        told["Repaired"] = repaired
     return told | {column.name: column.described() for column in COLUMNS[task]}
 
 

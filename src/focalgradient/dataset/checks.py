@@ -3,32 +3,42 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from focalgradient.dataset.bids import Files, files_of, journals, read_description, table_text
-from focalgradient.dataset.columns import COLUMNS, cell
-from focalgradient.dataset.journal import Log, read_journal
-from focalgradient.dataset.read import DataSet, read_dataset
+import numpy as np
+
+from focalgradient.dataset.bids import Files, journals, read_description, table_text
+from focalgradient.dataset.columns import COLUMNS
+from focalgradient.dataset.consistency import (
+    checked_design,
+    is_age,
+    pictures_of,
+    wrong_journal,
+    wrong_rows,
+    wrong_sidecar,
+)
+from focalgradient.dataset.journal import Log, scan_journal
+from focalgradient.dataset.read import NAME, SessionTable, participants_of, read_session, sessions_of
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
-from focalgradient.design import check_design
 from focalgradient.errors import InputError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 __all__ = ["VALIDATOR", "Findings", "bids_problems", "validate"]
 
 VALIDATOR = "bids-validator-deno"
 """The program that knows the standard."""
 
-CLOCK = 1e-6
-"""Seconds that times may differ by for having been written down."""
+SHA256 = re.compile(r"[0-9a-f]{64}")
+
+SAFE = "no finished trial was lost."
+UNSURE = "what the lines cut short held cannot be known."
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +64,8 @@ class Findings:
 def validate(root: Path, stimuli: Path | None = None) -> Findings:
     """Check a data set by its own lights: that every trial of its design is there once, as the journal has it.
 
+    All that is wrong is listed, session by session; a damaged session does not keep the others from being checked.
+
     Parameters
     ----------
     root
@@ -64,142 +76,236 @@ def validate(root: Path, stimuli: Path | None = None) -> Findings:
     Raises
     ------
     InputError
-        If the folder holds no data set, or one that cannot be read.
+        If the folder holds no data set.
     """
-    data = read_dataset(root)
-    problems: list[str] = []
-    notes: list[str] = []
-    logs: dict[Files, Log] = {}
+    root = Path(root)
+    checked = _Checked(root, bool(read_description(root).get("Simulated")))
+    of_files = set(sessions_of(root))
     for path in journals(root):
-        try:
-            log = read_journal(path)
-            files = files_of(log)
-        except (InputError, KeyError, TypeError) as error:
-            problems.append(str(error) if isinstance(error, InputError) else f"{path} does not tell its session.")
-            continue
-        logs[Files(root, files.task, files.participant, files.session)] = log
-        if log.broken:
-            notes.append(f"{path}: the session was cut off {len(log.broken)} times; no finished trial was lost.")
-    for files, log in logs.items():
-        if files not in data.sidecars:
-            problems.append(f"{log.path} has no table: resume the session, or make the table with --export.")
-        elif files.table.read_text(encoding="utf-8") != table_text(log):
-            problems.append(f"{files.table} does not say what its journal says: move it away, and use --export.")
-    simulated = bool(read_description(root).get("Simulated"))
-    for name, kind in zip(data.participants["participant_id"], data.participants["kind"], strict=True):
-        if (kind == "simulated") != simulated:
-            problems.append(f"participants.tsv: {name} is {kind}, but dataset_description.json says otherwise.")
-    of_session = {
-        task: dict(iter(table.groupby(["participant_id", "session"], sort=False)))
-        for task, table in data.tables.items()
-    }
-    manifests: set[str] = set()
-    for files, sidecar in data.sidecars.items():
-        rows = of_session[files.task].get((f"sub-{files.participant}", files.session or ""))
-        rows = data.tables[files.task].iloc[:0] if rows is None else rows
-        found = [*_wrong_trials(files, sidecar, rows), *_wrong_times(files.task, rows)]
-        found += _wrong_stimuli(files, sidecar, rows, manifests)
-        if sidecar.get("Simulated") is not simulated:
-            found.append("its sidecar and dataset_description.json differ in whether observers were simulated.")
-        problems += [f"{files.table}: {sentence}" for sentence in found]
-        if files not in logs:
-            notes.append(f"{files.table} has no journal to compare it with.")
+        files = _named(root, path)
+        if files is None or files.journal != path:
+            checked.problems.append(f"{path} does not lie where its name says: put it back where it was.")
+        else:
+            of_files.add(files)
+    for files in sorted(of_files, key=lambda one: one.name):
+        checked.session(files)
+    checked.alike()
+    checked.people()
     if stimuli is not None:
-        problems += _other_stimuli(stimuli, manifests)
-    return Findings(len(data.sidecars), _count(data), tuple(problems), (*notes, *_dropped(data)))
+        checked.problems += _other_stimuli(stimuli, set(checked.manifests))
+    for entry in read_description(root).get("Withdrawn", []):
+        checked.notes.append(f"{entry['participant']} withdrew on {entry['date']}; their data were removed.")
+    return Findings(len(of_files), checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
 
 
-def _trials(task: str, rows: pd.DataFrame) -> pd.DataFrame:
-    """One row a trial."""
-    return rows.drop_duplicates("trial") if task == "necker" else rows
+def _named(root: Path, path: Path) -> Files | None:
+    """The session that a journal's name tells."""
+    match = NAME.fullmatch(path.with_suffix(".tsv").name)
+    return Files(root, match[3], match[1], match[2]) if match and match[3] in COLUMNS else None
 
 
-def _count(data: DataSet) -> int:
-    tables = data.tables.items()
-    return sum(len(table.drop_duplicates(["participant_id", "session", "trial"])) for _, table in tables)
+class _Checked:
+    """A data set while it is checked, a session at a time: what was found, and what later ones are compared with."""
+
+    def __init__(self, root: Path, simulated: bool):
+        self.root = root
+        self.simulated = simulated
+        self.problems: list[str] = []
+        self.notes: list[str] = []
+        self.trials = 0
+        self.late: Counter[str] = Counter()
+        self.manifests: dict[str, tuple[list[str], dict[tuple[str, ...], str], frozenset[str]]] = {}
+        self.said: dict[Files, tuple[str, dict[str, Any]]] = {}
+        self.labels: set[str] = set()
+
+    def session(self, files: Files) -> None:
+        """Check one session."""
+        self.labels.add(files.participant)
+        log = self._journal(files)
+        if not files.table.exists():
+            self.problems.append(f"{files.journal} has no table: resume the session, or make the table with --export.")
+            if log is not None:
+                self._follow(files, log, None)
+            return
+        found = read_session(files)
+        self.problems += found.problems
+        own: list[str] = []
+        if log is not None and found.text != table_text(log):
+            own.append("it does not say what its journal says: move it away, and use --export.")
+        if found.sidecar.get("Simulated", self.simulated) is not self.simulated:
+            own.append("its sidecar and dataset_description.json differ in whether observers were simulated.")
+        self.problems += [f"{files.table}: {sentence}" for sentence in own]
+        if log is not None and found.sidecar:
+            self.problems += [f"{files.sidecar}: {sentence}" for sentence in wrong_sidecar(found.sidecar, log)]
+        self._follow(files, log, found)
+
+    def _journal(self, files: Files) -> Log | None:
+        """Read a session's journal; None where it cannot be relied on."""
+        path = files.journal
+        if not path.exists():
+            self.problems.append(
+                f"{files.table} has no journal to compare it with: restore {path.relative_to(self.root)} from a copy."
+            )
+            return None
+        try:
+            log = scan_journal(path)
+        except InputError as error:
+            self.problems.append(str(error))
+            return None
+        self.problems += [*log.damaged, *log.changed]
+        if not log.events:
+            return None
+        head = log.head
+        if (head["design"]["task"], head["participant"], head["session"]) != (
+            files.task,
+            files.participant,
+            files.session,
+        ):
+            self.problems.append(f"{path} is of another participant, session or task than its name says: restore it.")
+            return None
+        if (head["kind"] == "simulated") != self.simulated:
+            self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json says otherwise.")
+        if log.broken and not (log.damaged or log.changed):
+            # The chain shows that a resumed session went on right after the last whole line.
+            safe = log.chained and log.lines[-1] > log.broken[-1]
+            lines = f"the session was cut off {len(log.broken)} times"
+            self.notes.append(f"{path}: {lines}; {SAFE if safe else UNSURE}")
+        for event in log.of("repaired"):
+            left = " ".join(event.get("left_out", ())) or "nothing was left out."
+            self.notes.append(f"{path} was repaired on {str(event.get('time'))[:10]}: {left}")
+        return None if log.damaged else log
+
+    def _follow(self, files: Files, log: Log | None, found: SessionTable | None) -> None:
+        """Check a session against its design."""
+        sidecar = found.sidecar if found is not None else {}
+        told = log.head["design"] if log is not None else sidecar.get("Design")
+        if not told:
+            return
+        where = files.table if found is not None else files.journal
+        try:
+            design = checked_design(str(where), told)
+            if design.task != files.task:
+                raise InputError(f"{where}: the design is of {design.task}.")
+            trials = design.trials(files.participant, files.session)
+        except InputError as error:
+            self.problems.append(str(error))
+            return
+        sha256 = log.head["stimuli"] if log is not None else sidecar.get("StimuliSHA256")
+        self.said[files] = (str(where), {"Design": told, "StimuliSHA256": sha256})
+        if log is not None:
+            self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
+        elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
+            self.problems.append(f"{files.sidecar}: Seed or TaskName differ from its own Design: restore it.")
+        if found is None or len(found.columns) < len(COLUMNS[files.task]):
+            return
+        first = found.columns["trial"]
+        self.trials += len(set(first.tolist()))
+        self.late[files.task] += len(set(first[found.columns["dropped_frames"] > 0].tolist()))
+        sentences = [*self._pictures(files, sha256, found), *wrong_rows(found, design, trials, self._shown(sha256))]
+        self.problems += [f"{files.table}: {sentence}" for sentence in sentences]
+
+    def _shown(self, sha256: str | None) -> dict[tuple[str, ...], str]:
+        return {} if sha256 is None else self.manifests.get(sha256, ([], {}, frozenset()))[1]
+
+    def _pictures(self, files: Files, sha256: Any, found: SessionTable) -> Iterator[str]:
+        """Check the manifest of a session's pictures, each manifest once."""
+        named = {name for name in found.columns.get("stimulus", np.array([], object)).tolist() if name is not None}
+        if sha256 is None:
+            if named:
+                yield "it names pictures, but no manifest of them."
+            return
+        if not (isinstance(sha256, str) and SHA256.fullmatch(sha256)):
+            yield f"StimuliSHA256 is {str(sha256)[:80]!r}, but must be a SHA-256 in hexadecimal."
+            return
+        if sha256 not in self.manifests:
+            self.manifests[sha256] = self._manifest(files.manifest(sha256), sha256)
+        wrong, _, names = self.manifests[sha256]
+        yield from wrong
+        strange = sorted(named - names) if names else []
+        if strange:
+            yield f"its picture {strange[0]} is not in {files.manifest(sha256)}."
+
+    def _manifest(self, path: Path, sha256: str) -> tuple[list[str], dict[tuple[str, ...], str], frozenset[str]]:
+        try:
+            manifest = read_manifest(path)
+        except InputError as error:
+            return [str(error)], {}, frozenset()
+        wrong = [] if manifest.sha256 == sha256 else [f"{path} has changed since the session: restore it from a copy."]
+        return wrong, pictures_of(path), frozenset(manifest.files)
+
+    def alike(self) -> None:
+        """Check that participants of one task and session were given one design and one set of pictures."""
+        groups: dict[tuple[str, str | None], dict[Files, dict[str, Any]]] = {}
+        for files, (_, told) in self.said.items():
+            groups.setdefault((files.task, files.session), {})[files] = told
+        for group in groups.values():
+            texts = {files: json.dumps(told, sort_keys=True) for files, told in group.items()}
+            usual = Counter(texts.values()).most_common(1)[0][0]
+            like = next(files for files, text in texts.items() if text == usual)
+            for files, text in texts.items():
+                if text != usual:
+                    keys = ", ".join(_differing(group[files], group[like]))
+                    where = self.said[files][0]
+                    self.problems.append(
+                        f"{where}: {keys} differ from those of sub-{like.participant}: keep designs in data sets of "
+                        "their own."
+                    )
+
+    def people(self) -> None:
+        """Check ``participants.tsv``."""
+        path = self.root / "participants.tsv"
+        try:
+            table = participants_of(path)
+        except InputError as error:
+            self.problems.append(str(error))
+            return
+        names = [str(name) for name in table["participant_id"]]
+        kinds = table["kind"].tolist()
+        for row, (name, kind) in enumerate(zip(names, kinds, strict=True), start=2):
+            if kind not in ("human", "simulated"):
+                self.problems.append(f"{path}, row {row}: kind is {kind!r}, but must be one of human, simulated.")
+            elif (kind == "simulated") != self.simulated:
+                self.problems.append(
+                    f"participants.tsv: {name} is {kind}, but dataset_description.json says otherwise."
+                )
+        if "age" in table:
+            for row, age in enumerate(table["age"].tolist(), start=2):
+                if not is_age(age):
+                    self.problems.append(f"{path}, row {row}: age is {age}, but must be a number of years, or n/a.")
+        self.problems += [
+            f"{path}: {name} stands there {count} times: leave one row."
+            for name, count in Counter(names).items()
+            if count > 1
+        ]
+        known = {name.removeprefix("sub-") for name in names}
+        self.problems += [
+            f"{path}: sub-{label} is missing: add a row, with its kind." for label in sorted(self.labels - known)
+        ]
+        numbers: dict[str, str] = {}
+        for label in sorted(self.labels | known):
+            if label.isascii() and label.isdigit():
+                other = numbers.setdefault(label.lstrip("0"), label)
+                if other != label:
+                    self.problems.append(
+                        f"sub-{other} and sub-{label} are one number, and had the same order: join them, or rename one."
+                    )
+        absent = sorted(known - self.labels)
+        if absent:
+            self.notes.append(f"{path}: sub-{absent[0]} has no session ({len(absent)} such).")
+
+    def dropped(self) -> Iterator[str]:
+        """Say how many trials had late frames."""
+        for task, late in self.late.items():
+            if late:
+                yield f"{late} trials of {task} dropped frames (column dropped_frames); none is left out."
 
 
-def _dropped(data: DataSet) -> Iterator[str]:
-    for task, table in data.tables.items():
-        late = table[table["dropped_frames"] > 0].drop_duplicates(["participant_id", "session", "trial"])
-        if len(late):
-            yield f"{len(late)} trials of {task} dropped frames (column dropped_frames); none is left out."
-
-
-def _wrong_trials(files: Files, sidecar: Any, rows: pd.DataFrame) -> Iterator[str]:
-    try:
-        design = check_design(str(files.sidecar), sidecar["Design"])
-        if design.task != files.task:
-            raise InputError(f"{files.sidecar}: the design is of {design.task}.")
-    except InputError as error:
-        yield str(error)
-        return
-    listed = [trial for trial in design.trials(files.participant, files.session) if trial.phase == "main"]
-    expected = {trial.trial: trial for trial in listed}
-    shown = _trials(files.task, rows)
-    numbers = shown["trial"].tolist()
-    there = set(numbers)
-    missing = [number for number in expected if number not in there]
-    if missing:
-        first = f"the first is {missing[0]}"
-        yield f"{len(missing)} of {len(expected)} trials of the design are missing ({first}): resume the session."
-    strange = [number for number in numbers if number not in expected]
-    if strange:
-        yield f"trial {strange[0]} is not in the design, which has {len(expected)}."
-    if numbers != sorted(numbers):
-        yield "the trials are not in the order in which they were shown."
-    names = [column.name for column in COLUMNS[files.task] if hasattr(listed[0], column.name)]
-    columns = {name: shown[name].tolist() for name in names}
-    for place, number in enumerate(numbers):
-        if number not in expected:
-            continue
-        for name in names:
-            told, planned = cell(columns[name][place]), cell(getattr(expected[number], name))
-            if told != planned:
-                yield f"trial {number}: {name} is {told}, but {planned} in the design."
-                return
-
-
-def _wrong_times(task: str, rows: pd.DataFrame) -> Iterator[str]:
-    shown = _trials(task, rows)
-    if (shown["sitting"].diff() < 0).any():
-        yield "the sittings are not in order."
-    onset = "trial_onset" if task == "necker" else "onset"
-    back = shown[shown.groupby("sitting")[onset].diff() <= 0]
-    if len(back):
-        yield f"trial {back['trial'].iloc[0]}: {onset} is not later than in the trial before it."
-    if task != "necker" or rows.empty:
-        return
-    trial, ends = rows["trial"], rows["onset"] + rows["duration"]
-    last = trial != trial.shift(-1)
-    first = trial != trial.shift()
-    start = ends.shift().where(~first, 0.0)
-    gap = ((rows["onset"] - start).abs() > CLOCK) | (last & ((ends - rows["trial_duration"]).abs() > CLOCK))
-    if gap.any():
-        yield f"trial {trial[gap].iloc[0]}: its percepts do not fill the trial from its start to its end."
-    if (rows["censored"] != last).any():
-        yield f"trial {trial[rows['censored'] != last].iloc[0]}: its last percept, and no other, must be censored."
-
-
-def _wrong_stimuli(files: Files, sidecar: Any, rows: pd.DataFrame, manifests: set[str]) -> Iterator[str]:
-    sha256 = sidecar.get("StimuliSHA256")
-    named = set(rows["stimulus"].dropna()) if "stimulus" in rows else set()
-    if sha256 is None:
-        if named:
-            yield "it names pictures, but no manifest of them."
-        return
-    path = files.manifest(sha256)
-    try:
-        manifest = read_manifest(path)
-    except InputError as error:
-        yield str(error)
-        return
-    if manifest.sha256 != sha256:
-        yield f"{path} has changed since the session: restore it from a copy."
-    manifests.add(sha256)
-    strange = sorted(named - set(manifest.files))
-    if strange:
-        yield f"its picture {strange[0]} is not in {path}."
+def _differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
+    """Name what differs of two designs and sets of pictures."""
+    if one["StimuliSHA256"] != other["StimuliSHA256"]:
+        yield "StimuliSHA256"
+    own, usual = one["Design"], other["Design"]
+    yield from sorted(key for key in {*own, *usual} if own.get(key) != usual.get(key))
 
 
 def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:

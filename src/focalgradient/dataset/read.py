@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
-from itertools import repeat
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, read_description
-from focalgradient.dataset.columns import APERTURE, COLUMNS, Column
+from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column
 from focalgradient.errors import InputError
+from focalgradient.files import read_json, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["DataSet", "read_dataset"]
+__all__ = ["DataSet", "SessionTable", "participants_of", "read_dataset", "read_session", "sessions_of"]
 
 NAME = re.compile(r"sub-([A-Za-z0-9]+)(?:_ses-([A-Za-z0-9]+))?_task-([A-Za-z0-9]+)_beh\.tsv")
-
-Rows = list[list[str]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,13 +38,16 @@ class DataSet:
     tables
         The long table of each task; its index gives the file, and the row in it, that each row comes from.
     sidecars
-        What each session's sidecar says.
+        What each session's sidecar holds.
+    problems
+        Why sessions were left out, a sentence each, with file and row.
     """
 
     root: Path
     participants: pd.DataFrame
     tables: Mapping[str, pd.DataFrame]
     sidecars: Mapping[Files, Mapping[str, Any]]
+    problems: tuple[str, ...] = ()
 
     @property
     def depth_rating(self) -> pd.DataFrame:
@@ -67,142 +70,252 @@ class DataSet:
         return bool((self.participants["kind"] == "simulated").any())
 
 
-def read_dataset(root: str | os.PathLike[str], tasks: Collection[str] | None = None) -> DataSet:
+@dataclass(slots=True)
+class SessionTable:
+    """The table and the sidecar of one session.
+
+    Parameters
+    ----------
+    files
+        Where they are.
+    columns
+        Values of each column that is as it should be, by name.
+    rows
+        How many there are.
+    sidecar
+        What it holds; empty where it cannot be read.
+    problems
+        What is wrong with either, a sentence each.
+    text
+        The table as it stands.
+    """
+
+    files: Files
+    columns: dict[str, NDArray[Any]] = field(default_factory=dict)
+    rows: int = 0
+    sidecar: dict[str, Any] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    text: str = ""
+
+
+def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
+    """Sessions that have a table, in the order of their names."""
+    wanted = COLUMNS if tasks is None else tasks
+    matches = (NAME.fullmatch(path.name) for path in sorted(root.glob("sub-*/**/*_beh.tsv")))
+    return [Files(root, match[3], match[1], match[2]) for match in matches if match and match[3] in wanted]
+
+
+def read_session(files: Files) -> SessionTable:
+    """Read table and sidecar of a session, and say all that is wrong with them."""
+    found = SessionTable(files)
+    try:
+        found.text = read_text(files.table, "a table")
+        _read_table(found)
+    except InputError as error:
+        found.problems.append(str(error))
+    try:
+        found.sidecar = _sidecar(files.sidecar)
+    except InputError as error:
+        found.problems.append(str(error))
+    return found
+
+
+def _read_table(found: SessionTable) -> None:
+    path, columns = found.files.table, COLUMNS[found.files.task]
+    header, *lines = found.text.splitlines() or [""]
+    there = header.split("\t")
+    rows = []
+    for number, line in enumerate(lines, start=2):
+        cells = line.split("\t")
+        if len(cells) != len(there):
+            raise InputError(f"{path}, row {number}: there are {len(cells)} cells, but must be {len(there)}, as above.")
+        rows.append(cells)
+    found.rows = len(rows)
+    cells_of = dict(zip(there, zip(*rows, strict=True) if rows else [()] * len(there), strict=False))
+    for column in columns:
+        if column.name not in cells_of:
+            found.problems.append(
+                f"{path}: there is no column {column.name}: restore the table, or make it anew of its journal."
+            )
+            continue
+        texts = cells_of[column.name]
+        values, wrong = _converted(column, texts)
+        if wrong is None:
+            found.columns[column.name] = values
+        else:
+            found.problems.append(
+                f"{path}, row {wrong + 2}: {column.name} is {texts[wrong][:80]!r}, but must be {column.expected}."
+            )
+    keys = ["trial", "onset"] if found.files.task == "necker" else ["trial"]
+    if all(key in found.columns for key in keys):
+        met: set[tuple[Any, ...]] = set()
+        for row, key in enumerate(zip(*(found.columns[key].tolist() for key in keys), strict=True), start=2):
+            if key in met:
+                found.problems.append(f"{path}, row {row}: its trial stands in a row above: leave one of them out.")
+                break
+            met.add(key)
+
+
+def _converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
+    """A column's texts as what they stand for, and the place of the first that may not stand there."""
+    absent = {"n/a"} if column.optional else set()
+    if column.form == "bool":
+        return np.array([text == "true" for text in texts], bool), _first(texts, set(texts) - {"true", "false"})
+    if column.form == "text":
+        kinds = set(texts) - absent
+        if column.name == "aperture":
+            wrong = {text for text in kinds if not APERTURE.fullmatch(text)}
+        else:
+            wrong = kinds - set(column.levels) if column.levels else kinds & {"", "n/a"}
+        means = {text: text[1:] if text.startswith("'") and text[1:].startswith(FORMULA) else text for text in kinds}
+        means |= dict.fromkeys(absent)  # type: ignore[arg-type]
+        return np.array([means[text] for text in texts], object), _first(texts, wrong)
+    numbers = np.array([_number(text) for text in texts], float)
+    with np.errstate(invalid="ignore"):
+        bad = ~np.isfinite(numbers)
+        if column.form == "integer":
+            bad |= numbers % 1 != 0
+        if column.least is not None:
+            bad |= numbers < column.least
+        if column.above is not None:
+            bad |= numbers <= column.above
+    if absent:
+        bad &= np.array([text not in absent for text in texts], bool)
+    if bad.any():
+        return numbers, int(bad.argmax())
+    return numbers.astype(np.int64) if column.form == "integer" else numbers, None
+
+
+def _number(text: str) -> float:
+    """A number as JSON and tables write it; NaN for any other text."""
+    try:
+        return float(text) if "_" not in text else float("nan")
+    except ValueError:
+        return float("nan")
+
+
+def _first(texts: Sequence[str], wrong: Collection[str]) -> int | None:
+    return min(map(texts.index, wrong)) if wrong else None
+
+
+def read_dataset(
+    root: str | os.PathLike[str],
+    tasks: Collection[str] | None = None,
+    *,
+    damaged: Literal["refuse", "leave out"] = "refuse",
+) -> DataSet:
     """Read a data set, or of it the tables of some tasks; nothing in it is changed.
 
     Every table has the columns participant_id ("sub-01"), session (its label, "" without one), simulated, and those of
     `focalgradient.dataset.columns.COLUMNS`, in SI units but for what says otherwise; any others are left aside.
+
+    Parameters
+    ----------
+    root
+        Its folder.
+    tasks
+        Of which to read the tables; None: all.
+    damaged
+        What becomes of a session whose table or sidecar is not what it should be: "refuse" raises; "leave out" reads
+        all others, and names it in `DataSet.problems`.
 
     Raises
     ------
     InputError
         If the folder holds no data set, or a table is not what it should be: file and row are named.
     """
-    import pandas as pd
-
     root = Path(root)
     read_description(root)
-    participants = _participants(root / "participants.tsv")
+    participants = participants_of(root / "participants.tsv")
     kinds = dict(zip(participants["participant_id"], participants["kind"], strict=True))
-    found: dict[str, list[Files]] = {task: [] for task in COLUMNS}
-    for path in sorted(root.glob("sub-*/**/*_beh.tsv")):
-        match = NAME.fullmatch(path.name)
-        if match and match[3] in (COLUMNS if tasks is None else tasks):
-            if f"sub-{match[1]}" not in kinds:
-                raise InputError(f"{root / 'participants.tsv'}: sub-{match[1]} is missing: add a row, with its kind.")
-            found[match[3]].append(Files(root, match[3], match[1], match[2]))
-    tables = {}
-    for task, sessions in found.items():
-        names = [column.name for column in COLUMNS[task]]
-        rows: Rows = []
-        places: list[tuple[str, int]] = []
-        who: list[tuple[str, str]] = []
-        for files in sessions:
-            own = _rows(files.table, names)
-            rows += own
-            places += zip(repeat(str(files.table)), range(2, len(own) + 2), strict=False)
-            who += [(f"sub-{files.participant}", files.session or "")] * len(own)
-        cells = list(zip(*rows, strict=True)) or [()] * len(names)
-        table = pd.DataFrame(
-            {
-                "participant_id": pd.Series([participant for participant, _ in who], dtype="str"),
-                "session": pd.Series([session for _, session in who], dtype="str"),
-                "simulated": pd.Series([kinds[participant] == "simulated" for participant, _ in who], dtype=bool),
-            }
-            | {
-                column.name: _converted(column, pd.Series(texts, dtype="str"), places)
-                for column, texts in zip(COLUMNS[task], cells, strict=True)
-            }
+    problems: list[str] = []
+    whole: dict[str, list[SessionTable]] = {task: [] for task in COLUMNS}
+    for files in sessions_of(root, tasks):
+        found = read_session(files)
+        found.text = ""
+        if f"sub-{files.participant}" not in kinds:
+            found.problems.append(
+                f"{root / 'participants.tsv'}: sub-{files.participant} is missing: add a row, with its kind."
+            )
+        elif kinds[f"sub-{files.participant}"] not in ("human", "simulated"):
+            found.problems.append(_wrong_kind(participants, files.participant, root / "participants.tsv"))
+        if found.problems and damaged == "refuse":
+            raise InputError(found.problems[0])
+        problems += found.problems
+        if not found.problems:
+            whole[files.task].append(found)
+    tables = {task: _table(task, sessions, kinds) for task, sessions in whole.items()}
+    sidecars = {found.files: found.sidecar for sessions in whole.values() for found in sessions}
+    return DataSet(root, participants, tables, sidecars, tuple(problems))
+
+
+def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]) -> pd.DataFrame:
+    """The tables of all sessions, one below the other."""
+    import pandas as pd
+
+    counts = [found.rows for found in sessions]
+    names = [f"sub-{found.files.participant}" for found in sessions]
+
+    def repeated(values: Sequence[Any], kind: Any) -> NDArray[Any]:
+        return np.repeat(np.array(values, kind), counts)
+
+    columns: dict[str, Any] = {
+        "participant_id": pd.Series(repeated(names, object), dtype="str"),
+        "session": pd.Series(repeated([found.files.session or "" for found in sessions], object), dtype="str"),
+        "simulated": repeated([kinds[name] == "simulated" for name in names], bool),
+    }
+    kinds_of = {"bool": np.dtype(bool), "integer": np.dtype(np.int64), "number": np.dtype(float)}
+    for column in COLUMNS[task]:
+        kind = kinds_of.get(column.form, np.dtype(object))
+        joined = np.concatenate([np.empty(0, kind), *(found.columns.pop(column.name) for found in sessions)])
+        columns[column.name] = pd.Series(joined, dtype="str") if column.form == "text" else joined
+    table = pd.DataFrame(columns)
+    if len(table):
+        levels: list[Any] = [[str(found.files.table) for found in sessions], np.arange(2, max(counts) + 2)]
+        places = [np.repeat(np.arange(len(sessions)), counts), np.concatenate([np.arange(count) for count in counts])]
+        table.index = pd.MultiIndex(levels=levels, codes=places, names=["file", "row"], verify_integrity=False)
+    return table
+
+
+def participants_of(path: Path) -> pd.DataFrame:
+    """Read ``participants.tsv``: one row each, "n/a" as missing.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or lacks the column participant_id or kind.
+    """
+    import io
+
+    import pandas as pd
+
+    try:
+        text = read_text(path, "a table of participants")
+        table = pd.read_csv(
+            io.StringIO(text), sep="\t", na_values=["n/a"], keep_default_na=False, dtype={"participant_id": "str"}
         )
-        again = table.duplicated(["participant_id", "session", "trial", *(["onset"] if task == "necker" else [])])
-        if again.any():
-            file, row = places[int(again.to_numpy().argmax())]
-            raise InputError(f"{file}, row {row}: its trial stands in a row above: leave one of them out.")
-        table.index = pd.MultiIndex.from_tuples(places, names=["file", "row"]) if places else table.index
-        tables[task] = table
-    sidecars = {files: _sidecar(files.sidecar) for sessions in found.values() for files in sessions}
-    return DataSet(root, participants, tables, sidecars)
-
-
-def _rows(path: Path, names: list[str]) -> Rows:
-    """Cells of the columns of those names, as text."""
-    try:
-        header, *lines = path.read_text(encoding="utf-8-sig").splitlines() or [""]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} cannot be read ({error}): restore it from a copy.") from error
-    there = header.split("\t")
-    missing = [name for name in names if name not in there]
-    if missing:
-        raise InputError(f"{path}: there is no column {missing[0]}: restore the table, or make it anew of its journal.")
-    order = [there.index(name) for name in names]
-    rows = []
-    for number, line in enumerate(lines, start=2):
-        cells = line.split("\t")
-        if len(cells) != len(there):
-            raise InputError(f"{path}, row {number}: there are {len(cells)} cells, but must be {len(there)}, as above.")
-        rows.append([cells[place] for place in order])
-    return rows
-
-
-def _converted(column: Column, texts: pd.Series[str], places: list[tuple[str, int]]) -> pd.Series[Any]:
-    """A column's texts as what they stand for, if they may stand there."""
-    import pandas as pd
-
-    absent = texts == "n/a"
-    values: pd.Series[Any] = texts
-    if column.form == "bool":
-        wrong, expected = ~texts.isin(["true", "false"]), "true or false"
-        values = texts == "true"
-    elif column.form == "text":
-        wrong, expected = texts == "", "a text"
-        if column.name == "aperture":
-            wrong, expected = ~texts.str.fullmatch(APERTURE.pattern), "'pinhole' or an f-number like 'f/5.6'"
-        elif column.levels:
-            wrong, expected = ~texts.isin(list(column.levels)), f"one of {', '.join(column.levels)}"
-        values = texts.where(~absent) if column.optional else texts
-    else:
-        values = pd.to_numeric(texts.where(~absent), errors="coerce").astype(float)
-        wrong, expected = ~values.abs().lt(float("inf")), "a number"
-        if column.form == "integer":
-            wrong, expected = wrong | (values % 1 != 0), "a whole number"
-        if column.least is not None:
-            wrong, expected = wrong | (values < column.least), f"{expected} of {column.least:g} or more"
-        if column.above is not None:
-            wrong, expected = wrong | (values <= column.above), f"{expected} above {column.above:g}"
-    wrong = wrong & ~absent if column.optional else wrong | absent
-    if wrong.any():
-        at = int(wrong.to_numpy().argmax())
-        file, row = places[at]
-        raise InputError(f"{file}, row {row}: {column.name} is {texts.iloc[at]!r}, but must be {expected}.")
-    return values.astype("int64") if column.form == "integer" else values
-
-
-def _participants(path: Path) -> pd.DataFrame:
-    import pandas as pd
-
-    try:
-        table = pd.read_csv(path, sep="\t", na_values=["n/a"], keep_default_na=False, dtype={"participant_id": "str"})
-    except (OSError, ValueError) as error:
+    except InputError:
+        raise
+    except ValueError as error:
         raise InputError(f"{path} cannot be read ({error}): restore it from a copy.") from error
     for name in ("participant_id", "kind"):
         if name not in table:
             raise InputError(f"{path}: there is no column {name}: add it.")
-    wrong = ~table["kind"].isin(["human", "simulated"])
-    if wrong.any():
-        at = int(wrong.to_numpy().argmax())
-        raise InputError(
-            f"{path}, row {at + 2}: kind is {table['kind'].iloc[at]!r}, but must be one of human, simulated."
-        )
     return table
 
 
+def _wrong_kind(participants: pd.DataFrame, participant: str, path: Path) -> str:
+    at = participants["participant_id"].tolist().index(f"sub-{participant}")
+    kind = participants["kind"].iloc[at]
+    return f"{path}, row {at + 2}: kind is {kind!r}, but must be one of human, simulated."
+
+
 def _sidecar(path: Path) -> dict[str, Any]:
+    remedy = "make it anew of its journal"
     try:
-        found = json.loads(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): make it anew of its journal.") from error
-    except ValueError as error:
-        raise InputError(f"{path} is not valid JSON ({error}): make it anew of its journal.") from error
+        found = read_json(path, "a sidecar")
+    except InputError as error:
+        raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
-        raise InputError(f"{path} does not tell the design: make it anew of its journal.")
+        raise InputError(f"{path} does not tell the design: {remedy}.")
     return found

@@ -1,0 +1,307 @@
+"""Whether one session is what its design, its journal and its stimuli make it: every contradiction, a sentence each."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from datetime import UTC, datetime, timedelta
+from functools import lru_cache
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.dataset.bids import Files, sidecar_of
+from focalgradient.dataset.columns import COLUMNS, cell
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.journal import Log
+from focalgradient.dataset.read import SessionTable
+from focalgradient.design import Design, NeckerDesign, Trial, check_design
+from focalgradient.errors import InputError
+
+__all__ = ["checked_design", "is_age", "pictures_of", "wrong_journal", "wrong_rows", "wrong_sidecar"]
+
+CLOCK = 1e-6
+"""Seconds that times may differ by for having been written down."""
+
+FRAMES = 0.1
+"""Seconds that a picture may be shorter than its design says: three frames at 30 Hz, as times are kept to a frame."""
+
+LONGER = 0.1
+"""Share of a cube's time, beside one second, by which late frames may lengthen it."""
+
+SLOW_S, SLOW = 60.0, 100.0
+"""An answer before which nothing bounds its time cannot take over a minute and a hundred times the median: seconds that
+were written as milliseconds are a thousand times too long."""
+
+AHEAD = timedelta(days=1)
+"""That one computer's clock may be before another's."""
+
+
+@lru_cache(maxsize=64)
+def _design(told: str) -> Design:
+    return check_design("the design", json.loads(told))
+
+
+def checked_design(name: str, told: Mapping[str, Any]) -> Design:
+    """Make a design of its settings, once for all sessions that have the same.
+
+    Raises
+    ------
+    InputError
+        If they are none.
+    """
+    try:
+        return _design(json.dumps(told, sort_keys=True))
+    except InputError as error:
+        raise InputError(str(error).replace("the design", name, 1)) from error
+
+
+def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator[str]:
+    """Say where a journal contradicts its own design."""
+    head = log.head
+    for event in [head, *log.of("resumed")]:
+        if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + AHEAD:
+            yield f"a sitting is dated {event['time'][:10]}, which is to come: see the clock of its computer."
+    if isinstance(design, NeckerDesign) and head["keys"] != design.keys_of(head["participant"]):
+        wanted = design.keys_of(head["participant"])
+        yield f"the keys are {head['keys']}, but the design gives this participant {wanted}."
+    done = log.of("trial")
+    told = [(event["phase"], event["trial"]) for event in done]
+    again = [one for one, count in Counter(told).items() if count > 1]
+    if again:
+        yield f"{again[0][0]} trial {again[0][1]} stands there more than once: use 'focalgradient repair'."
+    practice = [trial for trial in trials if trial.phase == "practice"]
+    trained = {trial for phase, trial in told if phase == "practice"}
+    main = any(phase == "main" for phase, _ in told)
+    if main and len(trained) < len(practice):
+        yield f"{len(practice) - len(trained)} of {len(practice)} practice trials of the design are missing."
+    listed = {(trial.phase, trial.trial): trial for trial in trials}
+    order = {key: place for place, key in enumerate(listed)}
+    places = [order[key] for key in told if key in order]
+    if places != sorted(places):
+        yield "its trials are not in the order of the design."
+    names = [field.name for field in fields(trials[0])]
+    for event in done:
+        trial = listed.get((event["phase"], event["trial"]))
+        if trial is None:
+            yield f"{event['phase']} trial {event['trial']} is not in the design."
+            break
+        # What an earlier version did not write down yet is not there.
+        other = next((name for name in names if name in event and event[name] != getattr(trial, name)), None)
+        if other is not None:
+            told, planned = event[other], getattr(trial, other)
+            yield f"{event['phase']} trial {event['trial']}: {other} is {told!r}, but {planned!r} in the design."
+            break
+    if isinstance(design, NeckerDesign):
+        yield from _wrong_presses(done, head)
+
+
+def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
+    keys = set(head["keys"].values())
+    for event in done:
+        for time, key, _ in event["presses"]:
+            if key not in keys:
+                yield f"trial {event['trial']}: the key {key!r} is not one of the design's."
+                return
+            if time > event["trial_duration"] + 1:
+                yield f"trial {event['trial']}: a key was pressed {time:g} s after its start, when it was over."
+                return
+
+
+def wrong_sidecar(sidecar: Mapping[str, Any], log: Log) -> Iterator[str]:
+    """Name the keys in which a sidecar differs from what its journal makes."""
+    made = json.loads(json.dumps(sidecar_of(log)))
+    keys = [key for key, value in made.items() if sidecar.get(key) != value]
+    if keys:
+        yield f"{', '.join(keys)} differ from what the journal says: move it away, and use --export."
+
+
+def wrong_rows(
+    found: SessionTable, design: Design, trials: Sequence[Trial], pictures: Mapping[tuple[str, ...], str]
+) -> Iterator[str]:
+    """Say where a table contradicts its design, or cannot be.
+
+    Parameters
+    ----------
+    found
+        With all its columns.
+    design, trials
+        Of the session, practice included.
+    pictures
+        The file of each picture of the manifest, by scene, aperture and fixation.
+    """
+    columns = found.columns
+    first = np.ones(found.rows, bool)
+    if found.files.task == "necker" and found.rows:
+        first[1:] = columns["trial"][1:] != columns["trial"][:-1]
+    shown = {name: values[first] for name, values in columns.items()}
+    planned = {trial.trial: trial for trial in trials if trial.phase == "main"}
+    yield from _wrong_trials(found.files, shown, planned)
+    yield from _wrong_order(found.files.task, shown)
+    if found.files.task == "necker":
+        yield from _wrong_percepts(columns)
+        yield from _wrong_durations(shown, planned)
+    else:
+        yield from _wrong_ratings(shown, design)
+        yield from _too_close(shown, design)
+        yield from _wrong_pictures(found.files.task, shown, design, pictures)
+
+
+def _wrong_trials(files: Files, shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
+    numbers = shown["trial"].tolist()
+    there = set(numbers)
+    missing = [number for number in planned if number not in there]
+    if missing:
+        first = f"the first is {missing[0]}"
+        yield f"{len(missing)} of {len(planned)} trials of the design are missing ({first}): resume the session."
+    strange = [number for number in numbers if number not in planned]
+    if strange:
+        yield f"trial {strange[0]} is not in the design, which has {len(planned)}."
+    if numbers != sorted(numbers):
+        yield "the trials are not in the order in which they were shown."
+    example = next(iter(planned.values()))
+    names = [column.name for column in COLUMNS[files.task] if hasattr(example, column.name)]
+    for name in names:
+        for number, value in zip(numbers, shown[name].tolist(), strict=True):
+            if number in planned and value != (wanted := getattr(planned[number], name)):
+                told, expected = cell(value), cell(wanted)
+                if told != expected:
+                    yield f"trial {number}: {name} is {told}, but {expected} in the design."
+                    break
+
+
+def _wrong_order(task: str, shown: Mapping[str, NDArray[Any]]) -> Iterator[str]:
+    sittings = shown["sitting"]
+    if (np.diff(sittings) < 0).any():
+        yield "the sittings are not in order."
+    onset = "trial_onset" if task == "necker" else "onset"
+    back = (np.diff(shown[onset]) <= 0) & (np.diff(sittings) == 0)
+    if back.any():
+        yield f"trial {shown['trial'][1:][back][0]}: {onset} is not later than in the trial before it."
+
+
+def _wrong_percepts(columns: Mapping[str, NDArray[Any]]) -> Iterator[str]:
+    trial, onset = columns["trial"], columns["onset"]
+    if not len(trial):
+        return
+    change = trial[1:] != trial[:-1]
+    first, last = np.append(True, change), np.append(change, True)
+    ends = onset + columns["duration"]
+    start = np.where(first, 0.0, np.append(0.0, ends[:-1]))
+    gap = (np.abs(onset - start) > CLOCK) | (last & (np.abs(ends - columns["trial_duration"]) > CLOCK))
+    if gap.any():
+        yield f"trial {trial[gap][0]}: its percepts do not fill the trial from its start to its end."
+    none = columns["duration"] <= 0
+    if none.any():
+        yield f"trial {trial[none][0]}: a percept lasts 0 s, which none does."
+    other = columns["censored"] != last
+    if other.any():
+        yield f"trial {trial[other][0]}: its last percept, and no other, must be censored."
+    same = (columns["percept"][1:] == columns["percept"][:-1]) & ~change
+    if same.any():
+        yield f"trial {trial[1:][same][0]}: a percept follows itself, where one of them is to end."
+
+
+def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
+    lasts = shown["trial_duration"]
+    for number, seconds in zip(shown["trial"].tolist(), lasts.tolist(), strict=True):
+        wanted = getattr(planned.get(number), "trial_s", None)
+        if wanted is not None and not wanted - FRAMES <= seconds <= wanted * (1 + LONGER) + 1:
+            yield f"trial {number}: trial_duration is {seconds:g} s, but the design shows it for {wanted:g} s."
+            break
+    close = (np.diff(shown["trial_onset"]) < lasts[:-1] - FRAMES) & (np.diff(shown["sitting"]) == 0)
+    if close.any():
+        yield f"trial {shown['trial'][1:][close][0]}: it begins before the trial before it is over."
+
+
+def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
+    ratings, least, most = shown["rating"], design.least_rating, design.most_rating
+    off = (ratings < least - CLOCK) | (ratings > most + CLOCK)
+    if off.any():
+        yield (
+            f"trial {shown['trial'][off][0]}: rating is {ratings[off][0]:g}, but the scale of the design goes from "
+            f"{least:g} to {most:g}."
+        )
+    sure = shown["confidence"] > 1
+    if sure.any():
+        yield f"trial {shown['trial'][sure][0]}: confidence is {shown['confidence'][sure][0]:g}, but goes from 0 to 1."
+    none = shown["response_time"] <= 0
+    if none.any():
+        yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which no answer takes."
+
+
+def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
+    """Trials that begin before the picture and the answer before them are over."""
+    seconds = shown["response_time"]
+    if not len(seconds):
+        return
+    lasts = np.full(len(seconds), design.picture_s)
+    if "form" in shown:
+        lasts[shown["form"] == "real"] = design.look_s
+    onset, together = shown["onset"], np.diff(shown["sitting"]) == 0
+    close = (np.diff(onset) < (lasts + seconds)[:-1] - FRAMES) & together
+    if close.any():
+        at = int(close.argmax())
+        yield (
+            f"trial {shown['trial'][at + 1]}: it begins {onset[at + 1] - onset[at]:g} s after the one before it, "
+            f"whose picture and answer took {lasts[at] + seconds[at]:g} s."
+        )
+    usual = median(seconds.tolist())
+    for at in np.flatnonzero(np.append(~together, True)):
+        if seconds[at] > max(SLOW_S, SLOW * usual):
+            times = seconds[at] / usual
+            yield f"trial {shown['trial'][at]}: response_time is {seconds[at]:g} s, {times:.0f} times the median."
+
+
+def _wrong_pictures(
+    task: str, shown: Mapping[str, NDArray[Any]], design: Any, pictures: Mapping[tuple[str, ...], str]
+) -> Iterator[str]:
+    if not pictures:
+        return
+    for place, name in enumerate(shown["stimulus"].tolist()):
+        scene = shown["scene"][place]
+        if task == "depthrating":
+            wanted = pictures.get((scene, shown["aperture"][place], shown["fixation"][place]))
+        elif shown["form"][place] == "real":
+            wanted = None
+        else:
+            aperture = "pinhole" if shown["viewing"][place] == "pinhole" else design.natural_aperture
+            known = {pictures.get((scene, aperture, fixation)) for fixation in ("nearest", "farthest")}
+            wanted = name if name in known else next((one for one in known if one), None)
+        if name != wanted and not (name is None and wanted is None):
+            yield (
+                f"trial {shown['trial'][place]}: its picture is {name or 'missing'}, but its condition's is "
+                f"{wanted or 'none of the manifest'}."
+            )
+            return
+
+
+def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
+    """Files of the pictures that a manifest lists, by scene, aperture and fixation; none where it lists none."""
+    try:
+        found = json.loads(manifest.read_bytes())
+        entries = found.get("pictures", [])
+        return {(one["scene"], one["aperture"], one["fixation"]): one["png"] for one in entries}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def is_age(told: Any) -> bool:
+    """Whether a cell is an age in years, as BIDS has it: a number, "89+" for all above, or missing.
+
+    >>> [is_age(told) for told in ("31", "89+", -1, float("nan"), "old")]
+    [True, True, False, True, False]
+    """
+    text = str(told).strip()
+    if text in ("nan", "n/a", "", "89+"):
+        return True
+    try:
+        return 0 <= float(text) <= 130 and math.isfinite(float(text))
+    except ValueError:
+        return False
