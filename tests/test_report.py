@@ -221,6 +221,10 @@ BAD = {
 def test_what_is_wrong_is_said_with_file_and_row(copy, name):
     (column, row, text), sentence = BAD[name]
     edit(rating_file(copy), row, column, text)
+    found = analyse_ratings(copy)
+    assert re.search(sentence, found.data.problems[0])
+    assert set(found.kept["participant_id"]) <= {"sub-02"}
+    edit(rating_file(copy, "02"), row, column, text)
     with pytest.raises(InputError, match=sentence):
         analyse_ratings(copy)
 
@@ -228,11 +232,11 @@ def test_what_is_wrong_is_said_with_file_and_row(copy, name):
 def test_what_can_be_analysed_is(copy):
     edit(rating_file(copy), 5, "rating", "0")
     made = make_report(copy)
-    (problem,) = made.problems
+    (problem,) = (one for one in made.problems if "has no journal" not in one)
+    assert problem.startswith("Left out of the analysis: ")
     assert "row 5: rating is '0'" in problem
-    assert "depth_rating.png" not in made.files
     assert "necker.png" in made.files
-    assert "Problem: sub-01" in page(made)
+    assert "Problem: Left out of the analysis: sub-01" in page(made)
 
 
 def test_people_and_simulated_observers_are_not_mixed(copy):

@@ -13,12 +13,14 @@ from focalgradient.cli.doctor import doctor
 from focalgradient.cli.eye import eye
 from focalgradient.cli.power import power
 from focalgradient.cli.program import Program
+from focalgradient.cli.repair import repair
 from focalgradient.cli.report import report
 from focalgradient.cli.run import run
 from focalgradient.cli.simulate import simulate
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
 from focalgradient.cli.validate import validate
+from focalgradient.cli.withdraw import withdraw
 
 __all__ = ["main"]
 
@@ -36,9 +38,11 @@ main.add_command(depth)
 main.add_command(doctor)
 main.add_command(eye)
 main.add_command(power)
+main.add_command(repair)
 main.add_command(report)
 main.add_command(run)
 main.add_command(simulate)
 main.add_command(stimuli)
 main.add_command(stream)
 main.add_command(validate)
+main.add_command(withdraw)

@@ -3,6 +3,7 @@
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
 from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, validate
 from focalgradient.dataset.journal import Journal, Log, read_journal
+from focalgradient.dataset.mend import Repair, repair, withdraw
 from focalgradient.dataset.percepts import Percept, Press, Seen, percepts
 from focalgradient.dataset.read import DataSet, read_dataset
 from focalgradient.dataset.session import Answer, Apparatus, Rated, Session, Watched
@@ -22,6 +23,7 @@ __all__ = [
     "Percept",
     "Press",
     "Rated",
+    "Repair",
     "Seen",
     "Session",
     "Watched",
@@ -33,5 +35,7 @@ __all__ = [
     "percepts",
     "read_dataset",
     "read_journal",
+    "repair",
     "validate",
+    "withdraw",
 ]

@@ -135,6 +135,12 @@ def read_description(root: Path) -> dict[str, Any]:
     return found
 
 
+def withdrawn(root: Path) -> list[dict[str, Any]]:
+    """Who has withdrawn: "participant" and "date" of each."""
+    entries = read_description(root).get("Withdrawn", [])
+    return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
+
+
 def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None:
     """Make the files that describe a data set, where they are missing.
 
@@ -167,9 +173,9 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     title = str(told["Name"])
     readme = f"{title}\n{'=' * len(title)}\n\n{note}{README.format(version=ours)}"
     for path, content in (
-        (description, _json(told)),  # first: what is cut off here is known for a data set
+        (description, json_text(told)),  # first: what is cut off here is known for a data set
         (root / "README", readme),
-        (root / "participants.json", _json(ABOUT)),
+        (root / "participants.json", json_text(ABOUT)),
         (root / "participants.tsv", "\t".join(("participant_id", *ABOUT)) + "\n"),
     ):
         with suppress(FileExistsError):  # another session may be beginning beside this one
@@ -209,6 +215,8 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
     path = root / "participants.tsv"
     if not path.exists():
         return
+    if any(entry.get("participant") == f"sub-{participant}" for entry in withdrawn(root)):
+        raise InputError(f"{root}: sub-{participant} has withdrawn: give another label.")
     for row in _participant_rows(path, _text_of(path)):
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
@@ -309,7 +317,7 @@ def make_table(journal: Path) -> Files:
         )
     with writing(files.table):
         make_folder(files.table.parent)
-        create_whole(files.sidecar, _json(sidecar_of(log)).encode(), replace=True)
+        create_whole(files.sidecar, json_text(sidecar_of(log)).encode(), replace=True)
         create_whole(files.table, text.encode(), replace=True)
     return files
 
@@ -353,5 +361,5 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     return told | {column.name: column.described() for column in COLUMNS[task]}
 
 
-def _json(value: Mapping[str, Any]) -> str:
+def json_text(value: Mapping[str, Any]) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

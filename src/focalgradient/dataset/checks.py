@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.dataset.bids import Files, journals, read_description, table_text
+from focalgradient.dataset.bids import Files, journals, read_description, table_text, withdrawn
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
     checked_design,
@@ -93,8 +93,8 @@ def validate(root: Path, stimuli: Path | None = None) -> Findings:
     checked.people()
     if stimuli is not None:
         checked.problems += _other_stimuli(stimuli, set(checked.manifests))
-    for entry in read_description(root).get("Withdrawn", []):
-        checked.notes.append(f"{entry['participant']} withdrew on {entry['date']}; their data were removed.")
+    for entry in withdrawn(root):
+        checked.notes.append(f"{entry.get('participant')} withdrew on {entry.get('date')}; their data were removed.")
     return Findings(len(of_files), checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
 
 

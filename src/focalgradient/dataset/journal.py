@@ -18,7 +18,7 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,17 @@ from focalgradient.dataset.events import Event, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
 
-__all__ = ["Journal", "Log", "create_whole", "flush", "make_folder", "read_journal", "scan_journal", "writing"]
+__all__ = [
+    "Journal",
+    "Log",
+    "create_whole",
+    "flush",
+    "make_folder",
+    "read_journal",
+    "scan_journal",
+    "whole_lines",
+    "writing",
+]
 
 CHAIN = re.compile(rb', "chain": \["([0-9a-f]{32})?", "([0-9a-f]{32})"\]\}$')
 """How a line ends."""
@@ -234,6 +244,15 @@ def _line(event: Mapping[str, Any], before: str) -> tuple[bytes, str]:
     return body[:-1] + f', "chain": ["{before}", "{own}"]}}\n'.encode(), own
 
 
+def whole_lines(events: Iterable[Mapping[str, Any]]) -> bytes:
+    """Lines of a journal that holds these events from its beginning."""
+    lines, last = [], ""
+    for event in events:
+        line, last = _line(event, last)
+        lines.append(line)
+    return b"".join(lines)
+
+
 def _digest(before: str, body: bytes) -> str:
     """128 bits, which no accident and no typing by hand leaves as they were."""
     return hashlib.sha256(before.encode() + body).hexdigest()[:32]
@@ -363,19 +382,19 @@ class _Scan:
         self.altered: list[int] = []
         self.last = ""
         self.first_chained = 0
-        self.cut = False
+        self.cut = 0
         self.beheaded = False
 
     def add(self, number: int, line: bytes) -> None:
         event = _parsed(line)
         if event is None:
             self.broken.append(number)
-            self.cut = True
+            self.cut = self.cut or number
             self.beheaded = self.beheaded or not self.events
             return
         if self.cut and event["event"] != "resumed":
-            self._damage(f"line {self.broken[-1]} is damaged, which no kill of the program explains")
-        self.cut = False
+            self._damage(f"line {self.cut} is damaged, which no kill of the program explains")
+        self.cut = 0
         self._follow(number, line.rstrip(b"\r"), event)
         if not self.events and event["event"] != "begun":
             self.beheaded = True

@@ -113,6 +113,8 @@ def make_report(
         notes += found.notes
     except InputError as error:
         problems = list(dict.fromkeys([*problems, str(error)]))
+    left_out = [problem for part in (ratings, reports) if part is not None for problem in part.data.problems]
+    problems = [f"Left out of the analysis: {one}" if one in left_out else one for one in problems]
     simulated = any(part.simulated for part in (ratings, reports) if part is not None)
 
     blocks: list[Block] = []

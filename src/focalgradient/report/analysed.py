@@ -67,7 +67,7 @@ class Reports:
 def analyse_ratings(
     root: str | os.PathLike[str], *, bound: float = BOUND, scale: Scale = "ratio", rules: Rules | None = None
 ) -> Ratings:
-    """Read and analyse the depth ratings of a data set.
+    """Read and analyse the depth ratings of a data set; sessions that are damaged are left out, and named in `data`.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def analyse_ratings(
     InputError
         If there are none, or they cannot be read without guessing: file and row are named.
     """
-    data = read_dataset(root, ["depthrating"])
+    data = read_dataset(root, ["depthrating"], damaged="leave out")
     table = _table(data, data.depth_rating, "depth ratings")
     kept, found = quality(table, rules)
     result: DepthRatingResult | NotComputed = _nobody(found)
@@ -96,7 +96,7 @@ def analyse_ratings(
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
     """Read and analyse the reports on the Necker cube of a data set: see `analyse_ratings`."""
-    data = read_dataset(root, ["necker"])
+    data = read_dataset(root, ["necker"], damaged="leave out")
     table = _table(data, data.necker, "reports on the cube")
     kept, found = quality(table, rules)
     shortest = found.rules.shortest_both
@@ -107,6 +107,8 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
 
 
 def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
+    if table.empty and data.problems:
+        raise InputError(data.problems[0])
     if table.empty:
         raise InputError(f"{Path(data.root)} holds no {kind}: nobody took part, or no session has its table.")
     return table.assign(kind=np.where(table["simulated"], "simulated", "human"))

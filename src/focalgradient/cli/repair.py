@@ -1,0 +1,40 @@
+"""``focalgradient repair``: damaged sessions of a data set made readable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+__all__ = ["repair"]
+
+
+@click.command(short_help="Make damaged sessions of a data set readable.")
+@click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
+def repair(folder: Path) -> None:
+    """Make the damaged sessions of the data set in DATASET readable.
+
+    What was there is kept beside the journal, in sourcedata, as FILE.original. Left out are lines that cannot be used
+    or were changed after they were written, a trial's second record, and trials that the design does not have; the
+    journal, its sidecar and 'focalgradient validate' say so. Exit code 1 where a session could not be repaired.
+
+    \b
+    Example:
+      focalgradient repair data
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.dataset import repair as make_readable
+
+    found = make_readable(folder)
+    for one in found:
+        if one.problem:
+            click.echo(f"Problem: {one.problem}")
+            continue
+        click.echo(f"Repaired: {one.journal}")
+        for sentence in one.done:
+            click.echo(f"  {sentence}")
+        for original in one.originals:
+            click.echo(f"  As it was: {original}")
+    if not found:
+        click.echo("Nothing needs repair.")
+    if any(one.problem for one in found):
+        click.get_current_context().exit(1)

@@ -1,0 +1,227 @@
+"""A data set set right: damaged sessions made readable, and a participant who withdraws removed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from focalgradient.dataset.bids import (
+    Files,
+    export,
+    files_of,
+    journals,
+    json_text,
+    read_description,
+    sidecar_of,
+    table_text,
+    withdrawn,
+)
+from focalgradient.dataset.consistency import checked_design
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
+from focalgradient.dataset.lock import locked
+from focalgradient.errors import InputError
+
+__all__ = ["Repair", "repair", "withdraw"]
+
+
+@dataclass(frozen=True, slots=True)
+class Repair:
+    """What became of one damaged session.
+
+    Parameters
+    ----------
+    journal
+        Of the session.
+    done
+        What was done and what was left out, a sentence each; none where it could not be repaired.
+    originals
+        Files as they were, kept beside the journal.
+    problem
+        Why it could not be repaired.
+    """
+
+    journal: Path
+    done: tuple[str, ...] = ()
+    originals: tuple[Path, ...] = ()
+    problem: str = ""
+
+
+def repair(root: Path) -> list[Repair]:
+    """Make every damaged session of a data set readable; what was there is kept beside its journal as ``.original``.
+
+    A journal keeps its whole lines. Left out are lines that cannot be read or used, lines that were changed after they
+    were written, a trial's second record, and trials that the design does not have; a last line says so. A table or
+    sidecar that differs from its journal is made anew.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no data set, or something cannot be written.
+    """
+    read_description(root)
+    made = []
+    for path in journals(root):
+        try:
+            found = _repaired(path)
+        except InputError as error:
+            found = Repair(path, problem=str(error))
+        if found.done or found.problem:
+            made.append(found)
+    return made
+
+
+def _repaired(path: Path) -> Repair:
+    done: list[str] = []
+    originals: list[Path] = []
+    with Journal.take(path) as journal, writing(path):
+        log = scan_journal(path)
+        if not log.events:
+            return Repair(path, problem=log.damaged[0])
+        content = path.read_bytes()
+        kept, left_out = _kept(log, content)
+        if log.damaged or log.changed or left_out:
+            originals.append(_kept_beside(path, path.parent))
+            event: Event = {
+                "event": "repaired",
+                "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+                "left_out": left_out,
+                "found": [_what(sentence, path) for sentence in (*log.damaged, *log.changed)],
+                "original": originals[-1].name,
+                "sha256": hashlib.sha256(content).hexdigest(),
+            }
+            if sys.platform == "win32":  # where an open file cannot be replaced
+                journal.close()
+            create_whole(path, whole_lines([*kept, event]), replace=True)
+            done += left_out or ["Every line was kept, and chained anew."]
+    log = read_journal(path)
+    files, differ = files_of(log), False
+    for place, text in ((files.table, table_text(log)), (files.sidecar, json_text(sidecar_of(log)))):
+        if place.exists() and not text.encode().startswith(place.read_bytes()):
+            with writing(path):
+                originals.append(_kept_beside(place, path.parent))
+                place.unlink()
+            done.append(f"{place.name} differed from the journal, and was made anew.")
+            differ = True
+    if done or differ:
+        export(path)
+    return Repair(path, tuple(done), tuple(originals))
+
+
+def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
+    """Events that a repaired journal keeps, and what it leaves out."""
+    design = checked_design(str(log.path), log.head["design"])
+    planned = {(trial.phase, trial.trial) for trial in design.trials(log.head["participant"], log.head["session"])}
+    filled = {number for number, line in enumerate(content.split(b"\n"), start=1) if line.strip()}
+    explained = set(log.broken) if not log.damaged else set()
+    left_out = [f"Line {number}, which cannot be used." for number in sorted(filled - {*log.lines} - explained)]
+    kept: list[Event] = []
+    met: set[tuple[str, int]] = set()
+    for number, event in zip(log.lines, log.events, strict=True):
+        key = (event.get("phase", ""), event.get("trial", 0))
+        trial = event["event"] == "trial"
+        what = f"Line {number}, {key[0]} trial {key[1]}" if trial else f"Line {number}, {event['event']}"
+        if number in log.altered and kept:
+            left_out.append(f"{what}, which was changed after it was written.")
+        elif trial and key not in planned:
+            left_out.append(f"{what}, which the design does not have.")
+        elif trial and key in met:
+            left_out.append(f"{what}, which stands above already.")
+        else:
+            kept.append(event)
+            met.add(key)
+    return kept, left_out
+
+
+def _what(sentence: str, path: Path) -> str:
+    """A problem without the file's place and the remedy."""
+    return sentence.removeprefix(f"{path}: ").partition(": restore")[0]
+
+
+def _kept_beside(path: Path, folder: Path) -> Path:
+    """Copy a file into a folder under a name that is free."""
+    place, number = folder / f"{path.name}.original", 1
+    while place.exists():
+        number += 1
+        place = folder / f"{path.name}.original-{number}"
+    create_whole(place, path.read_bytes())
+    return place
+
+
+def withdraw(root: Path, participant: str) -> list[Path]:
+    """Remove a participant from a data set: tables, journals, what repairs kept, and rows of tables of participants.
+
+    That somebody withdrew stays in ``dataset_description.json`` with the label and the date, and is written first:
+    cut off, the same call goes on. Copies elsewhere, and reports, are not reached.
+
+    Parameters
+    ----------
+    root
+        Folder of the data set.
+    participant
+        As ``sub-07`` or ``07``.
+
+    Returns
+    -------
+    list of Path
+        What was removed, and tables that lost rows.
+
+    Raises
+    ------
+    InputError
+        If there is no such participant, a session of theirs is being recorded, or something cannot be written.
+    """
+    label = participant.removeprefix("sub-")
+    Files(root, "necker", label)  # refuses what is no label
+    description = read_description(root)
+    name = f"sub-{label}"
+    inside = [path for path in sorted(root.rglob(f"{name}*")) if re.fullmatch(rf"{name}(_.*)?", path.name)]
+    tables = [path for path in (*root.glob("*.tsv"), *root.glob("phenotype/*.tsv")) if _rows_of(path, name)]
+    entries = [entry for entry in withdrawn(root) if entry.get("participant") == name]
+    if not (inside or tables):
+        raise InputError(f"{root} has no participant {name}{' any more' if entries else ''}: see participants.tsv.")
+    with ExitStack() as owned:
+        for path in journals(root):
+            if path.name.startswith(f"{name}_"):
+                owned.enter_context(Journal.take(path))  # nobody records it
+        with writing(root):
+            if not entries:
+                told: dict[str, Any] = description | {
+                    "Withdrawn": [
+                        *withdrawn(root),
+                        {"participant": name, "date": datetime.now(UTC).date().isoformat()},
+                    ]
+                }
+                create_whole(root / "dataset_description.json", json_text(told).encode(), replace=True)
+            if sys.platform == "win32":
+                owned.close()
+            outer = [path for path in inside if not any(other in path.parents for other in inside)]
+            for path in outer:
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+            for path in tables:
+                _without(path, name)
+    return [*outer, *tables]
+
+
+def _rows_of(path: Path, name: str) -> list[bytes]:
+    lines = path.read_bytes().splitlines(keepends=True)
+    return [line for line in lines if line.rstrip(b"\r\n").split(b"\t")[0] == name.encode()]
+
+
+def _without(path: Path, name: str) -> None:
+    """Take a participant's rows out of a table."""
+    with locked(path):
+        gone = _rows_of(path, name)
+        lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
+        if os.name != "nt":
+            create_whole(path, b"".join(lines), replace=True)
+    if os.name == "nt":
+        create_whole(path, b"".join(lines), replace=True)

@@ -1,0 +1,393 @@
+"""Damages made by hand to tables, journals, sidecars and participants, alone and together: none passes `validate`."""
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from recorded import edit
+
+from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched, export, read_dataset, validate
+from focalgradient.dataset.journal import whole_lines
+from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole
+
+APPARATUS = Apparatus("seconds from the start of the sitting", refresh_hz=60.0)
+RATING = DepthRatingDesign(
+    scenes=["a", "b"], apertures=["pinhole", "f/5.6"], repetitions=1, catch_trials=1, practice_trials=2
+)
+CUBE = NeckerDesign(strengths_mm=[4.0], practice_trials=1, trial_s=10.0, repetitions=1)
+LOOKS = Pinhole(scenes=["a"], repetitions=1)
+
+
+def file_of(scene: str, aperture: str, fixation: str) -> str:
+    return f"{scene}/{aperture.replace('/', '')}-{fixation}.png"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """Three raters, two who watched cubes, and one who took part in the demonstration."""
+    pictures = tmp_path_factory.mktemp("pictures")
+    entries = [
+        {"scene": scene, "aperture": aperture, "fixation": end, "png": file_of(scene, aperture, end)}
+        for scene in ("a", "b", "spheres-00")
+        for aperture in ("pinhole", "f/5.6")
+        for end in ("nearest", "farthest")
+    ]
+    for entry in entries:
+        path = pictures / entry["png"]
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(entry["png"].encode())
+    files = {entry["png"]: hashlib.sha256(entry["png"].encode()).hexdigest() for entry in entries}
+    (pictures / "manifest.json").write_text(json.dumps({"files": files, "pictures": entries}))
+    root = tmp_path_factory.mktemp("made") / "data"
+    for label in ("01", "02", "03"):
+        about = {"age": 30}
+        with Session.begin(root, RATING, label, apparatus=APPARATUS, stimuli=pictures, about=about) as session:
+            for number, trial in enumerate(session.remaining()):
+                shown = file_of(trial.scene, trial.aperture, trial.fixation)
+                session.record(
+                    trial, Rated(onset=20.0 * number, rating=1.25, response_time=1.5 + number / 8, stimulus=shown)
+                )
+    for label in ("01", "02"):
+        with Session.begin(root, CUBE, label, apparatus=APPARATUS) as session:
+            for number, trial in enumerate(session.remaining()):
+                presses = [Press(1.0, "f", True), Press(4.0, "f", False), Press(4.5, "j", True)]
+                session.record(trial, Watched(onset=60.0 * number, presses=presses, trial_duration=10.016))
+    with Session.begin(root, LOOKS, "01", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            session.record(trial, Rated(onset=30.0 * number, rating=1.0, response_time=2.0))
+    return root
+
+
+@pytest.fixture
+def data(made, tmp_path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "data"))
+
+
+def table(root: Path, label: str = "01", task: str = "depthrating") -> Path:
+    return root / f"sub-{label}" / "beh" / f"sub-{label}_task-{task}_beh.tsv"
+
+
+def sidecar(root: Path, task: str = "depthrating") -> Path:
+    return table(root, task=task).with_suffix(".json")
+
+
+def journal(root: Path, label: str = "01", task: str = "depthrating") -> Path:
+    return root / "sourcedata" / f"sub-{label}" / "beh" / f"sub-{label}_task-{task}_beh.jsonl"
+
+
+def cell(row: int, column: str, text: str, task: str = "depthrating") -> Callable[[Path], None]:
+    """Change one cell of a table, and nothing else."""
+    return lambda root: edit(table(root, task=task), row, column, text)
+
+
+def lines(change: Callable[[list[bytes]], object], task: str = "depthrating") -> Callable[[Path], None]:
+    """Change lines of a journal, and nothing else."""
+
+    def damage(root: Path) -> None:
+        path = journal(root, task=task)
+        found = path.read_bytes().splitlines(keepends=True)
+        change(found)
+        path.write_bytes(b"".join(found))
+
+    return damage
+
+
+def text(old: bytes, new: bytes, line: int = 5, task: str = "depthrating") -> Callable[[Path], None]:
+    """Replace a text in one line of a journal."""
+
+    def change(found: list[bytes]) -> None:
+        assert old in found[line]
+        found[line] = found[line].replace(old, new, 1)
+
+    return lines(change, task)
+
+
+def told(key: str, value: object, task: str = "depthrating") -> Callable[[Path], None]:
+    """Change one key of a sidecar, and nothing else."""
+
+    def damage(root: Path) -> None:
+        path = sidecar(root, task)
+        found = json.loads(path.read_text())
+        assert key in found
+        path.write_text(json.dumps(found | {key: value}))
+
+    return damage
+
+
+def forged(change: Callable[[list[dict]], object], task: str = "depthrating") -> Callable[[Path], None]:
+    """Change what a journal holds, with a chain, a table and a sidecar that fit the change."""
+
+    def damage(root: Path) -> None:
+        path = journal(root, task=task)
+        events = [json.loads(line) for line in path.read_bytes().splitlines()]
+        for event in events:
+            del event["chain"]
+        change(events)
+        path.write_bytes(whole_lines(events))
+        table(root, task=task).unlink()
+        sidecar(root, task).unlink()
+        export(path)
+
+    return damage
+
+
+def of(events: list[dict], number: int) -> dict:
+    return next(event for event in events if event.get("phase") == "main" and event["trial"] == number)
+
+
+def each(name: str, value: Callable[[dict], object]) -> Callable[[list[dict]], None]:
+    def change(events: list[dict]) -> None:
+        for event in events:
+            if event["event"] == "trial":
+                event[name] = value(event)
+
+    return change
+
+
+def put(number: int, **changes: object) -> Callable[[list[dict]], None]:
+    return lambda events: of(events, number).update(changes)
+
+
+def head(**changes: object) -> Callable[[list[dict]], None]:
+    return lambda events: events[0].update(changes)
+
+
+def people(old: str, new: str) -> Callable[[Path], None]:
+    def damage(root: Path) -> None:
+        path = root / "participants.tsv"
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new, 1))
+
+    return damage
+
+
+def renamed(root: Path) -> None:
+    """The third rater becomes 1: the same number as 01."""
+    for path in sorted(root.rglob("sub-03*"), key=lambda one: -len(one.parts)):
+        path.rename(path.with_name(path.name.replace("sub-03", "sub-1")))
+
+
+def drop_row(root: Path) -> None:
+    found = table(root).read_text().splitlines(keepends=True)
+    table(root).write_text("".join(found[:4] + found[5:]))
+
+
+def swap_rows(root: Path) -> None:
+    found = table(root).read_text().splitlines(keepends=True)
+    table(root).write_text("".join([*found[:4], found[5], found[4], *found[6:]]))
+
+
+def manifest(root: Path) -> Path:
+    (path,) = (root / "stimuli").iterdir()
+    return path
+
+
+def swapped(found: list[bytes]) -> None:
+    found[4], found[5] = found[5], found[4]
+
+
+def first_main(found: list[bytes]) -> None:
+    """Leave out practice."""
+    found[:] = [line for line in found if b'"phase": "practice"' not in line]
+
+
+DAMAGES = {
+    # Tables alone.
+    "rating changed": (cell(4, "rating", "2.0"), "does not say what its journal says"),
+    "rating 0": (cell(4, "rating", "0"), r"row 4: rating is '0', but must be a number above 0"),
+    "rating no number": (cell(4, "rating", "good"), "row 4: rating is 'good'"),
+    "rating infinite": (cell(4, "rating", "inf"), "row 4: rating is 'inf'"),
+    "rating not a number": (cell(4, "rating", "nan"), "row 4: rating is 'nan'"),
+    "rating missing": (cell(4, "rating", "n/a"), "row 4: rating is 'n/a'"),
+    "rating off the scale": (cell(4, "rating", "9"), "trial 3: rating is 9, but the scale of the design goes"),
+    "time in ms": (cell(4, "response_time", "1500"), "trial 4: it begins 20 s after the one before it, whose"),
+    "last time in ms": (cell(10, "response_time", "1700"), r"trial 9: response_time is 1700 s, \d+ times the median"),
+    "time 0": (cell(4, "response_time", "0"), "trial 3: response_time is 0 s, which no answer takes"),
+    "confidence 2": (cell(4, "confidence", "2"), "trial 3: confidence is 2, but goes from 0 to 1"),
+    "onset goes back": (cell(4, "onset", "1.0"), "trial 3: onset is not later"),
+    "another scene": (cell(4, "scene", "zoo"), "trial 3: scene is zoo, but"),
+    "scene missing": (cell(4, "scene", "n/a"), "row 4: scene is 'n/a', but must be a text"),
+    "another aperture": (cell(4, "aperture_mm", "3.0"), "trial 3: aperture_mm is 3.0, but"),
+    "catch changed": (cell(4, "repetition", "7"), "trial 3: repetition is 7, but"),
+    "trial doubled": (cell(4, "trial", "2"), "row 4: its trial stands in a row above"),
+    "row lost": (drop_row, r"1 of 9 trials of the design are missing \(the first is 4\)"),
+    "rows exchanged": (swap_rows, "not in the order in which they were shown"),
+    "another condition's picture": (
+        cell(4, "stimulus", "spheres-00/f5.6-nearest.png"),
+        r"trial 3: its picture is spheres-00/f5\.6-nearest\.png, but its condition's is",
+    ),
+    "unknown picture": (cell(4, "stimulus", "dog.png"), r"its picture dog\.png is not in"),
+    "frames below 0": (cell(4, "dropped_frames", "-1"), "row 4: dropped_frames is '-1'"),
+    "column lost": (cell(1, "rating", "score"), "there is no column rating"),
+    "not UTF-8": (lambda root: table(root).write_bytes(b"trial\trating\xff\n"), "is not text in UTF-8"),
+    "table lost": (lambda root: table(root).unlink(), "has no table"),
+    "percept changed": (cell(2, "percept", "both", "necker"), "does not say what its journal says"),
+    "percept lasts longer": (cell(2, "duration", "2.0", "necker"), "trial 1: its percepts do not fill the trial"),
+    "percept repeated": (cell(3, "percept", "none", "necker"), "trial 1: a percept follows itself"),
+    "censored in the middle": (cell(2, "censored", "true", "necker"), "trial 1: its last percept, and no other"),
+    # Journals alone.
+    "line changed": (text(b'"rating": 1.25', b'"rating": 1.75'), "line 6 was changed after it was written"),
+    "line lost": (lines(lambda found: found.pop(5)), "lines before line 6 are missing, or were changed or moved"),
+    "lines exchanged": (lines(swapped), "lines before line 5 are missing, or were changed or moved"),
+    "line doubled": (lines(lambda found: found.insert(5, found[5])), "trial 3 stands there more than once"),
+    "line torn": (text(b'"rating"', b"\n"), "line 6 is damaged, which no kill of the program explains"),
+    "line without chain": (
+        lines(lambda found: found.append(b'{"event": "note", "kind": "break"}\n')),
+        "was added or changed after the session: it has no chain",
+    ),
+    "end lost": (lines(lambda found: found.pop()), "does not say what its journal says"),
+    "phase lost": (text(b'"phase": "main", ', b""), "line 6: phase is missing, but must be practice or main"),
+    "onset lost": (text(b'"onset"', b'"offset"'), "line 6: onset is missing, but must be a number of 0 or more"),
+    "rating no more a number": (text(b'"rating": 1.25', b'"rating": "x"'), "line 6: rating is 'x', but must be"),
+    "rating beyond floats": (text(b"1.25", b"9" * 400), "line 6: rating is 9+, but must be"),
+    "presses lost": (text(b'"presses"', b'"pressed"', task="necker"), "line 6: presses is missing"),
+    "press damaged": (text(b"[1.0, ", b"[null, ", task="necker"), "line 6: a press is .*, but must be a time, a key"),
+    "presses not in order": (text(b"[1.0, ", b"[8.0, ", task="necker"), "line 6: presses are not in order of time"),
+    "head of another": (text(b'"participant": "01"', b'"participant": "04"', 0), "is of another participant, session"),
+    "head without design": (text(b'"design"', b'"plan"', 0), "line 1: design is missing"),
+    "head lost": (lines(lambda found: found.pop(0)), "does not begin as a journal does"),
+    "journal lost": (lambda root: journal(root).unlink(), "has no journal to compare it with: restore sourcedata"),
+    "journal emptied": (lambda root: journal(root).write_bytes(b""), "does not begin as a journal does"),
+    "journal of zeros": (lambda root: journal(root).write_bytes(bytes(900)), "does not begin as a journal does"),
+    "journal nested": (
+        lines(lambda found: found.insert(3, b'{"event": ' + b"[" * 200_000 + b"\n")),
+        "line 4 is damaged, which no kill",
+    ),
+    "journal moved": (
+        lambda root: journal(root).rename(root / "sourcedata" / journal(root).name),
+        "does not lie where its name says",
+    ),
+    # Sidecars alone.
+    "another seed told": (told("Seed", 3), "Seed differ from what the journal says"),
+    "other sittings told": (told("Sittings", []), "Sittings differ from what the journal says"),
+    "another design told": (
+        told("Design", RATING.model_dump(mode="json") | {"picture_s": 9.0}),
+        "Design differ from what the journal says",
+    ),
+    "other pictures told": (told("StimuliSHA256", "0" * 64), "StimuliSHA256 differ from what the journal says"),
+    "a column's words": (told("rating", {"Description": "How bright."}), "rating differ from what the journal says"),
+    "simulated or not": (told("Simulated", True), "differ in whether observers were simulated"),
+    "other keys told": (told("Keys", {"rigid": "a", "nonrigid": "b"}, "necker"), "Keys differ from what the journal"),
+    "another task told": (told("TaskName", "tapping"), "TaskName differ from what the journal says"),
+    "sidecar lost": (lambda root: sidecar(root).unlink(), "beh.json cannot be read"),
+    "sidecar nested": (lambda root: sidecar(root).write_text("[" * 200_000), "nested too deeply|is not valid JSON"),
+    # All together, with a chain, a table and a sidecar that fit.
+    "all: off the scale": (forged(put(3, rating=40.0)), "trial 3: rating is 40, but the scale of the design goes"),
+    "all: times in ms": (forged(each("response_time", lambda event: 1500.0)), "whose picture and answer took 1503 s"),
+    "all: time 0": (forged(put(3, response_time=0.0)), "trial 3: response_time is 0 s"),
+    "all: too close": (forged(each("onset", lambda event: event["onset"] / 10)), "it begins 2 s after the one before"),
+    "all: another picture": (forged(put(3, stimulus="a/pinhole-farthest.png")), "trial 3: its picture is a/pinhole-"),
+    "all: another condition": (forged(put(3, scene="c")), "main trial 3: scene is 'c', but"),
+    "all: no practice": (
+        forged(lambda events: events.__delitem__(slice(1, 3))),
+        "2 of 2 practice trials of the design are missing",
+    ),
+    "all: doubled": (forged(lambda events: events.insert(7, dict(events[6]))), "stands there more than once"),
+    "all: to come": (forged(head(time="2999-01-01T00:00:00+00:00")), "a sitting is dated 2999-01-01, which is to come"),
+    "all: another seed": (
+        forged(head(design=RATING.model_dump(mode="json") | {"seed": 2})),
+        "seed differ from those of sub-02",
+    ),
+    "all: another scale": (
+        forged(head(design=RATING.model_dump(mode="json") | {"most_rating": 100.0})),
+        "most_rating differ from those of sub-02",
+    ),
+    "all: other pictures": (forged(head(stimuli=None)), "it names pictures, but no manifest of them"),
+    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json says"),
+    "all: other keys": (
+        forged(head(keys={"rigid": "j", "nonrigid": "f"}), "necker"),
+        "the keys are .*, but the design gives this participant",
+    ),
+    "all: unknown key": (
+        forged(put(3, presses=[[1.0, "q", True]]), "necker"),
+        "trial 3: the key 'q' is not one of the design's",
+    ),
+    "all: cube in ms": (
+        forged(put(3, trial_duration=10016.0), "necker"),
+        "trial 3: trial_duration is 10016 s, but the design shows it for 10 s",
+    ),
+    "all: presses in ms": (
+        forged(put(3, presses=[[1000.0, "f", True]]), "necker"),
+        "a key was pressed 1000 s after its start, when it was over",
+    ),
+    "all: cubes too close": (
+        forged(each("onset", lambda event: event["onset"] / 10), "necker"),
+        "it begins before the trial before it is over",
+    ),
+    "all: looks too close": (
+        forged(each("onset", lambda event: event["onset"] / 5), "pinhole"),
+        "it begins 6 s after the one before it",
+    ),
+    # Participants, manifest and description.
+    "age below 0": (people("\t30\t", "\t-3\t"), r"row 2: age is -3, but must be a number of years"),
+    "age in words": (people("\t30\t", "\tthirty\t"), "row 2: age is thirty, but must be a number of years"),
+    "row doubled": (people("sub-02\t", "sub-01\thuman\t30\tn/a\tn/a\nsub-02\t"), "sub-01 stands there 2 times"),
+    "row lost, too": (people("sub-02\thuman\t30\tn/a\tn/a\n", ""), "sub-02 is missing: add a row, with its kind"),
+    "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
+    "kind changed": (
+        people("human", "simulated"),
+        r"sub-01 is simulated, but dataset_description\.json says otherwise",
+    ),
+    "one number twice": (renamed, "sub-01 and sub-1 are one number, and had the same order"),
+    "people not UTF-8": (
+        lambda root: (root / "participants.tsv").write_bytes(b"participant_id\tkind\nsub-01\t\xff\n"),
+        "participants.tsv is not text in UTF-8",
+    ),
+    "manifest changed": (
+        lambda root: manifest(root).write_text(manifest(root).read_text() + " "),
+        "has changed since the session: restore it",
+    ),
+    "manifest lost": (lambda root: manifest(root).unlink(), "manifest-.* cannot be read"),
+}
+
+
+def test_the_data_are_valid_before_they_are_damaged(made):
+    assert validate(made).problems == ()
+    assert len(DAMAGES) >= 60
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_no_damage_passes(data, name):
+    damage, sentence = DAMAGES[name]
+    damage(data)
+    problems = validate(data).problems
+    with pytest.raises(AssertionError, match=sentence):
+        raise AssertionError(" | ".join(problems))
+    assert not any("\n" in problem for problem in problems)
+
+
+def test_all_damages_of_one_data_set_are_listed_at_once(data):
+    chosen = ["rating 0", "time 0", "another seed told", "presses lost", "age below 0", "manifest changed"]
+    for name in chosen:
+        DAMAGES[name][0](data)
+    with pytest.raises(AssertionError) as listed:
+        raise AssertionError(" | ".join(validate(data).problems))
+    for sentence in (
+        "rating is '0'",
+        "Seed differ",
+        "presses is missing",
+        "age is -3",
+        "has changed since the session",
+    ):
+        assert listed.match(sentence)
+
+
+def test_others_are_read_where_one_session_is_damaged(data):
+    edit(table(data, "02"), 4, "trial", "2")
+    edit(table(data, "02"), 5, "rating", "0")
+    found = read_dataset(data, damaged="leave out")
+    assert set(found.depth_rating["participant_id"]) == {"sub-01", "sub-03"}
+    assert len(found.problems) == 2
+    assert all("sub-02_task-depthrating" in problem for problem in found.problems)
+    assert set(found.necker["participant_id"]) == {"sub-01", "sub-02"}
+    problems = validate(data).problems
+    assert all("sub-02" in problem for problem in problems)
+    assert (
+        validate(data).trials
+        == read_dataset(data, ["necker", "pinhole"]).necker.drop_duplicates(["participant_id", "trial"]).shape[0]
+        + 6
+        + 2 * 9
+    )

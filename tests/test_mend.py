@@ -1,0 +1,218 @@
+"""Damaged sessions made readable, and participants removed: what is kept, what is left out, and that it is said."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from recorded import edit
+
+from focalgradient.cli.program import Program
+from focalgradient.cli.repair import repair as repair_command
+from focalgradient.cli.validate import validate as validate_command
+from focalgradient.cli.withdraw import withdraw as withdraw_command
+from focalgradient.dataset import (
+    Apparatus,
+    Rated,
+    Session,
+    bids_problems,
+    read_dataset,
+    read_journal,
+    repair,
+    validate,
+    withdraw,
+)
+from focalgradient.design import Pinhole
+from focalgradient.errors import InputError
+
+DESIGN = Pinhole(scenes=["a"], repetitions=1)
+APPARATUS = Apparatus("seconds from the start of the sitting")
+
+
+def run(*args: object) -> Result:
+    commands = [repair_command, withdraw_command, validate_command]
+    return CliRunner().invoke(Program("focalgradient", commands=commands), list(map(str, args)))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("made") / "data"
+    for label in ("07", "08", "1"):
+        with Session.begin(root, DESIGN, label, apparatus=APPARATUS, about={"age": 20 + int(label)}) as session:
+            for number, trial in enumerate(session.remaining()):
+                session.record(trial, Rated(onset=30.0 * number, rating=1 + number / 10, response_time=2.0))
+    return root
+
+
+@pytest.fixture
+def data(made, tmp_path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "data"))
+
+
+def journal(root: Path, label: str = "07") -> Path:
+    return root / "sourcedata" / f"sub-{label}" / "beh" / f"sub-{label}_task-pinhole_beh.jsonl"
+
+
+def table(root: Path, label: str = "07") -> Path:
+    return root / f"sub-{label}" / "beh" / f"sub-{label}_task-pinhole_beh.tsv"
+
+
+def lines_of(path: Path) -> list[bytes]:
+    return path.read_bytes().splitlines(keepends=True)
+
+
+def unchained(root: Path, label: str = "07") -> list[bytes]:
+    """Make a journal as earlier versions wrote it, with a sidecar that knows no chain."""
+    path = journal(root, label)
+    old = [re.sub(rb', "chain": \[[^]]*\]\}', b"}", line) for line in lines_of(path)]
+    path.write_bytes(b"".join(old))
+    sidecar = table(root, label).with_suffix(".json")
+    told = json.loads(sidecar.read_text())
+    del told["Journal"]
+    sidecar.write_text(json.dumps(told))
+    return old
+
+
+def trials(root: Path, label: str = "07") -> list[int]:
+    rows = read_dataset(root).pinhole
+    return rows[rows["participant_id"] == f"sub-{label}"]["trial"].tolist()
+
+
+def test_what_is_whole_needs_no_repair(data):
+    before = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
+    assert repair(data) == []
+    assert run("repair", data).output == "Nothing needs repair.\n"
+    assert {path: path.read_bytes() for path in data.rglob("*") if path.is_file()} == before
+
+
+def test_journals_of_earlier_versions_are_read_and_gone_on_with(data):
+    old = unchained(data)
+    assert validate(data).problems == ()
+    journal(data).write_bytes(b"".join(old[:4]) + old[4][:30])
+    table(data).unlink()
+    with Session.resume(data, "pinhole", "07", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            session.record(trial, Rated(onset=30.0 * number, rating=1.0, response_time=2.0))
+    assert validate(data).problems == ()
+    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    assert "no finished trial was lost" not in note  # without a chain that cannot be known
+    journal(data).write_bytes(journal(data).read_bytes().replace(b'"rating": 1.1', b'"rating": 1.9', 1))
+    # What was added by this version chains what stands above it, too.
+    assert any("were changed or moved" in problem for problem in validate(data).problems)
+
+
+def test_that_no_finished_trial_was_lost_is_said_where_the_chain_shows_it(data):
+    whole = lines_of(journal(data))
+    journal(data).write_bytes(b"".join(whole[:4]) + whole[4][:30])
+    table(data).unlink()
+    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    assert "cannot be known" in note
+    with Session.resume(data, "pinhole", "07", apparatus=APPARATUS):
+        pass
+    (note,) = (note for note in validate(data).notes if "cut off" in note)
+    assert note.endswith("no finished trial was lost.")
+
+
+def test_a_session_that_two_programs_doubled_is_repaired(data):
+    old = unchained(data)
+    resumed = json.dumps({**json.loads(old[0]), "event": "resumed"}).encode() + b"\n"
+    journal(data).write_bytes(b"".join([*old[:4], resumed, *old[3:]]))
+    table(data).unlink()
+    assert any("stands there more than once" in problem for problem in validate(data).problems)
+    before = journal(data).read_bytes()
+    result = run("repair", data)
+    assert result.exit_code == 0
+    assert "Line 6, main trial 3, which stands above already." in result.output
+    kept = journal(data).with_name(journal(data).name + ".original")
+    assert kept.read_bytes() == before
+    assert trials(data) == [1, 2, 3, 4, 5, 6]
+    assert validate(data).problems == ()
+    assert any("was repaired on" in note and "Line 6" in note for note in validate(data).notes)
+    assert json.loads(table(data).with_suffix(".json").read_text())["Repaired"][0]["original"] == kept.name
+    assert not bids_problems(data)
+    assert repair(data) == []
+
+
+def test_damaged_lines_are_left_out_and_the_rest_is_read(data):
+    found = lines_of(journal(data))
+    found[2] = found[2].replace(b'"onset"', b'"offset"')
+    found[4] = found[4][:40] + b"\n"
+    found[5] = found[5].replace(b'"rating": 1.4', b'"rating": 3.9')
+    journal(data).write_bytes(b"".join(found))
+    with pytest.raises(InputError, match="line 3: onset is missing"):
+        read_journal(journal(data))
+    (done,) = repair(data)
+    assert done.done[:3] == (
+        "Line 3, which cannot be used.",
+        "Line 5, which cannot be used.",
+        "Line 6, main trial 5, which was changed after it was written.",
+    )
+    assert [path.name.rpartition("_beh")[2] for path in done.originals] == [
+        ".jsonl.original",
+        ".tsv.original",
+        ".json.original",
+    ]
+    assert trials(data) == [1, 3, 6]
+    assert len(read_journal(journal(data)).of("repaired")[0]["found"]) >= 3
+    assert [problem for problem in validate(data).problems if "sub-07" not in problem] == []
+    assert any("3 of 6 trials of the design are missing" in problem for problem in validate(data).problems)
+
+
+def test_a_table_changed_by_hand_is_made_anew_and_kept(data):
+    edit(table(data), 3, "rating", "2.0")
+    changed = table(data).read_bytes()
+    (done,) = repair(data)
+    assert done.done == (f"{table(data).name} differed from the journal, and was made anew.",)
+    assert done.originals[0].read_bytes() == changed
+    assert validate(data).problems == ()
+
+
+def test_what_cannot_be_repaired_is_named_and_the_others_are_repaired(data):
+    journal(data, "08").write_bytes(b"nothing\n")
+    edit(table(data), 3, "rating", "2.0")
+    with Session.begin(data, DESIGN, "20", apparatus=APPARATUS):
+        result = run("repair", data)
+    assert result.exit_code == 1
+    assert "sub-08_task-pinhole_beh.jsonl does not begin as a journal does" in result.output
+    assert "sub-20_task-pinhole_beh.jsonl is being recorded by another program" in result.output
+    assert "Repaired: " in result.output
+
+
+def test_who_withdraws_is_nowhere_but_in_the_description(data):
+    edit(table(data), 3, "rating", "2.0")
+    repair(data)
+    (data / "phenotype").mkdir()
+    (data / "phenotype" / "acuity.tsv").write_text("participant_id\tlogmar\nsub-07\t0.1\nsub-08\t0.0\n")
+    (data / "derivatives" / "sub-07").mkdir(parents=True)
+    others = {path: path.read_bytes() for path in data.rglob("sub-08*") if path.is_file()}
+    result = run("withdraw", data, "sub-07")
+    assert result.exit_code == 0, result.output
+    assert result.output.endswith("sub-07 is withdrawn.\n")
+    assert not list(data.rglob("*sub-07*"))
+    left = [path for path in data.rglob("*") if path.is_file() and b"sub-07" in path.read_bytes()]
+    assert left == [data / "dataset_description.json"]
+    assert {path: path.read_bytes() for path in others} == others
+    assert (data / "phenotype" / "acuity.tsv").read_text() == "participant_id\tlogmar\nsub-08\t0.0\n"
+    found = validate(data)
+    assert found.problems == ()
+    assert any("sub-07 withdrew on" in note for note in found.notes)
+    again = run("withdraw", data, "07")
+    assert again.exit_code == 2
+    assert "has no participant sub-07 any more" in again.output
+    with pytest.raises(InputError, match="sub-07 has withdrawn"):
+        Session.begin(data, DESIGN, "07", apparatus=APPARATUS)
+
+
+def test_sub_1_is_not_sub_10_and_a_session_that_runs_is_not_removed(data):
+    with Session.begin(data, DESIGN, "10", apparatus=APPARATUS):
+        with pytest.raises(InputError, match="is being recorded by another program"):
+            withdraw(data, "10")
+        withdraw(data, "1")
+    assert set(read_dataset(data).participants["participant_id"]) == {"sub-07", "sub-08", "sub-10"}
+    assert journal(data, "10").exists()
+    with pytest.raises(InputError, match=r"participant label is '\.\./07'"):
+        withdraw(data, "../07")
+    with pytest.raises(InputError, match="has no participant sub-99: see participants"):
+        withdraw(data, "99")
