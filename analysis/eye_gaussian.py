@@ -19,7 +19,7 @@ PUPILS_MM = (2, 3, 4, 5, 6)
 NEAREST = 0.25  # D of defocus below which sigma / disc radius says little: the disc is lost in diffraction and colour
 SHOWN = (0.0, 0.5, 1.5)  # D, of the transfers drawn
 DISC = float(1 / np.sqrt(2 * np.log(4)))  # k of the Gaussian closest to a uniform disc
-FITTED = ("k", "residual", "lowest", "reversal_cpd", "sigma")
+FITTED = ("k", "residual", "lowest", "reversal_per_rad", "sigma")
 
 
 def measure(
@@ -96,7 +96,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "left_of_one_wavelengths_spread_at_2_D_by_pupil_percent": 100 * single["residual"][:, at[2]],
             "contrast_reversed_white_at_2_D_by_pupil_percent": -100 * white["lowest"][:, at[2]],
             "contrast_reversed_one_wavelength_at_2_D_by_pupil_percent": -100 * single["lowest"][:, at[2]],
-            "first_reversal_white_at_1_D_by_pupil_cycles_per_degree": white["reversal_cpd"][:, at[1]],
+            "first_reversal_white_at_1_D_by_pupil_cycles_per_degree": np.radians(white["reversal_per_rad"][:, at[1]]),
         },
         plotted={"pupil_mm": PUPILS_MM, "defocus_D": defocus, "white": white, "single": single, "transfer": transfers},
     )
@@ -106,7 +106,7 @@ def _transfers() -> dict[str, Any]:
     """Transfers of a 4 mm pupil in white light at SHOWN, each with its best Gaussian."""
     frequency, light = np.linspace(0, 30, 301), band_light("luminance", "E", 10.0)
     eye = _focused(4, light)
-    white = [np.real(blur_transfer(0, frequency, eye, -one, light=light)) for one in SHOWN]
+    white = [np.real(blur_transfer(0, np.degrees(frequency), eye, -one, light=light)) for one in SHOWN]
     sigma = [best_gaussian(eye, -one, light).sigma for one in SHOWN]
     gaussian = [gaussian_transfer(np.degrees(frequency), one, 1.0) for one in sigma]
     return {"frequency_cpd": frequency, "defocus_D": SHOWN, "white": white, "gaussian": gaussian}

@@ -49,7 +49,7 @@ def test_nearer_is_sharper_in_blue_and_farther_in_red() -> None:
 def test_nearer_is_sharper_in_blue_by_every_model(model: str) -> None:
     eye = Eye(0.004, accommodation=2.0)
     frequency = np.linspace(1, 6, 6)
-    blue, red = (blur_transfer(0, frequency, eye.in_light(nm), 2.5, model=model) for nm in (470, 620))  # type: ignore
+    blue, red = (blur_transfer(0, np.degrees(frequency), eye.in_light(nm), 2.5, model=model) for nm in (470, 620))  # type: ignore
     assert (blue > np.abs(red)).all()
 
 
@@ -75,11 +75,13 @@ def test_accommodation_brings_focus_nearer() -> None:
 def test_positive_defocus_is_a_positive_zernike_term() -> None:
     """Spherical aberration tells the two sides of focus apart, and so whether the term stands for the right one."""
     assert zernike_defocus(0.5, pupil_diameter=0.004) > 0
-    spread = {"pupil_diameter": 0.004, "wavelength_nm": 555}
     angles = np.linspace(-1e-3, 1e-3, 9)
-    by_defocus = point_spread(angles, angles, **spread, defocus=0.5, aberrations=((4, 0, 0.1),))
-    by_term = point_spread(angles, angles, **spread, defocus=0, aberrations=((4, 0, 0.1), (2, 0, 0.288675135)))
-    opposite = point_spread(angles, angles, **spread, defocus=-0.5, aberrations=((4, 0, 0.1),))
+
+    def spread(accommodation: float, *terms: tuple[int, int, float]) -> np.ndarray:
+        eye = Eye(0.004, accommodation, aberrations=((4, 0, 0.1), *terms))
+        return point_spread(angles, angles, eye, vergence=1.0)
+
+    by_defocus, by_term, opposite = spread(1.5), spread(1.0, (2, 0, 0.288675135)), spread(0.5)
     assert by_term == pytest.approx(by_defocus, rel=1e-5)
     assert np.abs(opposite / by_defocus - 1).max() > 0.5
 
@@ -87,8 +89,6 @@ def test_positive_defocus_is_a_positive_zernike_term() -> None:
 def test_a_wavefront_that_rises_to_the_right_moves_light_to_the_right() -> None:
     """c(1, 1) of 1 um tilts the wavefront by 2 um over 2 mm: by 1 mrad."""
     angles = np.linspace(-2e-3, 2e-3, 81)
-    tilted = point_spread(
-        angles, angles, pupil_diameter=0.004, wavelength_nm=555, defocus=0, aberrations=((1, 1, 1.0),)
-    )
+    tilted = point_spread(angles, angles, Eye(0.004, 1.0, aberrations=((1, 1, 1.0),)), vergence=1.0)
     row, column = np.unravel_index(tilted.argmax(), tilted.shape)
     assert angles[[row, column]] == pytest.approx([0, 1e-3], abs=1e-9)

@@ -1,10 +1,10 @@
 """The eye as optics: what a lens answers, in light of every wavelength and at every moment.
 
 Its focus depends on colour (chromatic aberration) and on time (accommodation wavers): two views by nature.
-Accommodation and defocus are in dioptres, frequencies in cycles per degree of visual angle, light in nanometres.
+Accommodation and defocus are in dioptres, light in nanometres. What takes an eye or a lens takes frequencies in cycles
+per radian; the formulas for a pupil of given size take cycles per degree, as the literature does: ``_cpd`` in the name.
 """
 
-from focalgradient.eye.blur import BlurName, blur_transfer
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
@@ -19,13 +19,14 @@ from focalgradient.eye.light import (
     illuminant,
     luminosity,
 )
-from focalgradient.eye.optics import Course, Eye
+from focalgradient.eye.model_eye import Course, Eye
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.score import score
+from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.views import accommodation_views, band_views, eye_views
-from focalgradient.eye.wavefront import Aberrations, point_spread, pupil_transfer, zernike, zernike_defocus
+from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 
 __all__ = [
     "REFERENCE_NM",

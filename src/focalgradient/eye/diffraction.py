@@ -17,7 +17,7 @@ from focalgradient.errors import FocalGradientWarning, check_finite, check_numbe
 from focalgradient.eye.quadrature import RADIANS, panels
 from focalgradient.eye.ranges import check_pupil, wavelengths
 
-__all__ = ["cutoff_cpd", "lommel_point_spread", "mean_eye_mtf", "optical_transfer"]
+__all__ = ["clear_transfer", "cutoff_cpd", "lommel_point_spread", "mean_eye_mtf", "optical_transfer"]
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
@@ -71,13 +71,23 @@ def optical_transfer(
     [1.0, -0.1012, 0.0471]
     """
     check_number("defocus", defocus, "dioptres")
-    frequency = np.abs(check_finite("frequency_cpd", frequency_cpd, "cycles per degree"))
-    distinct, where = np.unique(frequency, return_inverse=True)  # grids hold each radius up to eight times
-    s = distinct / cutoff_cpd(pupil_diameter, wavelength_nm)
+    check_pupil(pupil_diameter)
+    check_number("wavelength_nm", wavelength_nm, "nanometres")
+    wavelengths(wavelength_nm)
+    frequency = check_finite("frequency_cpd", frequency_cpd, "cycles per degree")
+    return clear_transfer(np.degrees(frequency), pupil_diameter, wavelength_nm, defocus)
+
+
+def clear_transfer(
+    frequency: NDArray[np.float64], diameter: float, wavelength_nm: float, defocus: float
+) -> NDArray[np.float64]:
+    """`optical_transfer` of an aperture of any diameter (m), at `frequency` in cycles per radian, any shape."""
+    distinct, where = np.unique(np.abs(frequency), return_inverse=True)  # grids hold each radius up to eight times
+    s = distinct * (1e-9 * wavelength_nm / diameter)
     transfer = np.zeros_like(s)
     passed = s < 1
     s = s[passed]
-    rate = np.pi * abs(defocus) * pupil_diameter**2 / (1e-9 * wavelength_nm) * s
+    rate = np.pi * abs(defocus) * diameter**2 / (1e-9 * wavelength_nm) * s
     angle = np.arccos(s)
     # Frequencies whose phase runs about as far share a rule; its length goes in steps of two.
     steps = np.ceil(np.log2(np.maximum(rate * angle / RADIANS, 1))).astype(int)

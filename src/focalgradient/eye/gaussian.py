@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from focalgradient.eye.blur import blur_transfer
-from focalgradient.eye.diffraction import cutoff_cpd
+from focalgradient.errors import check_number
 from focalgradient.eye.light import Light
-from focalgradient.eye.optics import Eye
 from focalgradient.eye.quadrature import panels
+from focalgradient.eye.transfer import blur_transfer, in_light
+from focalgradient.optics import Optics, check_optics
 from focalgradient.psf import gaussian_transfer
 
 __all__ = ["GaussianFit", "best_gaussian"]
@@ -32,18 +32,18 @@ class GaussianFit:
         Root mean square of what is left of the point spread, over that of the point spread itself.
     lowest
         Lowest value of the transfer: below 0 contrast reverses, as no Gaussian's does.
-    lowest_cpd
-        Frequency of that, in cycles per degree.
-    reversal_cpd
-        Frequency at which contrast first reverses, in cycles per degree; ``inf`` where it never does.
+    lowest_per_rad
+        Frequency of that, in cycles per radian.
+    reversal_per_rad
+        Frequency at which contrast first reverses, in cycles per radian; ``inf`` where it never does.
     """
 
     sigma: float
     radius: float
     residual: float
     lowest: float
-    lowest_cpd: float
-    reversal_cpd: float
+    lowest_per_rad: float
+    reversal_per_rad: float
 
     @property
     def k(self) -> float:
@@ -51,38 +51,42 @@ class GaussianFit:
         return self.sigma / self.radius if self.radius > 0 else float("nan")
 
 
-def best_gaussian(eye: Eye, vergence: float, light: Light | None = None) -> GaussianFit:
-    """Least-squares fit of a Gaussian of unit light to the point spread that `eye` gives to a point at `vergence` (D).
+def best_gaussian(
+    optics: Optics, vergence: float, light: Light | None = None, *, wavelength_nm: float | None = None
+) -> GaussianFit:
+    """Least-squares fit of a Gaussian of unit light to the point spread of a point at `vergence` (D).
 
     The paper's appendix holds that blur has "the general shape" of a Gaussian; how far it has is the residual here. The
     square of the difference is summed over the plane: by Parseval, of the transfers over all frequencies.
 
     Parameters
     ----------
-    eye
-        Without aberrations, so that its blur is round.
+    optics
+        An `Eye` without aberrations, so that its blur is round, or a `Lens`.
     vergence
         Of the point, in dioptres.
-    light
+    light, wavelength_nm
         As for `focalgradient.eye.blur_transfer`.
 
     Examples
     --------
+    >>> from focalgradient.eye import Eye
     >>> fit = best_gaussian(Eye(pupil_diameter=0.004, accommodation=1.0), 0.0)
     >>> round(fit.k, 2), round(fit.residual, 2), round(fit.lowest, 2)
     (0.58, 0.42, -0.12)
     """
-    shortest = eye.wavelength_nm if light is None else float(np.asarray(light.wavelength_nm)[light.share > 0].min())
-    limit = cutoff_cpd(eye.pupil_diameter, shortest)
-    radius = float(abs(eye.focus_vergence - vergence)) * eye.pupil_diameter / 2
-    nodes, weights = panels(2 * np.pi * (radius + 1e-3) * np.degrees(limit))
+    check_optics(optics)
+    check_number("vergence", vergence, "dioptres")
+    diameter = optics.aperture_diameter
+    limit = diameter / (1e-9 * min(nm for _, nm, _ in in_light(optics, wavelength_nm, light)))
+    radius = float(abs(optics.focus_vergence - vergence)) * diameter / 2
+    nodes, weights = panels(2 * np.pi * (radius + 1e-3) * limit)
     frequency = limit * nodes**2  # finest where transfers change most
     area = 2 * limit * nodes * weights * frequency  # of the rings of the plane of frequencies, over 2 pi
-    transfer = np.real(blur_transfer(0, frequency, eye, vergence, light=light))
-    per_radian = np.degrees(frequency)
+    transfer = np.real(blur_transfer(0, frequency, optics, vergence, light=light, wavelength_nm=wavelength_nm))
 
     def left(log_sigma: float) -> float:
-        return float(area @ (transfer - gaussian_transfer(per_radian, np.exp(log_sigma), 1.0)) ** 2)
+        return float(area @ (transfer - gaussian_transfer(frequency, np.exp(log_sigma), 1.0)) ** 2)
 
     guesses = np.linspace(np.log(1e-5), np.log(2 * radius + 1e-3), 60)
     best = int(np.argmin([left(guess) for guess in guesses]))
@@ -95,8 +99,8 @@ def best_gaussian(eye: Eye, vergence: float, light: Light | None = None) -> Gaus
         radius=radius,
         residual=float(np.sqrt(found.fun / (area @ transfer**2))),
         lowest=float(transfer[lowest]),
-        lowest_cpd=float(frequency[lowest]),
-        reversal_cpd=_first_zero(frequency, transfer),
+        lowest_per_rad=float(frequency[lowest]),
+        reversal_per_rad=_first_zero(frequency, transfer),
     )
 
 

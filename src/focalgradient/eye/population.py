@@ -9,7 +9,7 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations
-from focalgradient.eye.optics import Eye
+from focalgradient.eye.model_eye import Eye
 
 __all__ = ["Person", "draw_people"]
 

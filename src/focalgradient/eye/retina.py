@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_number
-from focalgradient.eye.blur import BlurName
 from focalgradient.eye.chromatic import chromatic_wavelength
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.light import Band, Light, band_light
-from focalgradient.eye.optics import Eye
+from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.quadrature import panels
+from focalgradient.eye.transfer import BlurName
 from focalgradient.psf import disc_transfer, gaussian_transfer
 
 __all__ = ["S_FINEST_CPD", "Cones", "few_wavelengths", "sampling"]

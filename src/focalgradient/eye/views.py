@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_number
-from focalgradient.eye.optics import Course, Eye
+from focalgradient.eye.model_eye import Course, Eye
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.psf import pixel_transfer

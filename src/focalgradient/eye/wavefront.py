@@ -13,11 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
-from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.quadrature import gauss
-from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.ranges import check_pupil, wavelengths
 
-__all__ = ["Aberrations", "check_aberrations", "point_spread", "pupil_transfer", "zernike", "zernike_defocus"]
+__all__ = [
+    "Aberrations",
+    "Pupil",
+    "check_aberrations",
+    "pupil_spread",
+    "pupil_transfer",
+    "pupil_transfer_of",
+    "zernike",
+    "zernike_defocus",
+]
 
 Aberrations = tuple[tuple[int, int, float], ...]
 """Zernike terms (n, m, coefficient in micrometres) of a wavefront over the whole pupil."""
@@ -33,7 +41,11 @@ def zernike_defocus(defocus: float, *, pupil_diameter: float) -> float:
     """
     check_number("defocus", defocus, "dioptres")
     check_pupil(pupil_diameter)
-    return defocus * (1e3 * pupil_diameter) ** 2 / (16 * math.sqrt(3))
+    return _defocus_term(defocus, pupil_diameter)
+
+
+def _defocus_term(defocus: float, diameter: float) -> float:
+    return defocus * (1e3 * diameter) ** 2 / (16 * math.sqrt(3))
 
 
 def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
@@ -101,12 +113,17 @@ def pupil_transfer(
     >>> complex(pupil_transfer(0, 20, **eye, aberrations=((3, 1, 0.1),)).round(3))
     (0.14+0.133j)
     """
-    pupil = _Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
-    down, right = np.broadcast_arrays(
-        check_finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree"),
-        check_finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree"),
-    )
-    shift = ((right + 1j * down) / cutoff_cpd(pupil_diameter, wavelength_nm)).ravel()
+    check_pupil(pupil_diameter)
+    pupil = Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
+    down = check_finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree")
+    right = check_finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree")
+    return pupil_transfer_of(np.degrees(down), np.degrees(right), pupil)
+
+
+def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
+    """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other."""
+    down, right = np.broadcast_arrays(down, right)
+    shift = ((right + 1j * down) * (1e-9 * pupil.wavelength_nm / pupil.diameter)).ravel()
     transfer = np.zeros(shift.shape, complex)
     passed = np.flatnonzero(np.abs(shift) < 1)
     nodes, weights = _rule(20 + pupil.steepness / 4)
@@ -127,44 +144,13 @@ def pupil_transfer(
     return transfer.reshape(down.shape)
 
 
-def point_spread(
-    angle_y: ArrayLike,
-    angle_x: ArrayLike,
-    *,
-    pupil_diameter: float,
-    wavelength_nm: float,
-    defocus: float,
-    aberrations: Aberrations = (),
-    stiles_crawford: float = 0.0,
-) -> NDArray[np.float64]:
-    """Point spread of an aberrated, apodised pupil on a grid of angles: the square of the diffraction integral.
+def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArray[np.float64]:
+    """Point spread of a pupil on a grid of angles (rad): the square of the diffraction integral.
 
-    Parameters
-    ----------
-    angle_y, angle_x
-        Angles in radians of the grid's M rows and N columns.
-    pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford
-        As for `pupil_transfer`.
-
-    Returns
-    -------
-    ndarray
-        M x N: light per steradian, as a share of all the light; never negative, and 1 in sum over the whole plane.
-
-    Raises
-    ------
-    InputError
-        If a number is out of its range, or a Zernike term does not exist.
-
-    Examples
-    --------
-    >>> angles = np.arange(-40, 41) * 5e-5  # rad
-    >>> spread = point_spread(angles, angles, pupil_diameter=0.003, wavelength_nm=555, defocus=0.5)
-    >>> round(float(spread.sum() * 5e-5**2), 2)  # the rest falls beyond 2 mrad
-    0.98
+    M x N for M rows `angle_y` and N columns `angle_x`: light per steradian, as a share of all the light.
+    `focalgradient.eye.point_spread` gives it for an eye or a lens.
     """
-    pupil = _Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
-    turn = np.pi * pupil_diameter / (1e-9 * wavelength_nm)  # radians of phase at the rim per radian of angle
+    turn = np.pi * pupil.diameter / (1e-9 * pupil.wavelength_nm)  # radians of phase at the rim per radian of angle
     rows, columns = (
         turn * np.atleast_1d(check_finite(name, angle, "radians"))
         for name, angle in (("angle_y", angle_y), ("angle_x", angle_x))
@@ -198,16 +184,25 @@ def _check_order(n: int, m: int) -> None:
         )
 
 
-class _Pupil:
+class Pupil:
     """The pupil as a function of place in the unit disc, a complex number x + i y."""
 
     def __init__(
-        self, diameter: float, wavelength_nm: float, defocus: float, aberrations: Aberrations, stiles_crawford: float
+        self,
+        diameter: float,
+        wavelength_nm: float,
+        defocus: float,
+        aberrations: Aberrations = (),
+        stiles_crawford: float = 0.0,
     ) -> None:
+        self.diameter, self.wavelength_nm, self.defocus = diameter, wavelength_nm, defocus
+        self.clear = not (aberrations or stiles_crawford)
         check_aberrations(aberrations)
         check_number("stiles_crawford", stiles_crawford, "1/mm^2", least=0)
-        cutoff_cpd(diameter, wavelength_nm)  # which refuses what no eye has
-        terms = (*aberrations, (2, 0, zernike_defocus(defocus, pupil_diameter=diameter)))
+        check_number("wavelength_nm", wavelength_nm, "nanometres")
+        wavelengths(wavelength_nm)
+        check_number("defocus", defocus, "dioptres")
+        terms = (*aberrations, (2, 0, _defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre
         self.terms = [(n, m, waves * c) for n, m, c in terms if c]
         self.steepness = sum(abs(c) * math.sqrt((n + 1) * (2 if m else 1)) * n * (n + 2) / 2 for n, m, c in self.terms)

@@ -1,0 +1,202 @@
+"""Blur of an eye or a lens, as a filter and as a point spread, in one wavelength or in the sum of many.
+
+Frequencies are in cycles per radian, as in the optics' own `transfer`; vergence is in dioptres. ``"disc"`` is geometric
+optics, ``"gaussian"`` the paper's stand-in for it; ``"wave"`` has diffraction, and an eye's aberrations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.eye.diffraction import clear_transfer
+from focalgradient.eye.light import Light
+from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.ranges import wavelengths
+from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
+from focalgradient.optics import HasTransfer, Optics, check_optics
+from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
+
+__all__ = ["LENS_NM", "BlurName", "blur_transfer", "in_light", "point_spread"]
+
+BlurName = Literal["wave", "disc", "gaussian"]
+
+LENS_NM = 555.0
+"""Wavelength in nm in which a lens is taken to be used where none is given: the peak of luminosity by day."""
+
+_UNIT = "cycles per radian"
+
+
+def blur_transfer(
+    frequency_y_per_rad: ArrayLike,
+    frequency_x_per_rad: ArrayLike,
+    optics: Optics,
+    vergence: float,
+    *,
+    model: BlurName = "wave",
+    k: float = DISC_K,
+    wavelength_nm: float | None = None,
+    light: Light | None = None,
+) -> NDArray[np.float64] | NDArray[np.complex128]:
+    """Transfer of the blur that an eye or a lens gives to points at `vergence`.
+
+    Parameters
+    ----------
+    frequency_y_per_rad, frequency_x_per_rad
+        Cycles per radian (57.3 times those per degree); broadcast against each other.
+    optics
+        An `Eye`, a `Lens`, or whatever else has an aperture and a focus. Optics that know their own transfer, such as
+        `Cones`, give it as ``"wave"``.
+    vergence
+        Of the points, in dioptres.
+    model
+        ``"wave"``, ``"disc"`` or ``"gaussian"``.
+    k
+        For the Gaussian, sigma / disc radius.
+    wavelength_nm
+        Of the light. Without it an eye's own, and 555 nm for a lens.
+    light
+        The transfer is the mean over its wavelengths: each in its own focus in an eye, and all in one in a lens.
+
+    Returns
+    -------
+    ndarray
+        1 at frequency 0. Real, unless the waves of an eye with aberrations or the Stiles-Crawford effect are asked for.
+
+    Raises
+    ------
+    InputError
+        If the optics are none, the model is unknown, a number is not finite, or a pinhole's waves are asked for.
+
+    Examples
+    --------
+    A pupil of 4 mm, and a lens as wide, half a dioptre out of focus: 5 cycles per degree.
+
+    >>> from focalgradient import Lens
+    >>> eye, lens = Eye(pupil_diameter=0.004, accommodation=1.0), Lens(0.020, 5, 1.0)
+    >>> [round(float(blur_transfer(0, np.degrees(5), eye, 0.5, model=model)), 3) for model in ("wave", "disc")]
+    [0.637, 0.646]
+    >>> [round(float(blur_transfer(0, np.degrees(5), lens, 0.5, model=model)), 3) for model in ("wave", "disc")]
+    [0.638, 0.646]
+    """
+    if model not in get_args(BlurName):
+        raise InputError(f"model is {model!r}, but must be one of {', '.join(get_args(BlurName))}.")
+    check_number("vergence", vergence, "dioptres")
+    check_optics(optics)
+    down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
+    right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
+    if model == "wave" and isinstance(optics, HasTransfer):
+        _no_light(optics, wavelength_nm, light)
+        return optics.transfer(np.hypot(down, right), vergence)
+    transfers = (
+        share * _one_transfer(down, right, one, nm, vergence, model, k)
+        for one, nm, share in in_light(optics, wavelength_nm, light)
+    )
+    return sum(transfers, np.zeros(()))
+
+
+def point_spread(
+    angle_y: ArrayLike,
+    angle_x: ArrayLike,
+    optics: Optics,
+    vergence: float,
+    *,
+    wavelength_nm: float | None = None,
+    light: Light | None = None,
+) -> NDArray[np.float64]:
+    """Light that an eye or a lens spreads of a point at `vergence`, with diffraction and aberrations.
+
+    Parameters
+    ----------
+    angle_y, angle_x
+        Angles in radians of the grid's M rows and N columns.
+    optics, vergence, wavelength_nm, light
+        As for `blur_transfer`.
+
+    Returns
+    -------
+    ndarray
+        M x N: light per steradian, as a share of all the light; never negative, and 1 in sum over the whole plane.
+
+    Raises
+    ------
+    InputError
+        If the optics are no eye and no lens, or a pinhole, or a number is not finite.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> angles = np.arange(-40, 41) * 5e-5  # rad
+    >>> for optics in (Eye(0.003, 0.5, wavelength_nm=555), Lens(0.012, 4, 1.0)):
+    ...     round(float(point_spread(angles, angles, optics, vergence=0.0).sum() * 5e-5**2), 2)
+    0.98
+    0.97
+    """
+    check_number("vergence", vergence, "dioptres")
+    check_optics(optics)
+    if isinstance(optics, HasTransfer):
+        raise InputError("optics know their transfer, but not their point spread: give an Eye or a Lens.")
+    spreads = (
+        share * pupil_spread(angle_y, angle_x, _pupil(one, nm, vergence))
+        for one, nm, share in in_light(optics, wavelength_nm, light)
+    )
+    return sum(spreads, np.zeros(()))
+
+
+def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Optics, float, float]]:
+    """The optics in each wavelength (nm), and the wavelength's share: an eye changes its focus with it."""
+    if light is not None:
+        if wavelength_nm is not None:
+            raise InputError("wavelength_nm and light are both given, but either states the light: leave out one.")
+        lines = [
+            (float(nm), float(part)) for nm, part in zip(light.wavelength_nm, light.share, strict=True) if part > 0
+        ]
+    else:
+        one = wavelength_nm if wavelength_nm is not None else getattr(optics, "wavelength_nm", LENS_NM)
+        check_number("wavelength_nm", one, "nanometres")
+        lines = [(float(wavelengths(one)), 1.0)]
+    for nm, part in lines:
+        yield (optics.in_light(nm) if isinstance(optics, Eye) else optics), nm, part
+
+
+def _one_transfer(
+    down: NDArray[np.float64],
+    right: NDArray[np.float64],
+    optics: Optics,
+    nm: float,
+    vergence: float,
+    model: BlurName,
+    k: float,
+) -> NDArray[np.float64] | NDArray[np.complex128]:
+    """The transfer in one wavelength."""
+    radius = abs(optics.focus_vergence - vergence) * optics.aperture_diameter / 2
+    if model != "wave":
+        radial = np.hypot(down, right)
+        return disc_transfer(radial, radius) if model == "disc" else gaussian_transfer(radial, radius, k)
+    pupil = _pupil(optics, nm, vergence)
+    if pupil.clear:
+        return clear_transfer(np.hypot(down, right), pupil.diameter, nm, pupil.defocus)
+    return pupil_transfer_of(down, right, pupil)
+
+
+def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
+    """The pupil of an eye or a lens, in one wavelength."""
+    if not 0 < optics.aperture_diameter < math.inf:
+        raise InputError(
+            "optics are a pinhole, whose diffraction has no bound: give an aperture, or take the model 'disc'."
+        )
+    defocus = optics.focus_vergence - vergence
+    if isinstance(optics, Eye):
+        return Pupil(optics.pupil_diameter, nm, defocus, optics.aberrations, optics.stiles_crawford)
+    return Pupil(optics.aperture_diameter, nm, defocus)
+
+
+def _no_light(optics: HasTransfer, wavelength_nm: float | None, light: Light | None) -> None:
+    """Refuse a light for optics that have their own."""
+    if wavelength_nm is not None or light is not None:
+        raise InputError("optics have light of their own, but wavelength_nm or light is given too: leave it out.")
