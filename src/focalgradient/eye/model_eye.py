@@ -141,11 +141,9 @@ class Eye:
         >>> round(float(Eye(0.004, 1.0).optical_transfer(0.0, 5 * 180 / np.pi, 0.5)), 3)
         0.637
         """
-        from focalgradient.eye.blur import blur_transfer  # which knows the eye by this file
+        from focalgradient.eye.transfer import blur_transfer  # which knows the eye by this file
 
-        per_degree = np.pi / 180
-        down, right = np.asarray(frequency_y) * per_degree, np.asarray(frequency_x) * per_degree
-        return blur_transfer(down, right, self, vergence)
+        return blur_transfer(frequency_y, frequency_x, self, vergence)
 
     def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
         """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side` of focus.
