@@ -66,7 +66,7 @@ def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray
     together have the second moment of the whole disc. 0 is the disc, 0.5 and more the Gaussian.
 
     >>> [round(float(blend_transfer(0.1, 4.0, k)), 3) for k in (0.0, 0.35, 0.5)]
-    [0.388, 0.425, 0.454]
+    [0.393, 0.44, 0.454]
     """
     rest = np.sqrt(max(0.0, 1 - (k / DISC_K) ** 2)) * np.asarray(radius, dtype=float)
     return disc_transfer(frequency, rest) * gaussian_transfer(frequency, radius, k)
