@@ -14,8 +14,7 @@ import argparse
 import json
 import math
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -28,6 +27,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, depth_rating, necker
 from focalgradient.statistics.cells import curvature_weights, slope_weights
 from focalgradient.statistics.crossed import moments
@@ -194,20 +194,6 @@ def cube(task: tuple[int, int, int]) -> dict[str, float]:
     return found | {"Wilcoxon, share": math.nan if effect.wilcoxon_p is None else effect.wilcoxon_p}
 
 
-def mapped(function: Callable[[Any], Any], tasks: list[Any], workers: int, scheduler: str | None) -> Iterator[Any]:
-    """Results in the order of the tasks: here, in processes, or on a Dask cluster."""
-    if scheduler:
-        from distributed import Client  # type: ignore[import-not-found,unused-ignore]
-
-        with Client(scheduler) as client:  # type: ignore[no-untyped-call,unused-ignore]
-            yield from client.gather(client.map(function, tasks))
-    elif workers == 1:
-        yield from map(function, tasks)
-    else:
-        with ProcessPoolExecutor(workers) as pool:
-            yield from pool.map(function, tasks)
-
-
 def markdown(rows: list[dict[str, Any]]) -> str:
     """The table: rates with a linear and with a saturating curve; bold above .06, or .02 off a coverage of .95."""
     lines = [
@@ -250,12 +236,12 @@ def main() -> None:
         (asked.seed, asked.sets, subjects, kind, scene_sd, curve)
         for scene_sd, kind, subjects, curve in product(SCENE_SD, DIFFERENCES, SUBJECTS, CURVES)
     ]
-    rows = list(mapped(cell, tasks, asked.workers, asked.scheduler))
-    print(markdown(rows))
-    if asked.cube:
-        for subjects in SUBJECTS:
+    with shared(asked.workers, asked.scheduler) as executor:
+        rows = list(in_order(executor, cell, tasks))
+        print(markdown(rows))
+        for subjects in SUBJECTS if asked.cube else ():
             of_cube = [(asked.seed, subjects, number) for number in range(asked.cube)]
-            p = pd.DataFrame(list(mapped(cube, of_cube, asked.workers, asked.scheduler)))
+            p = pd.DataFrame(list(in_order(executor, cube, of_cube)))
             print(f"cube, N = {subjects}:", dict((p < 0.05).mean().round(3)), flush=True)
     if asked.markdown:
         asked.markdown.write_text(markdown(rows), encoding="utf-8")

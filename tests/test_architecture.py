@@ -70,7 +70,7 @@ HOMES = {
     "skimage": {"analysis"},
     "psychopy": {"lab"},
     "pyglet": {"lab"},
-    "distributed": {"parallel", "benchmarks"},
+    "distributed": {"parallel"},
     "mitsuba": {"render"},
 }
 

@@ -76,9 +76,7 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
     others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary")}
-    assert said | others | {"necker_subjects.csv"} == {
-        name for name in made.files if name.endswith(".csv")
-    }
+    assert said | others | {"necker_subjects.csv"} == {name for name in made.files if name.endswith(".csv")}
 
 
 def test_the_page_is_whole_and_needs_nothing_else(made):

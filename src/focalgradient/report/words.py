@@ -139,8 +139,8 @@ def _own_table(part: Ratings) -> str:
     names = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
     return (
         f"{_people(part.quality, part.simulated)} rated {_many(main['scene'].nunique(), 'scene')} at the apertures "
-        f"{_listed(list(names))}, with the {_listed(sorted(main['fixation'].unique()))} object in focus. The data are a "
-        "table; what was shown, and how, is not recorded in it."
+        f"{_listed(list(names))}, with the {_listed(sorted(main['fixation'].unique()))} object in focus. The data are "
+        "a table; what was shown, and how, is not recorded in it."
     )
 
 
