@@ -359,6 +359,21 @@ BAD = {
     "unknown shape": (None, (*SETTINGS, "--psf", "ring"), r"'--psf': 'ring' is not one of"),
     "near beyond far": (None, (*SETTINGS, "--near", "2", "--far", "1"), r"--near 2 lies beyond or at --far 1"),
     "negative near": (None, (*SETTINGS, "--near", "-1"), r"--near is -1, but must be a positive number of metres"),
+    "near beyond reason": (
+        None,
+        (*SETTINGS, "--near", "1e-5"),
+        r"--near is 1e-05, but must be a number of metres from",
+    ),
+    "f-number beyond reason": (
+        None,
+        (*PHOTOGRAPHS, "--f-number", "1e-9"),
+        r"--f-number is 1e-09, but must be a number",
+    ),
+    "f-number beyond reason in settings": (
+        edit("= 5.6", "= 1e-9"),
+        SETTINGS,
+        r"view 2: f_number is 1e-09, but must be",
+    ),
     "undefined far": (None, (*SETTINGS, "--far", "nan"), r"--far is nan, but must be a positive number of metres"),
     "near no number": (None, (*SETTINGS, "--near", "x"), r"'--near': 'x' is not a valid float"),
     "two settings files": (None, ("views.toml", *SETTINGS), r"views\.toml is a settings file, .*: give it alone"),

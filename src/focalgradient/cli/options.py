@@ -12,20 +12,36 @@ import click
 
 from focalgradient.errors import InputError
 
-__all__ = ["optics_options", "positive", "search_options", "shared_options", "shared_work"]
+__all__ = ["NEAREST", "OPENEST", "optics_options", "positive", "search_options", "shared_options", "shared_work"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+LEAST, MOST = 1e-6, 1e9
+"""Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""
+
+NEAREST = 1e-3
+"""Metres: at less, a lens blurs by more than any picture is wide."""
+
+OPENEST = 0.1
+"""Smallest f-number; no lens in air has less than 0.5."""
+
+
 def positive(
-    unit: str = "", infinite: bool = False
+    unit: str = "", infinite: bool = False, least: float = LEAST, most: float = MOST
 ) -> Callable[[click.Context, click.Parameter, float | tuple[float, ...] | None], Any]:
-    """Refuse, as an option's callback, what is not a positive number of some `unit`."""
+    """Refuse, as an option's callback, what is not a positive number of some `unit`, or beyond what can be meant."""
 
     def check(_: click.Context, option: click.Parameter, given: float | tuple[float, ...] | None) -> Any:
         for value in given if isinstance(given, tuple) else (given,):
-            if value is not None and not (value > 0 and (infinite or math.isfinite(value))):
+            if value is None:
+                continue
+            if not (value > 0 and (infinite or math.isfinite(value))):
                 raise InputError(f"{option.opts[0]} is {value:g}, but must be a positive number{unit}.")
+            if not least <= value <= most and value != math.inf:
+                raise InputError(
+                    f"{option.opts[0]} is {value:g}, but must be a number{unit} from {least:g} to {most:g}."
+                )
         return given
 
     return check
@@ -73,18 +89,22 @@ _SHARED: list[Callable[[Any], Any]] = [
 
 _SEARCH: list[Callable[[Any], Any]] = [
     click.option(
-        "--near", type=float, metavar="M", callback=positive(" of metres"), help="Search from here, in metres."
+        "--near",
+        type=float,
+        metavar="M",
+        callback=positive(" of metres", least=NEAREST),
+        help="Search from here, in metres.",
     ),
     click.option(
         "--far",
         type=float,
         metavar="M",
-        callback=positive(" of metres", infinite=True),
+        callback=positive(" of metres", infinite=True, least=NEAREST),
         help="Search up to here, in metres.",
     ),
     click.option(
         "--psf",
-        type=click.Choice(["auto", "disc", "gaussian", "blend"]),
+        type=click.Choice(["auto", "disc", "gaussian"]),
         default="auto",
         show_default=True,
         help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "
@@ -106,7 +126,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=float,
         multiple=True,
         metavar="N",
-        callback=positive(infinite=True),
+        callback=positive(infinite=True, least=OPENEST),
         help="* f-number: once for each photograph, in order.",
     ),
     click.option(
@@ -115,7 +135,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=float,
         multiple=True,
         metavar="M",
-        callback=positive(" of metres", infinite=True),
+        callback=positive(" of metres", infinite=True, least=NEAREST),
         help="* Distance of the plane in focus, in metres: once for each photograph, in order.",
     ),
     click.option(

@@ -202,9 +202,21 @@ class _Gradients(click.Choice[str]):
     show_default=True,
     help="Where the near side moves.",
 )
-@click.option("--speed", default=0.125, show_default=True, metavar="T", callback=positive(), help="Turns a second.")
 @click.option(
-    "--frame-rate", default=60.0, show_default=True, metavar="HZ", callback=positive(), help="Frames a second."
+    "--speed",
+    default=0.125,
+    show_default=True,
+    metavar="T",
+    callback=positive(least=1e-3, most=100),
+    help="Turns a second.",
+)
+@click.option(
+    "--frame-rate",
+    default=60.0,
+    show_default=True,
+    metavar="HZ",
+    callback=positive(least=1, most=1000),
+    help="Frames a second.",
 )
 @click.option(
     "--line-width",

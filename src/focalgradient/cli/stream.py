@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
-from focalgradient.cli.options import positive
+from focalgradient.cli.options import NEAREST, OPENEST, positive
 from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, replacing
@@ -70,14 +70,14 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     type=float,
     multiple=True,
     metavar="N",
-    callback=positive(infinite=True),
+    callback=positive(infinite=True, least=OPENEST),
     help="* f-number: of frames 0, 2, 4, ..., and again for that of frames 1, 3, 5, ...",
 )
 @click.option(
     "--focus-distance",
     type=float,
     metavar="M",
-    callback=positive(" of metres", infinite=True),
+    callback=positive(" of metres", infinite=True, least=NEAREST),
     help="* Distance of the plane in focus, in metres.",
 )
 @click.option(
@@ -87,12 +87,18 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     callback=positive(" of micrometres"),
     help="* Size of a pixel of the video, in micrometres on the sensor.",
 )
-@click.option("--near", type=float, metavar="M", callback=positive(" of metres"), help="Search from here, in metres.")
+@click.option(
+    "--near",
+    type=float,
+    metavar="M",
+    callback=positive(" of metres", least=NEAREST),
+    help="Search from here, in metres.",
+)
 @click.option(
     "--far",
     type=float,
     metavar="M",
-    callback=positive(" of metres", infinite=True),
+    callback=positive(" of metres", infinite=True, least=NEAREST),
     help="Search up to here, in metres.",
 )
 @click.option(

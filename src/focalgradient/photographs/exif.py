@@ -19,6 +19,7 @@ from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.images import Encoding, read_image_bytes
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
+from focalgradient.tables import check_table
 
 __all__ = ["from_exif"]
 
@@ -129,7 +130,8 @@ def from_exif(
     if lacking:
         whats, options = zip(*lacking, strict=True)
         raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(options)}.")
-    settings = Settings.model_validate(
+    settings = check_table(
+        "the optics given",
         {
             "camera": {
                 "focal_length_mm": focal_length,
@@ -142,7 +144,8 @@ def from_exif(
                 for file, n, d in zip(files, f_number, focus, strict=True)
             ],
             "calibration": calibrated and calibrated.calibration,
-        }
+        },
+        Settings,
     )
     settings.lenses()
     return settings

@@ -335,7 +335,7 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
         )
         raise InputError(f"{path} {trouble}")
     good = pixels[mask]
-    darkest, brightest = good.min(), pixels.max() if integer else good.max()
+    darkest, brightest = float(good.min()), float(pixels.max() if integer else good.max())
     if brightest <= max(2.0, 1e-3 * top) * integer:
         raise InputError(f"{path} is black: its brightest value is {brightest:g}: expose it more.")
     if not integer and (max(brightest, -darkest) > _BRIGHT or brightest < 1 / _BRIGHT):

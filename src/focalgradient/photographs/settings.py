@@ -37,8 +37,10 @@ class Shot(Table):
     """One image and how it was taken: a table ``[[view]]``."""
 
     image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
-    f_number: Annotated[float, Field(gt=0, description="a positive number, like 5.6, or inf for a pinhole")]
-    focus_distance_m: Annotated[float, Field(gt=0, description="a positive number of metres, like 0.85, or inf")]
+    f_number: Annotated[
+        float, Field(ge=0.1, description="a positive number of 0.1 or more, like 5.6, or inf for a pinhole")
+    ]
+    focus_distance_m: Annotated[float, Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")]
     flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
     """Picture of a blank, evenly lit surface at the same aperture: vignetting, divided out."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Priors, Reading, read_target
+from focalgradient.calibration import Beliefs, Reading, read_target
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
@@ -19,7 +19,7 @@ from focalgradient.view import View
 
 __all__ = ["TargetShot", "Targets", "load_targets"]
 
-_DEFAULT = Priors()
+_DEFAULT = Beliefs()
 
 _Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
@@ -42,8 +42,10 @@ class TargetShot(Table):
     """One photograph of the target: a table ``[[view]]``."""
 
     image: Annotated[ImagePath, Field(description="the path of an image, like '50cm_f10.jpg'")]
-    distance_m: Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.5")]
-    f_number: Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number, like 5.6")]
+    distance_m: Annotated[
+        float, Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of metres, like 0.5")
+    ]
+    f_number: Annotated[float, Field(ge=0.1, le=1e6, allow_inf_nan=False, description="a positive number, like 5.6")]
     focus_distance_m: Annotated[
         float | None, Field(gt=0, description="a positive number of metres, like 0.85, or inf")
     ] = None
@@ -63,10 +65,10 @@ class Targets(Table):
     tables: ClassVar[dict[str, type[Table]]] = {"camera": TargetCamera, "view": TargetShot}
 
     @property
-    def priors(self) -> Priors:
+    def beliefs(self) -> Beliefs:
         """What is held of the camera beforehand."""
         camera = self.camera
-        return Priors(
+        return Beliefs(
             k=camera.blur_k,
             k_sd=camera.blur_k_tolerance,
             offset=camera.offset_m,

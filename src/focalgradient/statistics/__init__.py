@@ -14,7 +14,6 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence
-from focalgradient.statistics.own_tables import OwnRatings, read_ratings
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -41,7 +40,6 @@ __all__ = [
     "Interval",
     "NeckerResult",
     "NotComputed",
-    "OwnRatings",
     "PerceptShare",
     "Quality",
     "RatingMean",
@@ -56,5 +54,4 @@ __all__ = [
     "fit_durations_of_people",
     "necker",
     "quality",
-    "read_ratings",
 ]
