@@ -57,7 +57,7 @@ def measure(
                             distance, _cones(kind, eye), shape, PIXEL, noise=NOISE, correlation=CORRELATION, seed=seed
                         )
                     ]
-                    depth = recover_depth(seen, psf="optics", near=0.25)
+                    depth = recover_depth(seen, near=0.25)
                     truth = np.full(shape, distance)
                     each.append(score(depth.vergence, depth.valid, truth, 1 / FOCUS, clear=0.0))
                     done += 1

@@ -1,11 +1,11 @@
-"""How often the tests find what is not there: false positives at .05 with few subjects, by simulation.
+"""False positives of every test of the depth ratings, and the coverage of its intervals, by simulation.
 
-    python benchmarks/statistics_error_rates.py [--experiments 1000] [--subjects 6,10,20] [--out FILE.json]
+    python benchmarks/statistics_error_rates.py [--sets 4000] [--workers 2 | --scheduler ADDRESS] [--markdown FILE]
 
-Each experiment is a whole one, analysed by the whole chain. Subjects differ, as people do, by their level and *by
-their own effect*, whose mean over people is none; with the equivalence test the true rise is just at the bound, and to
-call it equivalent is the false positive. How much subjects differ beside the noise of their answers is "large" or
-"small": where small, the mixed model often finds that they do not differ, and its standard error is at its worst.
+Each set of data is one experiment: N subjects, 12 scenes, 4 apertures, 2 repetitions, near and far fixation. Subjects
+differ in their own rise in one of four ways, scenes in theirs not at all or by a standard deviation of 0.1, and the
+curve is linear or saturates. The mean rise is none (or, for equivalence, just at the bound; for coverage, a factor of
+1.3 for the near). All sets of a cell are analysed at once by the functions that analyse one; a check compares both.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import argparse
 import json
 import math
 import os
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -23,59 +24,147 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: thread
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
 
+from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, depth_rating, necker
+from focalgradient.statistics.cells import curvature_weights, slope_weights
+from focalgradient.statistics.crossed import moments
+from focalgradient.statistics.means import holm
+
+FloatArray = NDArray[np.float64]
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.27, "f/11": 4.55, "f/5.6": 8.93}
-LARGEST = max(APERTURES.values())
-SCENES = ("room", "terrain")
+MM = np.array(list(APERTURES.values()))
 REPETITIONS = 2
+SCENES = 12
 BOUND = 1.2
-SPREADS = {"small": 0.02, "large": 0.2}  # sd over subjects of the log rise at the largest aperture
-NOISE = 0.2  # sd of the logarithm of one answer
-STEPS = np.array([-1.5, -0.5, 0.5, 1.5])  # between the answers of the ordinal scale, in logits
+RISE = 1.3  # of the near fixation, where coverage is counted
+NOISE = 0.3  # standard deviation of the logarithm of one answer
+SUBJECTS = (4, 6, 10, 20)
+SCENE_SD = (0.0, 0.1)
+CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "linear": lambda mm: mm / MM[-1],
+    "saturating": lambda mm: (1 - np.exp(-mm / 3)) / (1 - math.exp(-MM[-1] / 3)),
+}
+# How subjects differ in the log rise: standard deviation 0.02 or 0.2; skewness 1.4; Student's t with 3 df.
+DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
+    "little": lambda rng, size: 0.02 * rng.normal(size=size),
+    "much": lambda rng, size: 0.2 * rng.normal(size=size),
+    "skewed": lambda rng, size: 0.2 * (rng.gamma(2.0, size=size) - 2.0) / math.sqrt(2.0),
+    "heavy-tailed": lambda rng, size: 0.2 * rng.standard_t(3, size=size) / math.sqrt(3.0),
+}
+BATCH = 250  # sets at a time: 250 x 20 x 12 x 4 numbers
+
+
+def answers(
+    rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str, rise: float
+) -> FloatArray:
+    """Mean log answers of one fixation: sets x subjects x scenes x apertures."""
+    own = math.log(rise) + DIFFERENCES[kind](rng, (sets, subjects, 1, 1))
+    of_scenes = rng.normal(0, scene_sd, (sets, 1, SCENES, 1)) if scene_sd else 0.0
+    level = rng.normal(0, 0.1, (sets, subjects, SCENES, 1))
+    noise = rng.normal(0, NOISE / math.sqrt(REPETITIONS), (sets, subjects, SCENES, len(MM)))
+    return np.asarray(level + (own + of_scenes) * CURVES[curve](MM) + noise)
+
+
+def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
+    """Of tables sets x subjects x scenes: p and whether the interval covers, over both, and for these scenes."""
+    found = moments(cells)
+    half = stats.t.ppf(0.975, found.df) * found.standard_error
+    own = cells.mean(axis=2)
+    error = own.std(axis=1, ddof=1) / math.sqrt(own.shape[1])
+    freedom = own.shape[1] - 1
+    return {
+        "p": 2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df),
+        "covers": np.abs(found.mean - truth) < half,
+        "p these": 2 * stats.t.sf(np.abs(own.mean(axis=1)) / error, freedom),
+        "covers these": np.abs(own.mean(axis=1) - truth) < stats.t.ppf(0.975, freedom) * error,
+        "above": stats.t.cdf((found.mean - math.log(BOUND)) / found.standard_error, found.df),
+        "below": stats.t.sf((found.mean + math.log(BOUND)) / found.standard_error, found.df),
+    }
+
+
+def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str) -> dict[str, int]:
+    """How many of the sets each test finds something in, and each interval covers the truth in."""
+    draw = partial(answers, rng, sets, subjects, kind, scene_sd, curve)
+    near, far, raised, at_bound = draw(1.0), draw(1.0), draw(RISE), draw(BOUND)
+
+    def rise(table: FloatArray) -> FloatArray:
+        return table[..., -1] - table[..., 0]
+
+    tests = {name: rated(cells) for name, cells in (("near", rise(near)), ("far", rise(far)))}
+    tests["interaction"] = rated(rise(near) - rise(far))
+    tests["slope"] = rated(near @ _weights(slope_weights(MM)))
+    tests["curvature"] = rated(near @ _weights(curvature_weights(MM)))
+    covered = rated(rise(raised), math.log(RISE))
+    every = np.stack([tests[name]["p"] for name in ("near", "far", "interaction")], axis=-1)
+    equal = rated(rise(at_bound))
+    middle = rated(raised[..., 2] - raised[..., 0], math.log(RISE) * float(CURVES[curve](MM)[2]))
+    found = {
+        "rise": tests["near"]["p"] < 0.05,
+        "interaction": tests["interaction"]["p"] < 0.05,
+        "any of the family, by Holm": (holm(every) < 0.05).any(axis=-1),
+        "slope": tests["slope"]["p"] < 0.05,
+        "lack of fit": tests["curvature"]["p"] < 0.05,
+        "equivalence, true rise at the bound": np.maximum(equal["above"], equal["below"]) < 0.05,
+        "rise, for these scenes": tests["near"]["p these"] < 0.05,
+        "coverage: rise": covered["covers"],
+        "coverage: f/11 to pinhole": middle["covers"],
+        "coverage: rise, for these scenes": covered["covers these"],
+    }
+    return {name: int(value.sum()) for name, value in found.items()}
+
+
+def _weights(weights: Any) -> FloatArray:
+    return np.asarray(weights, dtype=float)
+
+
+def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
+    """One cell of the table: rates of each test and interval. It depends on the task alone, not on who works it out."""
+    seed, sets, subjects, kind, scene_sd, curve = task
+    place = (subjects, list(DIFFERENCES).index(kind), int(scene_sd > 0), list(CURVES).index(curve))
+    rng = np.random.default_rng(np.random.SeedSequence([seed, *place]))
+    total: dict[str, int] = {}
+    for start in range(0, sets, BATCH):
+        for name, count in batch(rng, min(BATCH, sets - start), subjects, kind, scene_sd, curve).items():
+            total[name] = total.get(name, 0) + count
+    return {
+        "subjects": subjects,
+        "differences": kind,
+        "scene_sd": scene_sd,
+        "curve": curve,
+        "sets": sets,
+        "rates": {name: count / sets for name, count in total.items()},
+    }
+
+
+def compare(seed: int) -> None:
+    """Analyse one set by `depth_rating` and by the code above; stop where they differ."""
+    rng = np.random.default_rng(seed)
+    logs = answers(rng, 1, 6, "much", 0.1, "saturating", RISE)
+    rows = [
+        (f"{who:02}", f"s{scene:02}", name, APERTURES[name], "nearest", float(np.exp(logs[0, who, scene, number])))
+        for who, scene, (number, name) in product(range(6), range(SCENES), enumerate(APERTURES))
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "scene", "aperture", "aperture_mm", "fixation", "rating"])
+    result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=BOUND).fixations[0]
+    mine = rated(logs[..., -1] - logs[..., 0])
+    assert isinstance(result.rise, Effect)
+    np.testing.assert_allclose(result.rise.p, mine["p"][0], rtol=1e-9)
+    bend = rated(logs @ _weights(curvature_weights(MM)))
+    assert isinstance(result.curvature, Effect)
+    np.testing.assert_allclose(result.curvature.p, bend["p"][0], rtol=1e-9)
+
+
 TRIALS, LASTS = 3, 30.0  # of each gradient of the cube, and seconds
 
 
-def ratings(rng: np.random.Generator, subjects: int, spread: float, rise: float = 0.0) -> pd.DataFrame:
-    """Depth ratings by people whose log rise is `rise` on the mean, with both fixations."""
-    rows = [
-        (
-            f"{subject:02}",
-            fixation,
-            aperture,
-            mm,
-            scene,
-            repetition,
-            level + mm / LARGEST * own + 0.1 * (scene == "room"),
-        )
-        for subject in range(subjects)
-        for level in [rng.normal(0, 0.15)]
-        for fixation in ("nearest", "farthest")
-        for own in [rng.normal(rise, spread)]
-        for aperture, mm in APERTURES.items()
-        for scene in SCENES
-        for repetition in range(REPETITIONS)
-    ]
-    names = ["participant_id", "fixation", "aperture", "aperture_mm", "scene", "repetition", "answer"]
-    table = pd.DataFrame(rows, columns=names)
-    table["rating"] = np.exp(table["answer"] + rng.normal(0, NOISE, len(table)))
-    return table.assign(trial=np.arange(len(table)), catch=False)
-
-
-def steps(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFrame:
-    """The same in five steps, with one fixation: the latent answer is in logits."""
-    table = ratings(rng, subjects, spread)
-    table = table[table["fixation"] == "nearest"]
-    logits = math.pi / math.sqrt(3) / NOISE
-    latent = logits * table["answer"] + rng.logistic(size=len(table))
-    return table.assign(rating=1 + np.digitize(latent, STEPS))
-
-
 def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFrame:
-    """Reports on the cube by people who see both readings for as long, on the mean, with a gradient as without.
+    """Reports on the cube by people whose two percepts last alike, on the mean, with a gradient as without.
 
-    Both last alike: then the mean share of time and the mean odds are none together, for their curve bends at a half.
+    Then the mean share of time and the mean odds are none together, for their curve bends at a half.
     """
     rows = []
     for subject in range(subjects):
@@ -87,8 +176,8 @@ def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFr
                 while now < LASTS:
                     mean = 4.5 * math.exp(-level - own if rigid else level + own)
                     lasts = rng.gamma(3.0, mean / 3.0)
-                    seen, cut = min(lasts, LASTS - now), now + lasts >= LASTS
-                    rows.append((f"{subject:02}", f"{gradient} {trial}", gradient, strength, now, seen, rigid, cut))
+                    shown, cut = min(lasts, LASTS - now), now + lasts >= LASTS
+                    rows.append((f"{subject:02}", f"{gradient} {trial}", gradient, strength, now, shown, rigid, cut))
                     now, rigid = now + lasts, not rigid
     names = ["participant_id", "trial", "gradient", "strength", "onset", "duration", "rigid", "censored"]
     table = pd.DataFrame(rows, columns=names)
@@ -96,85 +185,68 @@ def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFr
     return table.assign(catch=False, trial_duration=LASTS)
 
 
-def found(results: dict[str, Any]) -> dict[str, float]:
-    """Probability of each test; NaN where it could not be done."""
-    return {name: result.p if isinstance(result, Effect) else math.nan for name, result in results.items()}
+def cube(task: tuple[int, int, int]) -> dict[str, float]:
+    """Probabilities of each test of one experiment on the cube; NaN where it could not be done."""
+    seed, subjects, number = task
+    (effect,) = necker(reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2)).effects
+    tests = {"GEE, time": effect.odds_of_time, "GEE, reports": effect.odds_of_reports, "paired t, share": effect.share}
+    found = {name: test.p if isinstance(test, Effect) else math.nan for name, test in tests.items()}
+    return found | {"Wilcoxon, share": math.nan if effect.wilcoxon_p is None else effect.wilcoxon_p}
 
 
-def experiment(kind: str, subjects: int, spread: float, seed: np.random.SeedSequence) -> dict[str, float]:
-    rng = np.random.default_rng(seed)
-    if kind == "necker":
-        (effect,) = necker(reports(rng, subjects, spread)).effects
-        of = {"GEE, time": effect.odds_of_time, "GEE, reports": effect.odds_of_reports, "paired t, share": effect.share}
-        return found(of) | {"Wilcoxon, share": math.nan if effect.wilcoxon_p is None else effect.wilcoxon_p}
-    if kind == "ordinal":
-        only = depth_rating(steps(rng, subjects, spread), equivalence_bound=BOUND, scale="ordinal").fixations[0]
-        return found({"ordinal slope (CLMM)": only.ordinal})
-    result = depth_rating(ratings(rng, subjects, spread), equivalence_bound=BOUND)
-    near = result.fixations[0]
-    largest = result.means[len(APERTURES) - 1].against_pinhole
-    tests = {
-        "rise": near.rise,
-        "slope": near.slope,
-        "interaction": result.interaction,
-        "largest against pinhole": largest,
-    }
-    at_bound = ratings(rng, subjects, spread, math.log(BOUND)).query("fixation == 'farthest'")
-    far = depth_rating(at_bound, equivalence_bound=BOUND).fixations[0].equivalence
-    return found(tests) | {"equivalence, true rise at bound": getattr(far, "p", math.nan)}
-
-
-def cell(task: tuple[str, int, str, int, int]) -> dict[str, float]:
-    kind, subjects, spread, seed, number = task
-    entropy = np.random.SeedSequence([seed, subjects, sorted(SPREADS).index(spread), number])
-    return experiment(kind, subjects, SPREADS[spread], entropy)
-
-
-def rates(kind: str, subjects: int, spread: str, experiments: int, seed: int, pool: Any) -> Iterator[dict[str, Any]]:
-    """Of each test: share of p below .05 among the experiments where it could be done, and its Monte Carlo error."""
-    tasks = [(kind, subjects, spread, seed, number) for number in range(experiments)]
-    table = pd.DataFrame(list(pool.map(cell, tasks, chunksize=8)))
-    for test in table:
-        p = table[test].dropna()
-        rate, error = (p < 0.05).mean(), math.sqrt(0.05 * 0.95 / max(len(p), 1))
-        yield {
-            "test": test,
-            "subjects": subjects,
-            "differences": spread,
-            "rate": round(float(rate), 4),
-            "standard_error": round(error, 4),
-            "excess": bool(rate > 0.05 + 1.96 * error),
-            "not_done": int(table[test].isna().sum()),
-            "experiments": experiments,
-        }
+def markdown(rows: list[dict[str, Any]]) -> str:
+    """The table: rates with a linear and with a saturating curve; bold above .06, or .02 off a coverage of .95."""
+    lines = [
+        "| | " + " | ".join(f"N = {subjects}" for subjects in SUBJECTS) + " |",
+        "| --- " * (len(SUBJECTS) + 1) + "|",
+    ]
+    for scene_sd in SCENE_SD:
+        for kind in DIFFERENCES:
+            lines.append(f"| **subjects differ: {kind}; scenes: {scene_sd:g}** |" + " |" * len(SUBJECTS))
+            for test in rows[0]["rates"]:
+                told = []
+                for subjects in SUBJECTS:
+                    rates = [
+                        row["rates"][test]
+                        for curve in CURVES
+                        for row in rows
+                        if (row["subjects"], row["differences"], row["scene_sd"], row["curve"])
+                        == (subjects, kind, scene_sd, curve)
+                    ]
+                    bad = [abs(rate - 0.95) > 0.02 if test.startswith("coverage") else rate > 0.06 for rate in rates]
+                    told.append(
+                        " / ".join(f"**{r:.3f}**" if b else f"{r:.3f}" for r, b in zip(rates, bad, strict=True))
+                    )
+                lines.append(f"| {test} | " + " | ".join(told) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--experiments", type=int, default=1000)
-    parser.add_argument("--ordinal", type=int, default=400, help="experiments with the ordinal scale, the slowest")
-    parser.add_argument("--subjects", default="6,10,20")
+    parser.add_argument("--sets", type=int, default=4000, help="of each cell")
+    parser.add_argument("--cube", type=int, default=0, help="experiments on the cube with each N, slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--out", type=Path)
+    parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
+    parser.add_argument("--markdown", type=Path, help="file for the table")
+    parser.add_argument("--out", type=Path, help="file for all rates (JSON)")
     asked = parser.parse_args()
-    rows = []
-    print(f"{'test':34}{'N':>4}  {'subjects differ':16}{'rate':>6}{'+-':>7}{'not done':>10}")
-    with ProcessPoolExecutor(asked.workers) as pool:
-        for kind in ("rating", "necker", "ordinal"):
-            for spread in SPREADS:
-                for subjects in map(int, asked.subjects.split(",")):
-                    experiments = asked.ordinal if kind == "ordinal" else asked.experiments
-                    for row in rates(kind, subjects, spread, experiments, asked.seed, pool):
-                        rows.append(row)
-                        mark = "  above .05" if row["excess"] else ""
-                        print(
-                            f"{row['test']:34}{subjects:4}  {spread:16}{row['rate']:6.3f}{row['standard_error']:7.3f}"
-                            f"{row['not_done']:10}{mark}",
-                            flush=True,
-                        )
+    compare(asked.seed)
+    tasks = [
+        (asked.seed, asked.sets, subjects, kind, scene_sd, curve)
+        for scene_sd, kind, subjects, curve in product(SCENE_SD, DIFFERENCES, SUBJECTS, CURVES)
+    ]
+    with shared(asked.workers, asked.scheduler) as executor:
+        rows = list(in_order(executor, cell, tasks))
+        print(markdown(rows))
+        for subjects in SUBJECTS if asked.cube else ():
+            of_cube = [(asked.seed, subjects, number) for number in range(asked.cube)]
+            p = pd.DataFrame(list(in_order(executor, cube, of_cube)))
+            print(f"cube, N = {subjects}:", dict((p < 0.05).mean().round(3)), flush=True)
+    if asked.markdown:
+        asked.markdown.write_text(markdown(rows), encoding="utf-8")
     if asked.out:
-        asked.out.write_text(json.dumps({"seed": asked.seed, "rates": rows}, indent=1) + "\n", encoding="utf-8")
+        asked.out.write_text(json.dumps({"seed": asked.seed, "cells": rows}, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -42,9 +42,9 @@ ROOMS = {
     "photographs": {"calibration", "errors", "files", "memory", "optics", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
-    "statistics": {"errors"},
+    "statistics": {"errors", "files"},
     "power": {"design", "errors", "files", "parallel", "statistics"},
-    "report": {"dataset", "errors", "files", "plotting", "statistics"},
+    "report": {"dataset", "design", "errors", "files", "plotting", "power", "statistics"},
     "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),

@@ -9,7 +9,7 @@ import pytest
 from targets import FOCAL_LENGTH, PITCH, target
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View
-from focalgradient.calibration import EDGE_K, Beliefs, Calibration, Reading, calibrate, cross_validate, read_target
+from focalgradient.calibration import EDGE_K, Calibration, Priors, Reading, calibrate, cross_validate, read_target
 
 F = 0.018
 
@@ -37,7 +37,7 @@ def sheet(
     ]
 
 
-TIGHT = Beliefs(model_error=1e-3, distance_sd=1e-4)
+TIGHT = Priors(model_error=1e-3, distance_sd=1e-4)
 LOOSE = replace(TIGHT, k_sd=0.5, f_number_sd=0.3, offset_sd=0.2)
 
 
@@ -48,13 +48,13 @@ def test_four_distances_tell_everything_but_the_product_of_k_and_aperture() -> N
     assert 1 / camera.focus[None] == pytest.approx(0.33, rel=0.005)
     assert camera.f_numbers[16.0] / camera.f_numbers[10.0] == pytest.approx(16.9 / 10.6, rel=0.003)
     assert camera.k / camera.f_numbers[10.0] == pytest.approx(EDGE_K / 10.6, rel=0.01)
-    assert camera.told[2] > 0.95  # the offset
+    assert camera.informed[2] > 0.95  # the offset
     ratio = np.array([1.0, 0, 0, -1, 0, 0])
     assert camera.sd[0] > 0.15  # ln k by itself, against ln (k / N):
     assert math.sqrt(ratio @ camera.covariance @ ratio) < 0.01
 
 
-def test_two_distances_leave_the_offset_to_what_was_believed() -> None:
+def test_two_distances_leave_the_offset_to_its_prior() -> None:
     loose = replace(LOOSE, k_sd=0.2, f_number_sd=0.2)
     two = calibrate(sheet((0.5, 1.5), offset=0.06, stops={10.0: 10.0}, focus=0.33, mark=0.3), F, 4.7e-6, loose)
     four = calibrate(sheet((0.45, 0.7, 1.2, 3.0), offset=0.06, stops={10.0: 10.0}, focus=0.33), F, 4.7e-6, loose)
@@ -67,9 +67,9 @@ def test_two_distances_leave_the_offset_to_what_was_believed() -> None:
 
 
 def test_stated_uncertainties_cover_the_truth() -> None:
-    """Cameras drawn from what is believed of cameras, seen with the errors that are expected of views."""
+    """Cameras drawn from the priors, seen with the errors that are expected of views."""
     rng = np.random.default_rng(5)
-    beliefs = Beliefs(focus_sd=0.1)
+    priors = Priors(focus_sd=0.1)
     pitch, distances, marks = 4.7e-6, (0.5, 0.8, 1.5), (5.6, 11.0)
     scores, predicted = [], []
     for _ in range(36):
@@ -85,7 +85,7 @@ def test_stated_uncertainties_cover_the_truth() -> None:
 
         if focus > 0.9 * (0.5 + offset) or width(0.49 + offset, true[11.0], focus, k=k) < 2 * pitch:
             continue  # too sharp to be read
-        camera = calibrate([seen(d, mark) for d in distances for mark in marks], F, pitch, beliefs)
+        camera = calibrate([seen(d, mark) for d in distances for mark in marks], F, pitch, priors)
         truth = [math.log(k), own * 1e12, offset, *(math.log(n) for n in true.values()), 1 / focus]
         scores.append((camera.parameters - truth) / camera.sd)
         between = camera.predict(seen(1.0, 11.0))
@@ -155,10 +155,10 @@ def test_own_blur_of_either_sign_is_told_from_defocus() -> None:
 @cache
 def sure_camera() -> Calibration:
     """A camera known well enough for errors to be small, and for the law to hold exactly."""
-    beliefs = Beliefs(
+    priors = Priors(
         model_error=1e-6, model_weight=1e6, distance_sd=1e-3, k_sd=0.01, f_number_sd=0.01, own_sd=0.1, offset_sd=0.05
     )
-    return calibrate(sheet((0.5, 1.5), stops={10.0: 10.0, 16.0: 16.0}, focus=0.3, mark=0.3), F, 4.7e-6, beliefs)
+    return calibrate(sheet((0.5, 1.5), stops={10.0: 10.0, 16.0: 16.0}, focus=0.3, mark=0.3), F, 4.7e-6, priors)
 
 
 @pytest.mark.parametrize("marks", [(10.0,), (10.0, 16.0)])
@@ -208,7 +208,7 @@ def test_a_target_before_the_ray_caster_calibrates_the_camera() -> None:
             view = target(Lens(FOCAL_LENGTH, f_number, focus), distance + offset, seed=seed)
             sigma, sigma_sd = read_target(view)
             readings.append(Reading(distance, mark, None, sigma * PITCH, sigma_sd * PITCH))
-    camera = calibrate(readings, FOCAL_LENGTH, PITCH, replace(Beliefs(), own_sd=0.2))
+    camera = calibrate(readings, FOCAL_LENGTH, PITCH, replace(Priors(), own_sd=0.2))
     truth = [math.log(EDGE_K), 0.0, offset, *np.log(list(true.values())), 1 / focus]
     assert np.all(np.abs(camera.parameters - truth) < 2.5 * camera.sd)
     assert camera.f_numbers[11.0] / camera.f_numbers[5.6] == pytest.approx(10.7 / 6.1, rel=0.02)  # marked 1.96

@@ -33,7 +33,7 @@ def data(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def made(data):
-    return make_report(data, bound=1.25, bound_stated=True)
+    return make_report(data, bound=1.25)
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +75,8 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert len(table(made, "necker_durations.csv")) == 6
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
-    assert said | {"depth_rating_subjects.csv", "necker_subjects.csv", "depth_rating_scenes.csv"} == {
-        name for name in made.files if name.endswith(".csv")
-    }
+    others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary")}
+    assert said | others | {"necker_subjects.csv"} == {name for name in made.files if name.endswith(".csv")}
 
 
 def test_the_page_is_whole_and_needs_nothing_else(made):
@@ -95,7 +94,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
 
     Reader().feed(text)
     assert not open_tags
-    assert len(sources) == 2
+    assert len(sources) == 3
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
@@ -103,7 +102,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
 def test_markdown_names_its_figures_and_says_what_html_says(made):
     text = made.files["report.md"].decode()
     named = re.findall(r"!\[.*\]\((.*)\)", text)
-    assert named == ["depth_rating.png", "necker.png"]
+    assert named == ["depth_rating.png", "depth_rating_scenes.png", "necker.png"]
     assert all(made.files[name].startswith(b"\x89PNG") for name in named)
     assert made.files["necker.pdf"].startswith(b"%PDF")
     cells = {cell for line in text.splitlines() if line.startswith("| ") for cell in line[2:-2].split(" | ")}

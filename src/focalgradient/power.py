@@ -27,8 +27,11 @@ from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.parallel import completed
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
+from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.means import holm
+from focalgradient.statistics.records import ALPHA
 
-__all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "run", "simulated_ratings"]
+__all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "quick_power", "run", "simulated_ratings"]
 
 TESTS = {
     "near_rise": "near: rises with blur",
@@ -370,3 +373,62 @@ def power(experiments: pd.DataFrame) -> list[Power]:
         near, far = (float(np.exp(rows[name].astype(float).median())) for name in ("width", "far_width"))
         summed.append(Power(int(str(subjects)), len(rows), found, error, near, far, float(rows["left_out"].mean())))
     return summed
+
+
+def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:
+    """Power of the three tests from tables of log ratios drawn at once: no lapses, nobody left out.
+
+    Parameters
+    ----------
+    study
+        What is simulated; the design must be complete.
+    subjects
+        How many take part.
+    experiments
+        How many are drawn: 2000 give a share to .011, one standard error at .5.
+
+    Returns
+    -------
+    dict
+        Share of experiments in which each of `TESTS` comes out.
+
+    Examples
+    --------
+    >>> found = quick_power(Study(Model(effect=1.5), DepthRatingDesign()), 10, 200)
+    >>> found["near_rise"] > 0.95
+    True
+    """
+    from scipy import stats
+
+    model, design = study.model, study.design
+    rng = default_rng(SeedSequence([study.seed, subjects, experiments]))
+    shape = (experiments, subjects, len(design.scenes))
+    noise = model.noise * math.sqrt(2 / design.repetitions)
+    rises = [
+        math.log(mean)
+        + rng.normal(0, model.between, (experiments, subjects, 1))
+        + rng.normal(0, model.between_scenes, (experiments, 1, shape[2]))
+        + rng.normal(0, noise, shape)
+        for mean in (model.effect, model.far_effect)
+    ]
+    found = [_tested(cells) for cells in (*rises, rises[0] - rises[1])]
+    p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
+    corrected = holm(p) < ALPHA
+    mean, error, df = found[1]
+    bound = math.log(study.bound)
+    outside = np.maximum(stats.t.sf((mean + bound) / error, df), stats.t.cdf((mean - bound) / error, df))
+    return {
+        "near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean()),
+        "far_equivalent": float((outside < ALPHA).mean()),
+        "interaction": float((corrected[:, 2] & (found[2][0] > 0)).mean()),
+    }
+
+
+def _tested(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, standard error and degrees of freedom, as the analysis has them."""
+    if cells.shape[-1] >= FEWEST_SCENES:
+        found = moments(cells)
+        return found.mean, found.standard_error, found.df
+    own = cells.mean(axis=-1)
+    error = own.std(axis=-1, ddof=1) / math.sqrt(own.shape[-1])
+    return own.mean(axis=-1), error, np.full(error.shape, own.shape[-1] - 1.0)

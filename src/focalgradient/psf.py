@@ -14,9 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 
-__all__ = ["DISC_K", "MODELS", "PsfName", "disc_transfer", "gaussian_transfer", "pixel_transfer", "transfer"]
+__all__ = [
+    "DISC_K",
+    "MODELS",
+    "PsfName",
+    "blend_transfer",
+    "disc_transfer",
+    "gaussian_transfer",
+    "pixel_transfer",
+    "transfer",
+]
 
-PsfName = Literal["disc", "gaussian"]
+PsfName = Literal["disc", "gaussian", "blend"]
 """Model of a blur that is known by its radius alone."""
 
 DISC_K = 0.5
@@ -50,9 +59,23 @@ def gaussian_transfer(frequency: ArrayLike, radius: ArrayLike, k: float = DISC_K
     return np.exp(-2 * (np.pi * sigma * np.asarray(frequency, dtype=float)) ** 2)
 
 
+def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray[np.float64]:
+    """Transfer of a disc convolved with a Gaussian, as real lenses' blur is; broadcasts.
+
+    The Gaussian's standard deviation is `k` x `radius`, the disc's own radius `radius` sqrt(1 - (k / 0.5)^2): the two
+    together have the second moment of the whole disc. 0 is the disc, 0.5 and more the Gaussian.
+
+    >>> [round(float(blend_transfer(0.1, 4.0, k)), 3) for k in (0.0, 0.35, 0.5)]
+    [0.393, 0.44, 0.454]
+    """
+    rest = np.sqrt(max(0.0, 1 - (k / DISC_K) ** 2)) * np.asarray(radius, dtype=float)
+    return disc_transfer(frequency, rest) * gaussian_transfer(frequency, radius, k)
+
+
 MODELS: dict[PsfName, Callable[[ArrayLike, ArrayLike, float], NDArray[np.float64]]] = {
     "disc": lambda frequency, radius, k: disc_transfer(frequency, radius),
     "gaussian": gaussian_transfer,
+    "blend": blend_transfer,
 }
 
 
@@ -66,10 +89,10 @@ def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = D
     radius
         Radius of the geometric blur disc; 0 (a pinhole, or a point in focus) transfers everything.
     psf
-        ``"disc"`` or ``"gaussian"``.
+        ``"disc"``, ``"gaussian"`` or ``"blend"``.
     k
-        For the Gaussian, sigma / disc radius. The paper takes 1 and asks for calibration; the default matches
-        the second moment of the disc.
+        For the Gaussian, and the blend's Gaussian part, sigma / disc radius. The paper takes 1 and asks for
+        calibration; the default matches the second moment of the disc.
 
     Raises
     ------

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from blurred import PIXEL, lens
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate, optimize, stats
 
@@ -93,6 +93,7 @@ def test_edge_bound_is_the_information_of_the_blurred_step() -> None:
     assert math.sqrt(np.linalg.inv(information)[0, 0]) / sigma == pytest.approx(alone, rel=0.05)
 
 
+@settings(deadline=None)
 @given(
     f_numbers=st.lists(st.floats(2.0, 64.0), min_size=2, max_size=4),
     noise=st.floats(1e-4, 0.1),
@@ -118,9 +119,9 @@ def test_laws(f_numbers: list[float], noise: float, sigma: float, psf: str) -> N
 
 def test_noise_of_each_view_counts() -> None:
     """A third view drowned in noise tells nothing."""
-    settings = {"power": natural_power(0.2, 32), "area": 400.0}
-    two = comparison_bound([lens(16), WIDE], vergence(2.0), PIXEL, noise=[0.01, 0.02], **settings)
-    three = comparison_bound([lens(16), WIDE, lens(8)], vergence(2.0), PIXEL, noise=[0.01, 0.02, 1e3], **settings)
+    texture = {"power": natural_power(0.2, 32), "area": 400.0}
+    two = comparison_bound([lens(16), WIDE], vergence(2.0), PIXEL, noise=[0.01, 0.02], **texture)
+    three = comparison_bound([lens(16), WIDE, lens(8)], vergence(2.0), PIXEL, noise=[0.01, 0.02, 1e3], **texture)
     assert three == pytest.approx(two, rel=1e-6)
 
 

@@ -9,6 +9,7 @@ import pytest
 from blurred import PIXEL, lens
 
 from focalgradient import InputError, View, recover_depth
+from focalgradient.render import Rendered
 
 RANDOM = np.random.default_rng(0)
 IMAGE = RANDOM.uniform(0.5, 1.5, (64, 80))
@@ -81,3 +82,19 @@ def test_views_that_do_not_overlap_in_brightness() -> None:
     one[:, :39] = other[:, 41:] = 2.0  # just less than half of each
     with pytest.raises(InputError, match=r"hardly a pixel is usable \(unsaturated, not masked\) in every view"):
         recover_depth([with_image(SHARP, one), with_image(WIDE, other)], near=0.85)
+
+
+@pytest.mark.parametrize(
+    ("views", "said"),
+    [
+        (SHARP, r"views is one View, but must be a list of View: give \[first, second\]"),
+        ("views.toml", "views is a str, but must be a list of View"),
+        (7, "views is a int, but must be a list of View"),
+        ([IMAGE, IMAGE], r"view 1 is a ndarray, but must be a View: give View\(image, optics, pixel_angle\)"),
+        ([SHARP, Rendered(WIDE, IMAGE)], "view 2 is a Rendered, but must be a View: give its attribute view"),
+        ([SHARP, "b.png"], "view 2 is a str, but must be a View"),
+    ],
+)
+def test_what_is_no_list_of_views(views: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        recover_depth(views)

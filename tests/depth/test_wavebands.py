@@ -1,22 +1,23 @@
-"""Views in unlike light, and optics that tell their own blur: what the core makes of them, whoever they are."""
+"""Views in different wavebands, and optics with a transfer of their own: what the core makes of any of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from focalgradient import InputError, View, recover_depth
+from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.depth.equalise.likelihood import SharedPower, comparing_filters
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.search import Blurs, Search
+from focalgradient.depth.settings import RecoverySettings
 from focalgradient.psf import disc_transfer
 
 PIXEL = 3e-4
 
 
 @dataclass(frozen=True)
-class Told:
-    """A lens that says its blur and its light."""
+class Tinted:
+    """A lens with a transfer and a waveband of its own."""
 
     focus_vergence: float
     light: str = "green"
@@ -26,8 +27,8 @@ class Told:
         return disc_transfer(frequency, np.abs(self.focus_vergence - vergence) * self.aperture_diameter / 2)
 
 
-def views(*optics: Told, noise: float = 0.0, vergence: float = 1.3, mix: float = 0.0) -> list[View]:
-    """A wall whose texture, in light other than the first's, has a part of its own of `mix` times the amplitude."""
+def views(*optics: Tinted, noise: float = 0.0, vergence: float = 1.3, mix: float = 0.0) -> list[View]:
+    """A wall whose texture, in other wavebands than the first's, has a part of its own of `mix` times the amplitude."""
     random = np.random.default_rng(3)
     frequency = np.hypot(np.fft.fftfreq(384)[:, None], np.fft.rfftfreq(384))
     fields = np.fft.rfft2(random.standard_normal((2, 384, 384))) / np.maximum(frequency, 1 / 384)
@@ -42,18 +43,18 @@ def views(*optics: Told, noise: float = 0.0, vergence: float = 1.3, mix: float =
 
 
 def test_optics_own_disc_reads_as_the_disc() -> None:
-    pair = views(Told(1.0), Told(1.6), noise=0.01)
+    pair = views(Tinted(1.0), Tinted(1.6), noise=0.01)
     own, disc = (recover_depth(pair, psf=psf) for psf in ("optics", "disc"))
     assert np.array_equal(own.vergence, disc.vergence)
     assert np.median(np.abs(own.vergence - 1.3)[own.valid]) < 0.01
 
 
-def test_unlike_light_is_measured_and_alike_light_is_not() -> None:
-    alike = recover_depth(views(Told(1.0), Told(1.6), noise=0.01), psf="optics")
+def test_what_wavebands_share_is_estimated_and_of_one_waveband_nothing() -> None:
+    alike = recover_depth(views(Tinted(1.0), Tinted(1.6), noise=0.01), psf="optics")
     assert "shared_texture" not in alike.details
-    unlike = recover_depth(views(Told(1.0), Told(1.6, "blue"), noise=0.01, mix=0.3), psf="optics")
+    unlike = recover_depth(views(Tinted(1.0), Tinted(1.6, "blue"), noise=0.01, mix=0.3), psf="optics")
     shared = unlike.details["shared_texture"]["blue"]
-    # Midway between the foci, where both views are blurred alike, the gain is hardest to tell and depth least needs it.
+    # Midway between the foci, where both views are blurred alike, the gain is hardest to estimate, and needed least.
     assert shared["gain"] == pytest.approx(1, abs=0.2)
     assert shared["correlation"] == pytest.approx(1 / np.hypot(1, 0.3), abs=0.04)
     assert np.median(np.abs(unlike.vergence - 1.3)[unlike.valid]) < 0.01
@@ -62,7 +63,7 @@ def test_unlike_light_is_measured_and_alike_light_is_not() -> None:
 
 def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise() -> None:
     """At the right depth what is left is noise of the strength stated, own parts included."""
-    search = Search.over([Told(1.0), Told(1.6, "blue"), Told(0.8, "blue")], PIXEL, None, None)
+    search = Search.over([Tinted(1.0), Tinted(1.6, "blue"), Tinted(0.8, "blue")], PIXEL, None, None)
     blurs, power = search.blurs("optics", 0.5), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
     shared_power = SharedPower(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]))
     sd = [0.01, 0.02, 0.02]
@@ -87,4 +88,13 @@ def test_blur_at_every_other_level() -> None:
 @pytest.mark.parametrize("method", ["spectra", "ratio"])
 def test_own_blur_is_for_the_default_method(method) -> None:
     with pytest.raises(InputError, match="psf is 'optics'"):
-        recover_depth(views(Told(1.0), Told(1.6)), psf="optics", method=method)
+        recover_depth(views(Tinted(1.0), Tinted(1.6)), psf="optics", method=method)
+
+
+def test_a_disc_is_the_default_unless_every_view_and_the_method_know_better() -> None:
+    own, plain = Tinted(1.0), Lens(0.025, 4.0, 1.0)
+    auto = RecoverySettings("equalise", None, None, "auto", 0.5, 8.0, None, False, 1e-3, lambda share, words: None)
+    assert auto.resolved([own, Tinted(1.6)]).psf == "optics"
+    assert auto.resolved([own, plain]).psf == "disc"
+    assert replace(auto, method="spectra").resolved([own, Tinted(1.6)]).psf == "disc"
+    assert replace(auto, psf="gaussian").resolved([own, Tinted(1.6)]).psf == "gaussian"

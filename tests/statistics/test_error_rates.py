@@ -16,19 +16,34 @@ SPEC.loader.exec_module(study)
 EXPERIMENTS = 20
 
 
-@pytest.mark.parametrize("kind", ["rating", "necker"])
-def test_false_positives_with_six_subjects(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As many as one experiment in twenty makes likely; a rate of .4, as without random slopes, would not pass."""
+def test_the_benchmark_analyses_as_the_package_does() -> None:
+    study.compare(seed=3)
+
+
+@pytest.mark.parametrize("subjects", [4, 10])
+@pytest.mark.parametrize("curve", list(study.CURVES))
+def test_rates_and_coverage_of_normal_subjects_and_scenes_that_differ(subjects: int, curve: str) -> None:
+    """2000 sets measure a rate of .05 to .005."""
+    rates = study.cell((5, 2000, subjects, "much", 0.1, curve))["rates"]
+    covered = {name: rate for name, rate in rates.items() if name.startswith("coverage")}
+    fixed = {name for name in rates if "these scenes" in name}
+    found = {name: rate for name, rate in rates.items() if name not in covered and name not in fixed}
+    assert all(0.01 < rate < 0.065 for rate in found.values()), found
+    assert all(0.93 < rate < 0.985 for name, rate in covered.items() if name not in fixed), covered
+    assert rates["rise, for these scenes"] > 0.05
+
+
+def test_false_positives_of_the_cube_with_six_subjects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many as one experiment in twenty makes likely; a rate of .4 would not pass."""
     monkeypatch.setattr("focalgradient.statistics.cube._dominance", lambda *_: None)  # slow, and no test
-    p = pd.DataFrame([study.cell((kind, 6, "large", 2, each)) for each in range(EXPERIMENTS)])
+    p = pd.DataFrame([study.cube((2, 6, each)) for each in range(EXPERIMENTS)])
     most = stats.binom.isf(0.005, EXPERIMENTS, 0.05)
-    found = (p < 0.05).sum()
     assert not p.isna().to_numpy().any()
-    assert (found <= most).all(), found
+    assert ((p < 0.05).sum() <= most).all()
     assert most < stats.binom.ppf(0.1, EXPERIMENTS, 0.4)
 
 
-def test_what_is_there_is_found() -> None:
+def test_an_effect_is_found() -> None:
     rng = np.random.default_rng(1)
-    result = study.depth_rating(study.ratings(rng, 6, 0.05, np.log(1.6)), equivalence_bound=1.2)
-    assert result.fixations[0].rise.p < 0.01
+    cells = study.answers(rng, 1, 6, "little", 0.0, "linear", 1.6)
+    assert study.rated(cells[..., -1] - cells[..., 0])["p"][0] < 0.01

@@ -1,18 +1,18 @@
 """What a camera's blur really is, from views of a flat target with sharp edges at known distances.
 
-The marks on a lens tell its blur to a tenth. A target tells it better: along its edges the blur on the sensor has a
+The marks on a lens give its blur to a tenth. A target gives it better: along its edges the blur on the sensor has a
 variance w^2 = (k r)^2 + own, with r = (F / 2N) |V_f - V| v0 the radius of the blur disc (Pentland 1987, Eqs. 12-16, in
-vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the camera's own blur `own` (negative
-where the camera sharpens its pictures), the offset of the plane that distances are measured from, the effective
-f-number N of each setting and the focus vergence V_f.
+vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the residual blur variance `own`
+(negative where the camera sharpens its pictures), the offset of the plane that distances are measured from, the
+effective f-number N of each setting and the focus vergence V_f.
 
-Views do not tell all of these: k / N is one product, and two distances leave the offset open. So each has a prior, as
-wide as an honest photographer would put it; the most probable values come with their joint covariance, and with how
-much of each the views told.
+Views do not determine all of these: k / N is one product, and two distances leave the offset open. So each has a prior,
+as wide as an honest photographer would put it; the most probable values come with their joint covariance, and with the
+share of each prior's variance that the views removed.
 """
 
 from focalgradient.calibration.camera import Calibration, Prediction, Reading
-from focalgradient.calibration.fit import EDGE_K, Beliefs, calibrate, cross_validate
+from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
 from focalgradient.calibration.target import read_target
 
-__all__ = ["EDGE_K", "Beliefs", "Calibration", "Prediction", "Reading", "calibrate", "cross_validate", "read_target"]
+__all__ = ["EDGE_K", "Calibration", "Prediction", "Priors", "Reading", "calibrate", "cross_validate", "read_target"]

@@ -1,4 +1,4 @@
-"""A calibrated camera: its optics wherever its marks stand, and what it still does not know of itself."""
+"""A calibrated camera: its optics wherever its marks stand, and how uncertain they remain."""
 
 from __future__ import annotations
 
@@ -54,16 +54,16 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """A camera as its target showed it.
+    """A camera as estimated from its target.
 
     Parameters
     ----------
     focal_length, pixel_pitch
-        In metres, as they were given: the blur is told in their terms.
+        In metres, as they were given: the blur is given in their terms.
     k
         sigma / disc radius along edges.
     own
-        Variance on the sensor of the blur that is there even in focus, in m^2; negative where the camera sharpens.
+        Residual blur variance on the sensor, there even in focus, in m^2; negative where the camera sharpens.
     offset
         Optical distance = distance from the user's reference plane + `offset`, in metres.
     f_numbers
@@ -74,8 +74,8 @@ class Calibration:
         Relative error of the widths that remains.
     covariance
         Joint, of `parameters`.
-    told
-        For each of these the share of the prior's variance that the views took away, 0 to 1.
+    informed
+        For each of these the share of the prior's variance that the views removed, 0 to 1.
     """
 
     focal_length: float
@@ -87,7 +87,7 @@ class Calibration:
     focus: Mapping[float | None, float]
     model_error: float
     covariance: FloatArray
-    told: FloatArray
+    informed: FloatArray
 
     @property
     def parameters(self) -> FloatArray:
@@ -182,7 +182,7 @@ class Calibration:
         count = len(self.f_numbers)
         vergence = np.asarray(vergence, float)
 
-        def seen(parameters: FloatArray, at: FloatArray) -> FloatArray:
+        def measured(parameters: FloatArray, at: FloatArray) -> FloatArray:
             """What is measured: the blur's variance (um^2), or where views are compared its differences."""
             errors = parameters[-len(places) :]
             squares = []
@@ -199,11 +199,11 @@ class Calibration:
         spread[: -len(places), : -len(places)] = self.covariance
         spread[range(-len(places), 0), range(-len(places), 0)] = self.model_error**2
         step = 1e-4
-        slope = (seen(joint, vergence + step) - seen(joint, vergence - step)) / (2 * step)
+        slope = (measured(joint, vergence + step) - measured(joint, vergence - step)) / (2 * step)
         gain = slope / np.maximum((slope**2).sum(axis=0), 1e-12)
         moved = []
         for shift in np.diag(np.maximum(1e-4 * np.abs(joint), 1e-5)):
-            change = (seen(joint + shift, vergence) - seen(joint - shift, vergence)) / (2 * shift.max())
+            change = (measured(joint + shift, vergence) - measured(joint - shift, vergence)) / (2 * shift.max())
             moved.append(-(gain * change).sum(axis=0))
         jacobian = np.stack(moved)
         if of == "distance":

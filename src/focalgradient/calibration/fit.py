@@ -1,4 +1,4 @@
-"""The most probable camera, given what its target showed and what was believed."""
+"""The most probable camera, given what its target showed and the priors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from focalgradient.calibration.camera import Calibration, Prediction, Reading, disc_radius
 from focalgradient.errors import InputError
 
-__all__ = ["EDGE_K", "Beliefs", "calibrate", "cross_validate"]
+__all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate"]
 
 FloatArray = NDArray[np.float64]
 
@@ -26,8 +26,8 @@ UNDECIDED = 6.0
 
 
 @dataclass(frozen=True, slots=True)
-class Beliefs:
-    """What is held of a camera before its target is looked at.
+class Priors:
+    """What is known of a camera before its target is measured: means, and standard deviations of normal priors.
 
     Parameters
     ----------
@@ -60,9 +60,9 @@ class Beliefs:
 
 
 def calibrate(
-    readings: Sequence[Reading], focal_length: float, pixel_pitch: float, beliefs: Beliefs | None = None
+    readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors | None = None
 ) -> Calibration:
-    """The most probable camera, given `readings` of its target, and what was believed.
+    """The most probable camera, given `readings` of its target, and the priors.
 
     Readings of one distance and setting count as one: their median.
 
@@ -72,8 +72,8 @@ def calibrate(
         One for each view of the target.
     focal_length, pixel_pitch
         In metres.
-    beliefs
-        By default those of `Beliefs`.
+    priors
+        By default those of `Priors`.
 
     Raises
     ------
@@ -86,14 +86,14 @@ def calibrate(
     >>> lens = Lens(0.05, 4.2, 1.0)  # marked f/4
     >>> width = lambda d: 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance
     >>> seen = [Reading(d, 4.0, None, width(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
-    >>> camera = calibrate(seen, 0.05, 5e-6, Beliefs(k=0.5, offset_sd=0.001, k_sd=0.01, distance_sd=0.001))
+    >>> camera = calibrate(seen, 0.05, 5e-6, Priors(k=0.5, offset_sd=0.001, k_sd=0.01, distance_sd=0.001))
     >>> round(camera.f_numbers[4.0], 1), round(1 / camera.focus[None], 2)
     (4.2, 1.0)
     """
-    beliefs = beliefs or Beliefs()
+    priors = priors or Priors()
     if not readings:
         raise InputError("there is no view of a target, but calibration needs one or more: add views.")
-    return _Fit.of(readings, focal_length, pixel_pitch, beliefs).best(pixel_pitch)
+    return _Fit.of(readings, focal_length, pixel_pitch, priors).best(pixel_pitch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +101,7 @@ class _Fit:
     """The least-squares problem: parameters as in `Calibration.parameters`, then the error of each distance."""
 
     focal_length: float
-    beliefs: Beliefs
+    priors: Priors
     stops: list[float]
     marks: list[float | None]
     distances: FloatArray
@@ -111,7 +111,7 @@ class _Fit:
     own_sd: float  # um^2
 
     @classmethod
-    def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, beliefs: Beliefs) -> _Fit:
+    def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> _Fit:
         """Gather the readings into cells, one for each distance and setting."""
         stops = sorted({r.f_number for r in readings})
         marks = sorted({r.focus_distance for r in readings}, key=lambda mark: math.inf if mark is None else mark)
@@ -131,15 +131,15 @@ class _Fit:
             width.append(1e6 * middle)
             width_sd.append(1e6 * each * (1.0 if len(members) < 3 else 1.25) / math.sqrt(len(members)))
         place = np.array(list(cells), np.intp).T
-        own_sd = beliefs.own_sd * (1e6 * pixel_pitch) ** 2
+        own_sd = priors.own_sd * (1e6 * pixel_pitch) ** 2
         return cls(
-            *(focal_length, beliefs, stops, marks, np.array(distances), place, np.array(width), np.array(width_sd)),
+            *(focal_length, priors, stops, marks, np.array(distances), place, np.array(width), np.array(width_sd)),
             own_sd,
         )
 
     def residuals(self, theta: FloatArray, model_error: float) -> FloatArray:
-        """How far the law lies from the cells, and the parameters from what was believed, in standard deviations."""
-        b, first = self.beliefs, 3 + len(self.stops)
+        """How far the law lies from the cells, and the parameters from the priors, in standard deviations."""
+        b, first = self.priors, 3 + len(self.stops)
         distance, stop, focus = self.place
         vergence_focus, slip = theta[first : first + len(self.marks)], theta[first + len(self.marks) :]
         optical = np.maximum(self.distances + theta[2] + slip, 1e-3)
@@ -163,7 +163,7 @@ class _Fit:
 
     def best(self, pixel_pitch: float) -> Calibration:
         """The most probable camera; refused where one on the other side of focus explains the readings as well."""
-        b, first = self.beliefs, 3 + len(self.stops)
+        b, first = self.priors, 3 + len(self.stops)
         found = sorted(self.minima(b.model_error), key=lambda minimum: minimum[0])
         chi_square, theta = found[0]
         for other_chi_square, other in found[1:]:
@@ -174,7 +174,7 @@ class _Fit:
                 )
         error = b.model_error
         for _ in range(8):
-            _, theta, jacobian = self.settle(theta, error)
+            _, theta, jacobian = self.converge(theta, error)
             covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
             fitted = jacobian[: len(self.width)]
             freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
@@ -185,8 +185,8 @@ class _Fit:
         marked = [
             math.inf if mark is None else b.focus_sd * v for mark, v in zip(self.marks, theta[first:], strict=False)
         ]
-        believed = np.array([b.k_sd, self.own_sd, b.offset_sd, *[b.f_number_sd] * len(self.stops), *marked])
-        covariance = covariance[: len(believed), : len(believed)]
+        prior_sd = np.array([b.k_sd, self.own_sd, b.offset_sd, *[b.f_number_sd] * len(self.stops), *marked])
+        covariance = covariance[: len(prior_sd), : len(prior_sd)]
         return Calibration(
             focal_length=self.focal_length,
             pixel_pitch=pixel_pitch,
@@ -197,7 +197,7 @@ class _Fit:
             focus={mark: float(v) for mark, v in zip(self.marks, theta[first:], strict=False)},
             model_error=error,
             covariance=covariance,
-            told=np.clip(1 - np.diag(covariance) / believed**2, 0, 1),
+            informed=np.clip(1 - np.diag(covariance) / prior_sd**2, 0, 1),
         )
 
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
@@ -210,7 +210,7 @@ class _Fit:
         count = len(self.marks)
         groups: list[list[float]] = []
         for group in range(count):
-            vergence = 1 / (self.distances[self.place[0, self.place[2] == group]] + self.beliefs.offset)
+            vergence = 1 / (self.distances[self.place[0, self.place[2] == group]] + self.priors.offset)
             low, high = float(vergence.min()), float(vergence.max())
             # Focus beyond all of the target's distances, between them, nearer than all.
             starts = [0.5 * low, *(low + (high - low) * np.array([0.25, 0.5, 0.75])), 1.3 * high, 2 * high]
@@ -220,22 +220,22 @@ class _Fit:
                 alone = replace(
                     self, marks=[self.marks[group]], place=place, width=self.width[kept], width_sd=self.width_sd[kept]
                 )
-                settled = alone.minima(model_error)
-                least = min(chi_square for chi_square, _ in settled)
-                ends = sorted({round(t[3 + len(self.stops)], 2) for c, t in settled if c < least + 30})
+                converged = alone.minima(model_error)
+                least = min(chi_square for chi_square, _ in converged)
+                ends = sorted({round(t[3 + len(self.stops)], 2) for c, t in converged if c < least + 30})
                 starts = ends
             groups.append(starts)
         found = []
         for focus in product(*groups):
             start = np.array(
-                [math.log(self.beliefs.k), 0.0, self.beliefs.offset, *np.log(self.stops), *focus]
+                [math.log(self.priors.k), 0.0, self.priors.offset, *np.log(self.stops), *focus]
                 + [0.0] * len(self.distances)
             )
-            chi_square, theta, _ = self.settle(start, model_error)
+            chi_square, theta, _ = self.converge(start, model_error)
             found.append((chi_square, theta))
         return found
 
-    def settle(self, start: FloatArray, model_error: float) -> tuple[float, FloatArray, FloatArray]:
+    def converge(self, start: FloatArray, model_error: float) -> tuple[float, FloatArray, FloatArray]:
         """Chi-square, parameters and Jacobian at the minimum that `start` leads to."""
         from scipy.optimize import least_squares
 
@@ -251,7 +251,7 @@ def cross_validate(
     readings: Sequence[Reading],
     focal_length: float,
     pixel_pitch: float,
-    beliefs: Beliefs | None = None,
+    priors: Priors | None = None,
     *,
     leave: Literal["distance", "view"] = "distance",
 ) -> list[Prediction | None]:
@@ -267,7 +267,7 @@ def cross_validate(
             if (other.distance != reading.distance if leave == "distance" else n != number)
         ]
         try:
-            camera = calibrate(others, focal_length, pixel_pitch, beliefs)
+            camera = calibrate(others, focal_length, pixel_pitch, priors)
             predictions.append(camera.predict(reading))
         except InputError:
             predictions.append(None)

@@ -52,7 +52,7 @@ def calibrate(targets: Path, out: Path) -> None:
       focal_length_mm = 18.0
       pixel_pitch_um = 4.7       # of the sensor, also for camera raw files
       encoding = "srgb"          # or "linear", as in VIEWS.toml
-      offset_m = 0.0             # believed: from where distances were measured to the optical centre
+      offset_m = 0.0             # prior: from where distances were measured to the optical centre
       offset_sd_m = 0.1          # ... and how surely
       distance_sd_m = 0.005      # of each measured distance
       f_number_tolerance = 0.07  # of the marks on the lens
@@ -77,7 +77,7 @@ def calibrate(targets: Path, out: Path) -> None:
             readings.append(settings.read(shot))
         say("fitting the camera")
         sensor = settings.camera
-        known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.beliefs)
+        known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
         camera = room.calibrate(*known)
         by_distance = room.cross_validate(*known)
         by_view = room.cross_validate(*known, leave="view")
@@ -111,8 +111,8 @@ def _warn_of_the_odd(settings: Targets, readings: Sequence[Reading]) -> None:
 
 
 def _told(camera: Calibration, distances: int) -> list[str]:
-    """The parameters, each with its sd and whose word it is."""
-    sd, told = camera.sd, camera.told
+    """The parameters, each with its sd and what it is known from."""
+    sd, told = camera.sd, camera.informed
     rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", told[0])]
     pitch = camera.pixel_pitch * 1e6
     rows.append(("own blur, px^2", f"{camera.own * 1e12 / pitch**2:.2f}", f"{sd[1] / pitch**2:.2f}", told[1]))
@@ -123,14 +123,14 @@ def _told(camera: Calibration, distances: int) -> list[str]:
         name = "true focus, m as measured" + ("" if focus is None else f" (marked {focus:g})")
         error = math.sqrt(sd[2] ** 2 + sd[n] ** 2 / vergence**4 + 2 * camera.covariance[2, n] / vergence**2)
         rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", told[n]))
-    lines = [f"{'':34}{'value':>9}{'sd':>8}  told by"]
+    lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
     for name, value, error_text, share in rows:
-        whose = "the views" if share >= UNTOLD else "mostly what was believed"
+        whose = "the views" if share >= UNTOLD else "dominated by the prior"
         lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
     if distances < 3:
         lines.append(
-            f"{distances} distance{'s' * (distances > 1)} cannot tell the offset alone: it rests on what was believed "
-            "of it, of k and of the f-numbers. Three distances or more would tell it."
+            f"{distances} distance{'s' * (distances > 1)} do not determine the offset alone: it rests on the "
+            "priors of it, of k and of the f-numbers. Three distances or more would determine it."
         )
     lines.append(f"Model error of the blur's width: {camera.model_error:.1%}")
     return lines

@@ -104,7 +104,7 @@ _SEARCH: list[Callable[[Any], Any]] = [
     ),
     click.option(
         "--psf",
-        type=click.Choice(["auto", "disc", "gaussian"]),
+        type=click.Choice(["auto", "disc", "gaussian", "blend"]),
         default="auto",
         show_default=True,
         help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
 
 from focalgradient.cli.options import positive
 from focalgradient.cli.program import writable
+from focalgradient.errors import InputError
 from focalgradient.files import replace_set
 
 __all__ = ["report"]
+
+
+def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict[str, str]:
+    """Names as "participant=subject,aperture=fstop"; a comma within a name is no separator unless "=" follows."""
+    pairs: dict[str, str] = {}
+    for part in re.split(r",(?=[^,]*=)", given) if given else ():
+        name, equals, value = (text.strip() for text in part.partition("="))
+        if not (name and equals and value):
+            raise InputError(f"{option.opts[0]} is {given}, but must be pairs like participant=subject,rating=resp.")
+        pairs[name] = value
+    return pairs
 
 
 @click.command(short_help="Analyse a data set and write its report.")
@@ -24,24 +37,75 @@ __all__ = ["report"]
     help="Smallest rise of a rating at the largest aperture that would matter, stated in advance.  [default: 1.2]",
 )
 @click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale, whole numbers, and no ratios.")
-def report(folder: Path, out: Path, bound: float | None, ordinal: bool) -> None:
-    """Analyse the data set in DATASET, of people or of simulated observers.
+@click.option(
+    "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Rules of exclusion, stated in advance (TOML)."
+)
+@click.option(
+    "--columns",
+    metavar="OURS=YOURS,...",
+    callback=_pairs,
+    help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp.",
+)
+@click.option(
+    "--conditions",
+    metavar="YOURS=OURS,...",
+    callback=_pairs,
+    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole.",
+)
+@click.option(
+    "--focal-length",
+    type=float,
+    metavar="MM",
+    callback=positive(" of millimetres"),
+    help="Of the lens, for a table without apertures in millimetres.  [default: 50]",
+)
+@click.option(
+    "--preregister", is_flag=True, help="DATASET is a design (TOML): write the text of a preregistration, without data."
+)
+def report(
+    folder: Path,
+    out: Path,
+    bound: float | None,
+    ordinal: bool,
+    rules: Path | None,
+    columns: dict[str, str],
+    conditions: dict[str, str],
+    focal_length: float | None,
+    preregister: bool,
+) -> None:
+    """Analyse the data set in DATASET, of people or of simulated observers; or a table of your own (CSV, TSV).
 
-    Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF) and every table (CSV) into the
-    folder --out. What can be analysed is; what cannot is said there, and here.
+    Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF), every table (CSV), all trials
+    as one table, and R scripts of the headline test into the folder --out. What can be analysed is; what cannot is
+    said there, and here.
 
     \b
     Example:
       focalgradient report data --out report --bound 1.2
+      focalgradient report ratings.csv --columns participant=subject,aperture=fstop,fixation=focus --out report
+      focalgradient report --preregister design.toml --out preregistration
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.report import BOUND, make_report
+    from focalgradient.report import Stated, load_rules, make_report
+    from focalgradient.statistics import Rules
 
-    writable(out, ["report.html", "report.md"])
+    inputs = [path for path in (folder, rules) if path is not None and path.is_file()]
+    stated = Stated(Rules()) if rules is None else load_rules(rules)
+    if preregister:
+        from focalgradient.report.preregister import preregistration
+
+        writable(out, ["preregistration.html", "preregistration.md"], inputs)
+        replace_set(out, preregistration(folder, bound=bound, stated=stated), "preregistration.html")
+        click.echo(f"Done: open {out / 'preregistration.html'}")
+        return
+    writable(out, ["report.html", "report.md"], inputs)
     made = make_report(
         folder,
-        bound=BOUND if bound is None else bound,
-        bound_stated=bound is not None,
+        bound=bound,
         scale="ordinal" if ordinal else "ratio",
+        stated=stated,
+        columns=columns,
+        conditions=conditions,
+        focal_length_mm=focal_length,
     )
     replace_set(out, made.files, "report.html")
     for problem in made.problems:

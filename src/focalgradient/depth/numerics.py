@@ -99,6 +99,44 @@ def _block_squares(images, weight, step, first, last, sums):  # type: ignore[no-
                     sums[k, row, column] += total
 
 
+def half_sums(
+    value: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    coarse: NDArray[np.complex64],
+    weight: NDArray[np.float32],
+    step: int,
+) -> NDArray[np.float64]:
+    """Weighted sums over blocks of -r r' and r'^2 of an image's coarse part, and of the rest: 4 x h x w.
+
+    `value` is r and `slope` r', H x W; `coarse` holds their coarse parts as r + i r'.
+    """
+    rows, columns = (-(-n // step) for n in value.shape)
+    sums = np.zeros((4, rows, columns))
+    share_rows(rows, lambda first, last: _half_sums(value, slope, coarse, weight, step, first, last, sums))
+    return sums
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _half_sums(value, slope, coarse, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
+    height, width = value.shape
+    for row in range(first, last):
+        for y in range(row * step, min(height, (row + 1) * step)):
+            for column in range(sums.shape[2]):
+                a = b = c = d = np.float32(0)
+                for x in range(column * step, min(width, (column + 1) * step)):
+                    low, low_slope = coarse[y, x].real, coarse[y, x].imag
+                    high, high_slope = value[y, x] - low, slope[y, x] - low_slope
+                    w = weight[y, x]
+                    a -= w * low * low_slope
+                    b += w * low_slope * low_slope
+                    c -= w * high * high_slope
+                    d += w * high_slope * high_slope
+                sums[0, row, column] += a
+                sums[1, row, column] += b
+                sums[2, row, column] += c
+                sums[3, row, column] += d
+
+
 def gather(blocks: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
     across, down = np.empty_like(blocks), np.empty_like(blocks)

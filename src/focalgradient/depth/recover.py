@@ -124,10 +124,11 @@ def recover_depth(
         16 pixels.
     psf
         Where the views' blur comes from: ``"optics"``, their own transfer (`focalgradient.optics.HasTransfer`, method
-        ``"equalise"`` only); or a model of its radius, ``"disc"`` or ``"gaussian"``. ``"auto"`` takes the optics'
-        own where every view's optics know it and the method can use it, the disc else.
+        ``"equalise"`` only); or a model of its radius, ``"disc"``, ``"gaussian"`` or, by ``"equalise"``, ``"blend"``
+        (a disc with a Gaussian rim). ``"auto"`` takes the optics' own where every view's optics know it and the method
+        can use it, the disc else.
     k
-        For the Gaussian, sigma / disc radius.
+        For the Gaussian, and the blend's rim, sigma / disc radius.
     window
         Standard deviation in pixels of the Gaussian window in which depth is estimated.
     noise
@@ -144,7 +145,9 @@ def recover_depth(
     -------
     DepthMap
         ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
-        ``shift_px`` of each view, and ``share_valid``.
+        ``shift_px`` of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
+        error as a share of the blur radius, by which coarse and fine detail disagree and which is part of
+        ``vergence_sd``, and the cuts between the two.
 
     Raises
     ------
@@ -154,7 +157,8 @@ def recover_depth(
     Warns
     -----
     FocalGradientWarning
-        If the views are shifted by more than 0.25 pixel, or leave the side of focus open.
+        If the views are shifted by more than 0.25 pixel, or leave the side of focus open, or show blur of another shape
+        than `psf`.
 
     Examples
     --------

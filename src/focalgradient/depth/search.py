@@ -119,8 +119,8 @@ class Search:
     def blurs(self, psf: BlurSource, k: float) -> Blurs:
         """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`)."""
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        if psf == "disc" or psf == "gaussian":
-            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf == "disc")
+        if psf == "disc" or psf == "gaussian" or psf == "blend":
+            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
         of_each = [
             one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
             if isinstance(one, HasTransfer)

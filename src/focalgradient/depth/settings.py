@@ -19,7 +19,7 @@ __all__ = ["BlurSource", "MethodName", "RecoverySettings"]
 
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
-BlurSource = Literal["auto", "optics", "disc", "gaussian"]
+BlurSource = Literal["auto", "optics", "disc", "gaussian", "blend"]
 """Where the blur of a view comes from: its optics' own transfer (`optics.HasTransfer`), or a model of the radius."""
 
 
@@ -98,9 +98,9 @@ class RecoverySettings:
     def _check_blur(self) -> None:
         if self.psf not in get_args(BlurSource):
             raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(get_args(BlurSource))}.")
-        if self.psf == "optics" and self.method != "equalise":
+        if self.psf in ("optics", "blend") and self.method != "equalise":
             raise InputError(
-                f"psf is 'optics', which method {self.method!r} cannot use: use method 'equalise', or psf 'disc'."
+                f"psf is {self.psf!r}, which method {self.method!r} cannot use: use method 'equalise', or psf 'disc'."
             )
         _check_positive("k", self.k, ", sigma / disc radius")
         if math.isinf(self.k):

@@ -111,7 +111,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         focus={focus.focus_distance_m: focus.vergence_dioptres for focus in file.focus},
         model_error=body.model_error,
         covariance=np.array(covariance),
-        told=np.array(file.uncertainty.told),
+        informed=np.array(file.uncertainty.told),
     )
     sensor = Sensor.model_validate({name: getattr(body, name) for name in Sensor.model_fields})
     return Calibrated(sensor=sensor, calibration=calibration)
@@ -145,7 +145,7 @@ def camera_toml(calibrated: Calibrated) -> str:
         "[uncertainty]",
         "# Of ln blur_k, own_blur_um2, offset_m, ln of each effective f-number, each focus vergence, in this order.",
         "# told: the share of the prior's variance that the views took away, 0 (the prior speaks alone) to 1.",
-        f"told = [{', '.join(f'{share:.2f}' for share in camera.told)}]",
+        f"told = [{', '.join(f'{share:.2f}' for share in camera.informed)}]",
         "covariance = [",
         *(f"    [{', '.join(f'{value:.6e}' for value in row)}]," for row in camera.covariance),
         "]",

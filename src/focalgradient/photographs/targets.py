@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Beliefs, Reading, read_target
+from focalgradient.calibration import Priors, Reading, read_target
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
@@ -19,7 +19,7 @@ from focalgradient.view import View
 
 __all__ = ["TargetShot", "Targets", "load_targets"]
 
-_DEFAULT = Beliefs()
+_DEFAULT = Priors()
 
 _Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
@@ -65,10 +65,10 @@ class Targets(Table):
     tables: ClassVar[dict[str, type[Table]]] = {"camera": TargetCamera, "view": TargetShot}
 
     @property
-    def beliefs(self) -> Beliefs:
+    def priors(self) -> Priors:
         """What is held of the camera beforehand."""
         camera = self.camera
-        return Beliefs(
+        return Priors(
             k=camera.blur_k,
             k_sd=camera.blur_k_tolerance,
             offset=camera.offset_m,

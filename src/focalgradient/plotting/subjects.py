@@ -29,9 +29,12 @@ __all__ = [
     "draw_depth_rating",
     "draw_durations",
     "draw_nonrigid_share",
+    "draw_scene_rises",
+    "draw_scenes",
     "draw_shares",
     "necker_figure",
     "power_figure",
+    "scenes_figure",
 ]
 
 SIMULATED = "simulated observers"
@@ -49,6 +52,17 @@ def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure
     with style():
         figure = new_figure(120, 90, layout="constrained")
         draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
+        _settle(figure)
+    return figure
+
+
+def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
+    """The ratios to the pinhole by scenes: curves of all, and the rise at the largest aperture of each."""
+    with style():
+        figure = new_figure(180, 90, layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
+        draw_scenes(left, result, simulated=simulated)
+        draw_scene_rises(right, result)
         _settle(figure)
     return figure
 
@@ -121,6 +135,59 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     _labels(ax, labels, 0.12)
     if simulated:
         _say_simulated(ax)
+    return ax
+
+
+def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
+    """Draw ratios to the pinhole of each scene over subjects, thin, and of all of them, bold."""
+    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
+    place = {mm: x for x, (mm, _) in enumerate(sizes)}
+    labels = []
+    for side, (fixation, (colour, marker, label)) in zip((-APART, APART), FIXATION.items(), strict=True):
+        for scene in result.scenes:
+            own = [each for each in result.scene_means if (each.scene, each.fixation) == (scene, fixation)]
+            heights = [each.ratio.estimate for each in own]
+            ax.plot([place[each.aperture_mm] + side for each in own], heights, color=colour, linewidth=0.6, alpha=0.6)
+        means = [
+            (place[mean.aperture_mm] + side, mean.ratio)
+            for mean in result.means
+            if mean.fixation == fixation and isinstance(mean.ratio, Interval)
+        ]
+        if means:
+            _means(ax, means, colour, marker)
+            labels.append((means[-1][1].estimate, label, colour))
+    ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
+    ax.set(xlim=(-0.3, len(sizes) - 0.7), xlabel="aperture", ylabel="increase in depth (ratio to the pinhole)")
+    _labels(ax, labels, 0.12)
+    if simulated:
+        _say_simulated(ax)
+    return ax
+
+
+def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
+    """Draw each scene's rise at the largest aperture with its interval over subjects, the steepest near one on top."""
+    rises = {
+        (each.scene, each.fixation): each.ratio
+        for each in result.scene_means
+        if each.aperture_mm == result.largest_mm and each.aperture_mm
+    }
+    order = sorted(
+        {scene for scene, _ in rises},
+        key=lambda scene: next(rises[scene, name].estimate for name in FIXATION if (scene, name) in rises),
+    )
+    for side, (fixation, (colour, marker, _)) in zip((APART, -APART), FIXATION.items(), strict=True):
+        for y, scene in enumerate(order):
+            rise = rises.get((scene, fixation))
+            if rise is None:
+                continue
+            if rise.low is not None and rise.high is not None:
+                ax.plot([rise.low, rise.high], [y + 2 * side] * 2, color=colour, linewidth=1.2)
+            ax.plot(rise.estimate, y + 2 * side, marker, color=colour, markersize=4)
+    ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    small = max(4.0, min(8.0, 130 / max(len(order), 1)))
+    ax.set_yticks(range(len(order)), order, fontsize=small)
+    ax.set_xlabel("rise at the largest aperture (ratio to the pinhole)")
     return ax
 
 

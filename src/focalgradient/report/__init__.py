@@ -6,44 +6,53 @@ figures, and every table as CSV. The same data give the same bytes.
 
 from __future__ import annotations
 
-import hashlib
 import os
-import platform
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from importlib.metadata import version
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import pandas as pd
-
-from focalgradient.dataset import Files, validate
+from focalgradient.dataset import DataSet, validate
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError
-from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure
-from focalgradient.report.analysed import BOUND, Ratings, Reports, analyse_necker, analyse_ratings
+from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, scenes_figure
+from focalgradient.report.analysed import BOUND, Ratings, Reports, analyse_necker, analyse_ratings, analyse_table
 from focalgradient.report.document import (
     Block,
     Figure,
     Heading,
     Notice,
     Paragraph,
-    Table,
     as_html,
     as_markdown,
 )
+from focalgradient.report.export import safe_csv, trial_files
+from focalgradient.report.provenance import listed, provenance
+from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import NotComputed, Scale
+from focalgradient.statistics import DepthRatingResult, NotComputed, Rules, Scale, read_ratings
 
-__all__ = ["BOUND", "Report", "analyse_necker", "analyse_ratings", "make_report"]
-
-PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
+__all__ = [
+    "BOUND",
+    "Report",
+    "Stated",
+    "analyse_necker",
+    "analyse_ratings",
+    "analyse_table",
+    "load_rules",
+    "make_report",
+]
 
 SHARE_CAPTION = (
     "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
     "interval of the mean bold. Middle: mean shares of all the time. Right: median and middle half of the fitted "
     "distribution of durations."
+)
+
+
+SCENES_CAPTION = (
+    "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
+    "largest aperture of each scene, with its 95 % interval over subjects."
 )
 
 
@@ -64,39 +73,107 @@ class Report:
 
 
 def make_report(
-    root: str | os.PathLike[str], *, bound: float = BOUND, bound_stated: bool = False, scale: Scale = "ratio"
+    root: str | os.PathLike[str],
+    *,
+    bound: float | None = None,
+    scale: Scale = "ratio",
+    stated: Stated | None = None,
+    columns: Mapping[str, str] | None = None,
+    conditions: Mapping[str, str] | None = None,
+    focal_length_mm: float | None = None,
 ) -> Report:
-    """Analyse a data set and write down all of it.
+    """Analyse a data set, or a table of one's own depth ratings, and write down all of it.
 
     Parameters
     ----------
     root
-        Its folder.
+        The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
+        `conditions` and `focal_length_mm`.
     bound
-        Of equivalence: see `focalgradient.statistics.depth_rating`.
-    bound_stated
-        Whether that was asked for: a default is told as one.
+        Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
+        says so.
     scale
         What the ratings are.
+    stated
+        Rules of exclusion: see `load_rules`.
+    columns, conditions, focal_length_mm
+        Of a table of one's own.
 
     Raises
     ------
     InputError
-        If neither experiment can be analysed, for the first reason.
+        If nothing can be analysed, for the first reason.
     """
-    root = Path(root)
-    description = read_description(root)
+    root, stated = Path(root), stated or Stated(Rules())
+    chosen = bound or stated.bound
+    used = BOUND if chosen is None else chosen
+    problems: list[str] = []
+    notes: list[str] = []
+    ratings: Ratings | None
+    reports: Reports | None = None
+    if root.is_file():
+        own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
+        ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules)
+        notes += own.notes
+        title = root.stem
+    else:
+        title = str(read_description(root).get("Name", root.name))
+        ratings, reports = _analysed(root, used, scale, stated.rules, problems)
+        try:
+            found = validate(root)
+            problems = list(dict.fromkeys([*problems, *found.problems]))
+            notes += found.notes
+        except InputError as error:
+            problems = list(dict.fromkeys([*problems, str(error)]))
+        left_out = [one for part in (ratings, reports) if part and part.data for one in part.data.problems]
+        problems = [f"Left out of the analysis: {one}" if one in left_out else one for one in problems]
+    sheets: list[Sheet] = []
+    figures: dict[str, bytes] = {}
+    blocks = [Notice(f"Problem: {_local(problem, root)}") for problem in problems]
+    parts = [part for part in (ratings, reports) if part is not None]
+    if any(part.simulated for part in parts):
+        blocks = [Notice("Simulated observers, not people: every answer was computed by a model."), *blocks]
+    body: list[Block] = [*blocks]
+    if ratings is not None:
+        body += _rating_part(ratings, sheets, figures)
+    if reports is not None:
+        body += _necker_part(reports, sheets, figures)
+    body.append(Heading("Methods"))
+    if ratings is not None:
+        body += [Heading("Depth ratings", 3), *map(Paragraph, methods_ratings(ratings, used, scale))]
+        body += _shown([] if ratings.data is None else [_design(ratings.data, "depth_rating")], sheets)
+        if chosen is None and scale == "ratio":
+            body.append(Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance."))
+    if reports is not None:
+        body += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
+        body += _shown([_design(reports.data, "necker")], sheets)
+    if stated.sha256:
+        body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
+    body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in notes)]
+    body += _shown(provenance(root, parts, used, stated), sheets)
+    files = _files(title, body, sheets, figures)
+    if ratings is not None:
+        result = ratings.result if isinstance(ratings.result, DepthRatingResult) else None
+        files |= trial_files(ratings.table, ratings.kept, result)
+    files["rules.toml"] = as_toml(stated.rules, used).encode()
+    return Report(files, tuple(problems))
+
+
+def _analysed(
+    root: Path, bound: float, scale: Scale, rules: Rules, problems: list[str]
+) -> tuple[Ratings | None, Reports | None]:
+    """Both experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
     refused: list[InputError] = []
     ratings: Ratings | None = None
     reports: Reports | None = None
     if _took_part(root, "depthrating"):
         try:
-            ratings = analyse_ratings(root, bound=bound, scale=scale)
+            ratings = analyse_ratings(root, bound=bound, scale=scale, rules=rules)
         except InputError as error:
             refused.append(error)
     if _took_part(root, "necker"):
         try:
-            reports = analyse_necker(root)
+            reports = analyse_necker(root, rules=rules)
         except InputError as error:
             refused.append(error)
     if ratings is None and reports is None:
@@ -105,41 +182,8 @@ def make_report(
             if refused
             else InputError(f"{root} holds neither depth ratings nor reports on the cube: there is nothing to report.")
         )
-    problems = [str(error) for error in refused]
-    notes: list[str] = []
-    try:
-        found = validate(root)
-        problems += found.problems
-        notes += found.notes
-    except InputError as error:
-        problems = list(dict.fromkeys([*problems, str(error)]))
-    left_out = [problem for part in (ratings, reports) if part is not None for problem in part.data.problems]
-    problems = [f"Left out of the analysis: {one}" if one in left_out else one for one in problems]
-    simulated = any(part.simulated for part in (ratings, reports) if part is not None)
-
-    blocks: list[Block] = []
-    if simulated:
-        blocks.append(Notice("Simulated observers, not people: every answer was computed by a model."))
-    blocks += [Notice(f"Problem: {_local(problem, root)}") for problem in problems]
-    sheets: list[Sheet] = []
-    figures: dict[str, bytes] = {}
-    if ratings is not None:
-        blocks += _rating_part(ratings, sheets, figures)
-    if reports is not None:
-        blocks += _necker_part(reports, sheets, figures)
-    blocks.append(Heading("Methods"))
-    if ratings is not None:
-        blocks += [Heading("Depth ratings", 3), *map(Paragraph, methods_ratings(ratings, bound, scale))]
-        blocks += _shown([_design(ratings, "depth_rating")], sheets)
-        if not bound_stated and scale == "ratio":
-            blocks.append(Notice(f"The bound of equivalence, {bound:.3g}, is the default: state your own in advance."))
-    if reports is not None:
-        blocks += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
-        blocks += _shown([_design(reports, "necker")], sheets)
-    blocks += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in notes)]
-    parts = [part for part in (ratings, reports) if part is not None]
-    blocks += _shown(_provenance(root, description, parts, bound), sheets)
-    return Report(_files(str(description.get("Name", root.name)), blocks, sheets, figures), tuple(problems))
+    problems += map(str, refused)
+    return ratings, reports
 
 
 def _took_part(root: Path, task: str) -> bool:
@@ -160,6 +204,9 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
         bold = "" if not part.result.means else "; geometric mean over subjects and its 95 % interval bold"
         caption = f"{what}, by aperture: each subject thin{bold}."
         yield Figure("depth_rating.png", figures["depth_rating.png"], caption)
+        if part.result.scene_means:
+            figures |= _pictures("depth_rating_scenes", as_files(scenes_figure(part.result, simulated=part.simulated)))
+            yield Figure("depth_rating_scenes.png", figures["depth_rating_scenes.png"], SCENES_CAPTION)
         own = [*rating_sheets(part.result), *own]
     yield from _shown(own, sheets)
     if not isinstance(part.result, NotComputed):
@@ -189,48 +236,15 @@ def _shown(own: Iterable[Sheet], sheets: list[Sheet]) -> list[Block]:
     return [sheet.table for sheet in own if sheet.table]
 
 
-def _listed(file: str, caption: str, header: list[str], rows: list[list[str]]) -> Sheet:
-    return Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(rows, columns=header))
-
-
-def _design(part: Ratings | Reports, name: str) -> Sheet:
+def _design(data: DataSet, name: str) -> Sheet:
     """Every setting of the design, with all its values where sessions differ."""
     values: dict[str, dict[str, None]] = {}
-    for sidecar in part.data.sidecars.values():
+    for sidecar in data.sidecars.values():
         for setting, value in sidecar["Design"].items():
             told = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
             values.setdefault(setting, {})[told] = None
     rows = [[setting, "; ".join(told)] for setting, told in values.items()]
-    return _listed(f"{name}_design.csv", "Design", ["setting", "value"], rows)
-
-
-def _provenance(
-    root: Path, description: Mapping[str, Any], parts: Sequence[Ratings | Reports], bound: float
-) -> Iterator[Sheet]:
-    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
-    yield _listed("versions.csv", "Analysed with", ["what", "version"], made)
-    sidecars: dict[Files, Mapping[str, Any]] = {}
-    for part in parts:
-        sidecars |= part.data.sidecars
-    said: dict[str, dict[str, None]] = {"BIDS version": {str(description.get("BIDSVersion", "not stated")): None}}
-    for sidecar in sidecars.values():
-        said.setdefault(f"seed of {sidecar['TaskName']}", {})[str(sidecar.get("Seed"))] = None
-        said.setdefault("stimuli (SHA-256 of the manifest)", {})[str(sidecar.get("StimuliSHA256") or "none")] = None
-        for sitting in sidecar.get("Sittings", ()):
-            for name, value in sitting.get("Versions", {}).items():
-                said.setdefault(f"recorded with {name}", {})[str(value)] = None
-    for name, value in asdict(parts[0].quality.rules).items():
-        said[f"rule {name}"] = {str(value): None}
-    said["bound of equivalence"] = {f"{bound:g}": None}
-    told = [[name, ", ".join(values)] for name, values in said.items()]
-    yield _listed("data_set.csv", "Data set", ["what", "value"], told)
-    hashes = []
-    for files in sidecars:
-        for path in (files.table, files.sidecar):
-            hashes.append([path.relative_to(root).as_posix(), hashlib.sha256(path.read_bytes()).hexdigest()])
-    whole = hashlib.sha256("".join(f"{sha}  {name}\n" for name, sha in sorted(hashes)).encode()).hexdigest()
-    hashes.append(["all of them together", whole])
-    yield _listed("files.csv", "Files analysed", ["file", "SHA-256"], hashes)
+    return listed(f"{name}_design.csv", "Design", ["setting", "value"], rows)
 
 
 def _files(title: str, blocks: list[Block], sheets: list[Sheet], figures: dict[str, bytes]) -> dict[str, bytes]:
@@ -238,7 +252,7 @@ def _files(title: str, blocks: list[Block], sheets: list[Sheet], figures: dict[s
     files["report.html"] = as_html(title, blocks).encode()
     files["report.md"] = as_markdown(title, blocks).encode()
     for sheet in sheets:
-        files[sheet.file] = sheet.digits.to_csv(index=False, lineterminator="\n").encode()
+        files[sheet.file] = safe_csv(sheet.digits)
     return files
 
 

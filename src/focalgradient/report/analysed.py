@@ -23,7 +23,7 @@ from focalgradient.statistics import (
     quality,
 )
 
-__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings"]
+__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_table"]
 
 BOUND = 1.2
 """Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
@@ -36,7 +36,9 @@ class Ratings:
     Parameters
     ----------
     data
-        Its part of the data set.
+        Its part of the data set; None where the ratings come from a table of one's own.
+    table
+        All rows.
     kept, quality
         The rows that the rules kept, and what they left out.
     result
@@ -45,7 +47,8 @@ class Ratings:
         Whether observers were simulated.
     """
 
-    data: DataSet
+    data: DataSet | None
+    table: pd.DataFrame
     kept: pd.DataFrame
     quality: Quality
     result: DepthRatingResult | NotComputed
@@ -86,12 +89,25 @@ def analyse_ratings(
         If there are none, or they cannot be read without guessing: file and row are named.
     """
     data = read_dataset(root, ["depthrating"], damaged="leave out")
-    table = _table(data, data.depth_rating, "depth ratings")
+    return analyse_table(
+        _table(data, data.depth_rating, "depth ratings"), bound=bound, scale=scale, rules=rules, data=data
+    )
+
+
+def analyse_table(
+    table: pd.DataFrame,
+    *,
+    bound: float = BOUND,
+    scale: Scale = "ratio",
+    rules: Rules | None = None,
+    data: DataSet | None = None,
+) -> Ratings:
+    """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
     kept, found = quality(table, rules)
     result: DepthRatingResult | NotComputed = _nobody(found)
     if found.subjects_after:
         result = depth_rating(kept, equivalence_bound=bound, scale=scale)
-    return Ratings(data, kept, found, result, _simulated(table))
+    return Ratings(data, table, kept, found, result, _simulated(table))
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
@@ -115,7 +131,7 @@ def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
 
 
 def _simulated(table: pd.DataFrame) -> bool:
-    return bool(table["simulated"].iloc[0])  # all or none: what is mixed has been refused
+    return bool(table["kind"].iloc[0] == "simulated")  # all or none: what is mixed has been refused
 
 
 def _nobody(found: Quality) -> NotComputed:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -34,13 +35,17 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Cells as text, under a caption; `notes` follow it, `csv` names the file with all its digits."""
+    """Cells as text, under a caption; `notes` follow it, `csv` names the file with all its digits.
+
+    A `folded` table is closed in HTML until it is opened, and only named in Markdown.
+    """
 
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     notes: Sequence[str] = ()
     csv: str | None = None
+    folded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +91,7 @@ def as_markdown(title: str, blocks: Sequence[Block]) -> str:
     >>> as_markdown("An example", [Table("Few", ["N"], [["3"]])]).splitlines()[2:]
     ['**Few**', '', '| N |', '| --- |', '| 3 |']
     """
-    return "\n\n".join([f"# {title}", *map(_markdown, blocks)]) + "\n"
+    return "\n\n".join([f"# {_plain(title)}", *map(_markdown, blocks)]) + "\n"
 
 
 def _html(block: Block) -> str:
@@ -102,33 +107,43 @@ def _html(block: Block) -> str:
             text = html.escape(caption)
             image = f'<img src="data:image/png;base64,{source}" alt="{text}">'
             return f"<figure>{image}<figcaption>{text}</figcaption></figure>\n"
-        case Table(caption, header, rows, notes, csv):
+        case Table(caption, header, rows, notes, csv, folded):
             heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
             body = "".join(
                 "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
             )
             under = "".join(f'<p class="note">{html.escape(note)}</p>\n' for note in _notes(notes, csv))
-            return (
-                f'<div class="wide"><table><caption>{html.escape(caption)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
-                f"<tbody>\n{body}</tbody></table></div>\n{under}"
-            )
+            head = f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n{under}"
+            if folded:
+                summary = f"<summary>{html.escape(caption)} ({len(rows)} rows)</summary>"
+                return f'<details>{summary}\n<div class="wide"><table>\n{head}</details>\n'
+            return f'<div class="wide"><table><caption>{html.escape(caption)}</caption>\n{head}'
 
 
 def _markdown(block: Block) -> str:
     match block:
         case Heading(text, level):
-            return f"{'#' * level} {text}"
+            return f"{'#' * level} {_plain(text)}"
         case Paragraph(text):
-            return text
+            return _plain(text)
         case Notice(text):
-            return f"> **{text}**"
+            return f"> **{_plain(text)}**"
         case Figure(name, _, caption):
-            return f"![{caption}]({name})\n\n*{caption}*"
-        case Table(caption, header, rows, notes, csv):
-            lines = [header, ["---"] * len(header), *rows]
-            cells = ("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
-            under = "".join(f"\n\n{note}" for note in _notes(notes, csv))
-            return f"**{caption}**\n\n" + "\n".join(cells) + under
+            return f"![{_plain(caption)}]({name})\n\n*{_plain(caption)}*"
+        case Table(caption, header, rows, notes, csv, folded):
+            under = "".join(f"\n\n{_plain(note)}" for note in _notes(notes, csv))
+            if folded:
+                return f"**{_plain(caption)}** ({len(rows)} rows){under}"
+            lines = [list(map(_plain, header)), ["---"] * len(header), *(list(map(_plain, row)) for row in rows)]
+            return f"**{_plain(caption)}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + under
+
+
+_MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;", ">": "&gt;", "\n": " ", "\r": " "})
+
+
+def _plain(text: str) -> str:
+    """Text that Markdown, and HTML within it, shows as it stands: nothing in a data set can become markup."""
+    return re.sub(r"&(?=[#\w]+;)", "&amp;", text).translate(_MARKS)
 
 
 def _notes(notes: Sequence[str], csv: str | None) -> list[str]:
@@ -152,6 +167,7 @@ caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
 th { text-align: left; font-weight: 600; border-bottom: 1px solid #888; padding: .28rem .6rem .28rem 0;
   vertical-align: bottom; }
 td { border-bottom: 1px solid #e6e6e6; padding: .28rem .6rem .28rem 0; vertical-align: top; }
+details { margin-top: 1.2rem; } summary { cursor: pointer; font: 600 .8rem/1.4 system-ui, sans-serif; }
 .note { font-size: .82rem; color: #555; margin: .3rem 0; overflow-wrap: anywhere; }
 @media print { body { margin: 0 auto; max-width: none; font-size: 10pt; } tr, figure { break-inside: avoid; } }
 """

@@ -19,7 +19,7 @@ from focalgradient.statistics import (
     Scale,
 )
 
-__all__ = ["counts", "methods_necker", "methods_ratings", "necker_findings", "rating_findings"]
+__all__ = ["analysis_ratings", "counts", "methods_necker", "methods_ratings", "necker_findings", "rating_findings"]
 
 OBJECT = {"nearest": "the nearest object in focus", "farthest": "the farthest object in focus"}
 
@@ -63,10 +63,10 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
-    over = "other subjects and scenes" if "Satterthwaite" in rise.method else "other subjects, with these scenes"
+    over = "subjects and scenes, both random" if "Satterthwaite" in rise.method else "subjects, for these scenes"
     sentence = (
         f"{subject}, ratings {what} from the pinhole to the largest aperture (ratio {decimals(ratio.estimate)}, "
-        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_dz(rise)}); this holds for {over}."
+        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_dz(rise)}; over {over})."
     )
     fixed = each.rise_these_scenes
     if "Satterthwaite" in rise.method and isinstance(fixed, Effect):
@@ -117,17 +117,36 @@ def necker_findings(result: NeckerResult) -> list[str]:
 
 def methods_ratings(part: Ratings, bound: float, scale: Scale) -> list[str]:
     """Methods of experiment 1, for a paper."""
+    if part.data is None:
+        return [_own_table(part), _excluded(part.quality), *analysis_ratings(bound, scale)]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
-    told = [
+    return [
         f"{_people(part.quality, part.simulated)} judged the depth of pictures of {_many(scenes, 'scene')} at the "
         f"apertures {apertures} ({design.get('focal_length_mm', '?')} mm lens), once with the nearest and once with "
         f"the farthest object in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). Ratings were ratios to a pinhole picture that counts as "
         f"1, shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
         _excluded(part.quality),
+        *analysis_ratings(bound, scale),
     ]
+
+
+def _own_table(part: Ratings) -> str:
+    """What a table of one's own holds, where no design is known."""
+    main = part.table[~part.table["catch"]]
+    names = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
+    return (
+        f"{_people(part.quality, part.simulated)} rated {_many(main['scene'].nunique(), 'scene')} at the apertures "
+        f"{_listed(list(names))}, with the {_listed(sorted(main['fixation'].unique()))} object in focus. The data are "
+        "a table; what was shown, and how, is not recorded in it."
+    )
+
+
+def analysis_ratings(bound: float, scale: Scale) -> list[str]:
+    """How ratings are analysed."""
+    told = []
     if scale == "ratio":
         told.append(
             "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The primary "

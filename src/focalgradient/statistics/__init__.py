@@ -14,6 +14,7 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence
+from focalgradient.statistics.own_tables import OwnRatings, read_ratings
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -40,6 +41,7 @@ __all__ = [
     "Interval",
     "NeckerResult",
     "NotComputed",
+    "OwnRatings",
     "PerceptShare",
     "Quality",
     "RatingMean",
@@ -54,4 +56,5 @@ __all__ = [
     "fit_durations_of_people",
     "necker",
     "quality",
+    "read_ratings",
 ]

@@ -37,8 +37,8 @@ class Rules:
     repeat_factor
         Largest spread (geometric standard deviation) of a subject's answers to one and the same picture.
     lapse_factor
-        An answer farther than this factor from the median of the subject's answers to that aperture and fixation is a
-        lapse.
+        An answer farther than this factor from what the subject's other answers to that aperture and fixation, and all
+        subjects' answers to that picture, let expect is a lapse: see `quality`.
     lapses
         Largest share of lapses; with the cube, of the time with no key or both held.
     shortest_both
@@ -154,6 +154,11 @@ def quality(table: pd.DataFrame, rules: Rules | None = None) -> tuple[pd.DataFra
     tuple
         A new table of the rows kept, catch trials among them, and what was found. The one given is not changed.
 
+    Notes
+    -----
+    Whether an answer is a lapse is judged after the subject's own median for the aperture and fixation, and what the
+    picture adds to it for all subjects, are taken out.
+
     Raises
     ------
     InputError
@@ -173,7 +178,8 @@ def quality(table: pd.DataFrame, rules: Rules | None = None) -> tuple[pd.DataFra
     rules = rules or Rules()
     if "rating" in table:
         table = rating_table(table)
-        subjects = [_rater(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
+        off = _unexpected(table[~table["catch"]])
+        subjects = [_rater(str(name), rows, rules, off) for name, rows in table.groupby("participant_id")]
     elif "percept" in table:
         table = report_table(table)
         subjects = [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
@@ -239,7 +245,24 @@ def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
     return bad
 
 
-def _rater(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
+def _unexpected(rows: pd.DataFrame) -> pd.Series[float]:
+    """Log of each answer over what was to be expected: the subject's median for the condition, corrected for the scene.
+
+    The correction is the median of what is left over all subjects' answers to that picture; with fewer than three
+    subjects over the subject's own answers to that scene. So scenes that look deeper, or gain more by blur, make no
+    lapses.
+    """
+    condition = ["participant_id", "aperture", "fixation"]
+    picture = ["scene", "aperture", "fixation"] if rows["participant_id"].nunique() > 2 else ["participant_id", "scene"]
+    own = rows.groupby(condition, sort=False).ngroup().to_numpy()
+    shown = rows.groupby(picture, sort=False).ngroup().to_numpy()
+    off = pd.Series(np.log(rows["rating"].to_numpy()), index=np.arange(len(rows)))
+    for groups in (own, shown, own):
+        off -= off.groupby(groups).transform("median")
+    return pd.Series(off.to_numpy(), index=rows.index)
+
+
+def _rater(name: str, rows: pd.DataFrame, rules: Rules, off: pd.Series[float]) -> SubjectQuality:
     catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
     passed = np.abs(np.log(catch["rating"].to_numpy())) <= math.log(rules.catch_factor)
     answer = np.log(rows["rating"].to_numpy())
@@ -248,13 +271,11 @@ def _rater(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
     freedom = len(rows) - len(count)
     spread = None
     if freedom:
-        off = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
-        spread = math.exp(math.sqrt(float((off**2).sum()) / freedom))
+        apart = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
+        spread = math.exp(math.sqrt(float((apart**2).sum()) / freedom))
     condition = rows.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
-    far, enough = np.zeros(len(rows), bool), np.bincount(condition)[condition] >= 3
-    for one in np.unique(condition):
-        own = condition == one
-        far[own] = np.abs(answer[own] - np.median(answer[own])) > math.log(rules.lapse_factor)
+    enough = np.bincount(condition)[condition] >= 3
+    far = np.abs(off.loc[rows.index].to_numpy()) > math.log(rules.lapse_factor)
     shortest, longest = rules.response_time or (-math.inf, math.inf)
     times = rows["response_time"].astype(float) if "response_time" in rows else pd.Series(dtype=float)
     return SubjectQuality(

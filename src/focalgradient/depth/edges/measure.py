@@ -23,7 +23,7 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
-from focalgradient.psf import DISC_K, MODELS, PsfName
+from focalgradient.psf import DISC_K, PsfName
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
@@ -270,8 +270,8 @@ def _checked(
     mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
     """The image as it is worked on, refused where it or a setting cannot be used."""
-    if psf not in MODELS:
-        raise InputError(f"psf is {psf!r}, but must be one of {', '.join(MODELS)}.")
+    if psf not in ("disc", "gaussian"):
+        raise InputError(f"psf is {psf!r}, but must be one of disc, gaussian.")
     if fit not in ("likelihood", "regression", "unweighted"):
         raise InputError(f"fit is {fit!r}, but must be 'likelihood', 'regression' or 'unweighted'.")
     if not (k > 0 and math.isfinite(k)):

@@ -43,6 +43,8 @@ CLEAR = 3.0
 ROUNDS = 8
 """Times that weights and reach are renewed."""
 
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+
 
 def regress_edges(
     image: NDArray[np.float32],
@@ -100,82 +102,31 @@ def regress_edges(
     return square, sd
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@_compiled
 def _regress(curved, places, first, last, scale, length, noise, weighted, found):  # type: ignore[no-untyped-def]
-    height, width = curved.shape
     for place in range(first, last):
         row, column, angle, bend, blur = places[place]
         c, s = math.cos(angle), math.sin(angle)
         added = scale**2 + (c**4 + s**4) / 6 + 1.0 / 12.0  # Gaussian, Laplacian, pixel
         total = blur**2 + added
+        height_ln = 0.0
         for again in range(ROUNDS):
             reach = REACH * math.sqrt(total)
-            bins = 2 * int(reach / BIN + 0.5) + 1
-            sums = np.zeros((bins, 4))  # members, x, x^2, C
-            extent = reach + length / 2
-            rim = math.ceil(3 * scale)  # where the Gaussian meets what lies beyond the frame
-            for i in range(max(rim, math.ceil(row - extent)), min(height - 1 - rim, math.floor(row + extent)) + 1):
-                for j in range(
-                    max(rim, math.ceil(column - extent)), min(width - 1 - rim, math.floor(column + extent)) + 1
-                ):
-                    dx, dy = j - column, i - row
-                    t = dy * c - dx * s
-                    x, _ = distance_from_arc(dx * c + dy * s, t, bend)
-                    b = math.floor(x / BIN + 0.5) + bins // 2
-                    if abs(t) <= length / 2 and 0 <= b < bins:
-                        sums[b, 0] += 1
-                        sums[b, 1] += x
-                        sums[b, 2] += x * x
-                        sums[b, 3] += curved[i, j]
-            # Bins with something on the steep part of the edge.
-            x, value = np.empty(bins), np.empty(bins)
-            count, spread = 0, 0.0
-            for b in range(bins):
-                if sums[b, 0] >= 0.5 * BIN * length:
-                    middle = sums[b, 1] / sums[b, 0]
-                    if abs(middle) >= 0.5:
-                        x[count], value[count] = middle, sums[b, 3] / sums[b, 0]
-                        spread += sums[b, 2] / sums[b, 0] - middle**2
-                        count += 1
-            if count < 4:
+            sums = _binned(curved, row, column, c, s, bend, length, scale, reach)
+            x, value, spread = _steep_bins(sums, length)
+            if len(x) < 4:
                 break
-            spread /= count
-            density = noise**2 / (sums[:, 0].sum() / (bins * BIN))  # of the averaged noise, per pixel across
+            density = noise**2 / (sums[:, 0].sum() / (len(sums) * BIN))  # of the averaged noise, per pixel across
             smooth = 2 * (added - 1.0 / 12.0 + spread)  # of the noise's correlation from bin to bin
             if again == 0:
                 # A first height of the edge, from C itself where it is largest.
-                scaled = 0.0
-                for n in range(count):
-                    scaled = max(scaled, abs(value[n]))
-                height_ln = math.log(scaled / math.sqrt(total) + 1e-30) + 0.5
-            # Weights, and the line by weighted least squares.
-            expected = np.empty(count)
-            weight = np.zeros(count)
-            s0 = s1 = s2 = r0 = r1 = 0.0
-            used = 0
-            for n in range(count):
-                z = x[n] ** 2
-                expected[n] = abs(x[n]) * math.exp(height_ln - z / (2 * total))
-                variance = density * _correlation(0.0, smooth)
-                clear = expected[n] ** 2 / variance
-                if weighted:
-                    if clear < CLEAR**2 or value[n] * x[n] >= 0:
-                        continue
-                    weight[n] = clear
-                    y = math.log(abs(value[n] / x[n])) + 0.5 / clear  # noise lowers a logarithm's mean
-                else:
-                    if value[n] == 0:
-                        continue
-                    weight[n] = 1.0
-                    y = math.log(abs(value[n] / x[n]))
-                used += 1
-                s0 += weight[n]
-                s1 += weight[n] * z
-                s2 += weight[n] * z * z
-                r0 += weight[n] * y
-                r1 += weight[n] * z * y
+                height_ln = math.log(np.abs(value).max() / math.sqrt(total) + 1e-30) + 0.5
+            expected = np.abs(x) * np.exp(height_ln - x**2 / (2 * total))
+            weight, y = _weights(x, value, expected, density * _correlation(0.0, smooth), weighted)
+            s0, s1, s2 = weight.sum(), (weight * x**2).sum(), (weight * x**4).sum()
+            r0, r1 = (weight * y).sum(), (weight * x**2 * y).sum()
             determinant = s0 * s2 - s1 * s1
-            if used < 4 or determinant <= 0:
+            if (weight > 0).sum() < 4 or determinant <= 0:
                 break
             slope = (s0 * r1 - s1 * r0) / determinant
             if slope >= 0:
@@ -184,20 +135,81 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
             total = min(max(-0.5 / slope, 0.5 * before), 2 * before)
             height_ln = (s2 * r0 - s1 * r1) / determinant
             if abs(total - before) < 1e-4 * total or again == ROUNDS - 1:
-                variance = 0.0
-                for n in range(count):
-                    for m in range(count):
-                        if weight[n] > 0 and weight[m] > 0:
-                            a = weight[n] * (s0 * x[n] ** 2 - s1) / expected[n]
-                            b = weight[m] * (s0 * x[m] ** 2 - s1) / expected[m]
-                            sign = 1.0 if x[n] * x[m] > 0 else -1.0
-                            variance += sign * a * b * density * _correlation(x[n] - x[m], smooth)
+                lever = weight * (s0 * x**2 - s1) / expected
+                variance = _line_variance(x, lever, density, smooth)
                 found[place, 0] = total - added - spread
                 found[place, 1] = 2 * total**2 * math.sqrt(max(variance, 0.0)) / determinant
                 break
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@_compiled
+def _binned(curved, row, column, c, s, bend, length, scale, reach):  # type: ignore[no-untyped-def]
+    """Sums over the bins across an edge: of members, x, x^2 and C."""
+    height, width = curved.shape
+    bins = 2 * int(reach / BIN + 0.5) + 1
+    sums = np.zeros((bins, 4))
+    extent = reach + length / 2
+    rim = math.ceil(3 * scale)  # where the Gaussian meets what lies beyond the frame
+    for i in range(max(rim, math.ceil(row - extent)), min(height - 1 - rim, math.floor(row + extent)) + 1):
+        for j in range(max(rim, math.ceil(column - extent)), min(width - 1 - rim, math.floor(column + extent)) + 1):
+            dx, dy = j - column, i - row
+            t = dy * c - dx * s
+            x, _ = distance_from_arc(dx * c + dy * s, t, bend)
+            b = math.floor(x / BIN + 0.5) + bins // 2
+            if abs(t) <= length / 2 and 0 <= b < bins:
+                sums[b, 0] += 1
+                sums[b, 1] += x
+                sums[b, 2] += x * x
+                sums[b, 3] += curved[i, j]
+    return sums
+
+
+@_compiled
+def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
+    """Mean x and C of the bins on the steep part of the edge, half filled at least, and the mean variance of x."""
+    x, value = np.empty(len(sums)), np.empty(len(sums))
+    count, spread = 0, 0.0
+    for b in range(len(sums)):
+        if sums[b, 0] >= 0.5 * BIN * length:
+            middle = sums[b, 1] / sums[b, 0]
+            if abs(middle) >= 0.5:
+                x[count], value[count] = middle, sums[b, 3] / sums[b, 0]
+                spread += sums[b, 2] / sums[b, 0] - middle**2
+                count += 1
+    return x[:count], value[:count], spread / max(count, 1)
+
+
+@_compiled
+def _weights(x, value, expected, variance, weighted):  # type: ignore[no-untyped-def]
+    """Weight of each bin, 0 if it is left out, and ln|C/x| there; `variance` is that of C."""
+    weight, y = np.zeros(len(x)), np.zeros(len(x))
+    for n in range(len(x)):
+        clear = expected[n] ** 2 / variance
+        if weighted and (clear < CLEAR**2 or value[n] * x[n] >= 0):
+            continue
+        if value[n] == 0:
+            continue
+        y[n] = math.log(abs(value[n] / x[n]))
+        weight[n] = 1.0
+        if weighted:
+            weight[n] = clear
+            y[n] += 0.5 / clear  # noise lowers a logarithm's mean
+    return weight, y
+
+
+@_compiled
+def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
+    """Variance of the sum of ln|C/x| x `lever` by noise that is correlated from bin to bin."""
+    variance = 0.0
+    for n in range(len(x)):
+        for m in range(len(x)):
+            if lever[n] != 0 and lever[m] != 0:
+                sign = 1.0 if x[n] * x[m] > 0 else -1.0
+                variance += sign * lever[n] * lever[m] * density * _correlation(x[n] - x[m], smooth)
+    return variance
+
+
+@_compiled
 def _correlation(d, variance):  # type: ignore[no-untyped-def]
     """Covariance, at distance d, of white noise seen through the second derivative of a Gaussian of half `variance`."""
     q = d * d / variance

@@ -27,8 +27,8 @@ MODEL_ERROR = 0.01
 REACHES = (4.5, 6.0, 8.0, 11.0)
 """Half the width of the band, in standard deviations of the blur: the first must fit, the others are tried in turn."""
 
-SEEN = 0.5
-"""Share of the first band that must lie in the frame: of less, nobody can tell whether it shows a step."""
+IN_FRAME = 0.5
+"""Share of the first band that must lie in the frame: less cannot show a step."""
 
 WIDENING = 2.05
 """Standard deviations of misfit (a chance of 2 %) beyond which a wider band is not taken."""
@@ -49,14 +49,14 @@ NODES = 1 / math.sqrt(15)
 """Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12."""
 
 ITERATIONS = 20
-"""Steps after which a fit that has not settled is given up; an edge takes about five."""
+"""Steps after which a fit that has not converged is given up; an edge takes about five."""
 
 LENIENCE = 2.0
 """Times the image's noise up to which a band's own, where noise is not given, is put down to noise."""
 
 FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
-"""What is told of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a real
-lens's error, and `pixels` the degrees of freedom of the noise in it."""
+"""What is estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a
+real lens's error, and `pixels` the degrees of freedom of the noise in it."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
@@ -244,7 +244,7 @@ def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _settle(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
+def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
     """Levenberg's and Marquardt's least squares from `p` on, in place; False where it does not settle."""
     vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
     square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
@@ -337,78 +337,96 @@ def _fit_places(  # type: ignore[no-untyped-def]
     image, places, first, last, edge, line, end, averaged, unit, length, noise, noise_known, table
 ):
     """Fill `table` from row `first` to `last`."""
-    half = length / 2
-    reaches = np.array(REACHES)
     room = int((length + 2) * (2 * FARTHEST + 2))
     xs, ts, values = np.empty(room), np.empty(room), np.empty(room)
-    matrix, kept_matrix = np.zeros((6, 6)), np.zeros((6, 6))
-    lower, out = np.zeros((6, 6)), np.empty(6)
-    p, kept = np.empty(6), np.empty(6)
-    pixel = 0.0 if averaged else 1.0 / 12.0  # of the width's square that is the pixel's
-    least = NARROWEST / unit
-    last_one = np.zeros(6)
-    last_one[5] = 1.0
     for place in range(first, last):
-        row, column, angle, sd = places[place]
-        sd = max(sd, 0.5)
-        told = False
-        misfit, freedom, allowed, found, members = 0.0, 0.0, 0.0, 0.0, 0
-        kept_angle, kept_row, kept_column = angle, row, column
-        for number in range(-2, len(reaches)):
-            reach = min(max(reaches[max(number, 0)] * sd, NEAREST), FARTHEST)
-            if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, NEAREST), FARTHEST):
-                break
-            count = _gather(image, row, column, angle, half, reach, xs, ts, values)
-            if number == -2:
-                # Levels to start from: what lies well to either side.
-                low, lows, high, highs = 0.0, 0, 0.0, 0
-                for n in range(count):
-                    if xs[n] < -sd:
-                        low, lows = low + values[n], lows + 1
-                    elif xs[n] > sd:
-                        high, highs = high + values[n], highs + 1
-                if lows < 4 or highs < 4:
-                    break
-                p[:] = low / lows, high / highs, 0.0, 0.0, 0.0, max(sd / unit, least)
-            if number == 0 and count < SEEN * length * 2 * reach:
-                break
-            if count < 24 or not _settle(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):
-                break
-            sd = unit * p[5]
-            if not (p[1] > p[0] and sd < WIDEST and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
-                break
-            if number == 0 and reach < min(0.9 * reaches[0] * sd, FARTHEST):
-                break  # no width goes with its own band
-            if number >= 0:
-                cell = max(1.0, sd)
-                rows = 2 * (int(reach / cell) + 3)
-                judged = _judge(
-                    *(p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known),
-                    np.zeros((2 * rows, 8)),
-                )
-                fits = _fits(judged[0], judged[1], judged[2])
-                if told and not fits:
-                    break
-                told = True
-                misfit, freedom, allowed, found, members = judged
-                kept[:], kept_matrix[:] = p, matrix
-                kept_angle, kept_row, kept_column = angle, row, column
-                if not fits:
-                    break
-            # Straighten the band: x and t along the edge that was found.
-            row, column = row + p[2] * math.sin(angle), column + p[2] * math.cos(angle)
-            angle -= math.atan(p[3])
-            p[2], p[3] = 0.0, 0.0
-        if not (told and _solve(kept_matrix, last_one, 0.0, lower, out)):
-            continue
-        w, variance = kept[5], found**2 * out[5] * max(1.0, misfit / freedom)
-        table[place, 0], table[place, 1], table[place, 2] = kept[0], kept[1], w * w - pixel
-        table[place, 3] = 2 * w * math.sqrt(variance)
-        table[place, 4] = kept_angle - math.atan(kept[3])
-        table[place, 5] = (
-            (kept_row - places[place, 0]) * math.sin(kept_angle)
-            + (kept_column - places[place, 1]) * math.cos(kept_angle)
-            + kept[2]
+        _fit_place(
+            *(image, places[place], edge, line, end, averaged, unit, length, noise, noise_known),
+            *(xs, ts, values, table[place]),
         )
-        table[place, 6] = kept[4]
-        table[place, 7], table[place, 8], table[place, 9], table[place, 10] = misfit, freedom, allowed, members
+
+
+@_compiled
+def _fit_place(  # type: ignore[no-untyped-def]
+    image, place, edge, line, end, averaged, unit, length, noise, noise_known, xs, ts, values, fields
+):
+    """Fit one step in bands that grow as long as it fits, and fill its `fields`, or leave them where there is none."""
+    row, column, angle, sd = place
+    sd = max(sd, 0.5)
+    reaches, least = np.array(REACHES), NARROWEST / unit
+    matrix, kept_matrix = np.zeros((6, 6)), np.zeros((6, 6))
+    p, kept = np.empty(6), np.empty(6)
+    fitted = False
+    judged, kept_judged = (0.0, 0.0, 0.0, 0.0, 0), (0.0, 0.0, 0.0, 0.0, 0)
+    kept_angle, kept_row, kept_column = angle, row, column
+    for number in range(-2, len(reaches)):
+        reach = min(max(reaches[max(number, 0)] * sd, NEAREST), FARTHEST)
+        if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, NEAREST), FARTHEST):
+            break
+        count = _gather(image, row, column, angle, length / 2, reach, xs, ts, values)
+        if number == -2 and not _start(p, xs, values, count, sd, max(sd / unit, least)):
+            break
+        if number == 0 and count < IN_FRAME * length * 2 * reach:
+            break
+        if count < 24 or not _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):
+            break
+        sd = unit * p[5]
+        if not (p[1] > p[0] and sd < WIDEST and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
+            break
+        if number == 0 and reach < min(0.9 * reaches[0] * sd, FARTHEST):
+            break  # no width goes with its own band
+        if number >= 0:
+            cell = max(1.0, sd)
+            sums = np.zeros((4 * (int(reach / cell) + 3), 8))
+            judged = _judge(
+                *(p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known), sums
+            )
+            fits = _fits(judged[0], judged[1], judged[2])
+            if fitted and not fits:
+                break
+            fitted, kept_judged = True, judged
+            kept[:], kept_matrix[:] = p, matrix
+            kept_angle, kept_row, kept_column = angle, row, column
+            if not fits:
+                break
+        # Straighten the band: x and t along the edge that was found.
+        row, column = row + p[2] * math.sin(angle), column + p[2] * math.cos(angle)
+        angle -= math.atan(p[3])
+        p[2], p[3] = 0.0, 0.0
+    if fitted:
+        across = (kept_row - place[0]) * math.sin(kept_angle) + (kept_column - place[1]) * math.cos(kept_angle)
+        pixel = 0.0 if averaged else 1.0 / 12.0  # of the width's square that is the pixel's
+        _fill(fields, kept, kept_matrix, kept_judged, kept_angle, across, pixel)
+
+
+@_compiled
+def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
+    """Set `p` to start from: levels by what lies well to either side; False where either side is missing."""
+    low, lows, high, highs = 0.0, 0, 0.0, 0
+    for n in range(count):
+        if xs[n] < -sd:
+            low, lows = low + values[n], lows + 1
+        elif xs[n] > sd:
+            high, highs = high + values[n], highs + 1
+    if lows < 4 or highs < 4:
+        return False
+    p[:] = low / lows, high / highs, 0.0, 0.0, 0.0, width
+    return True
+
+
+@_compiled
+def _fill(fields, p, matrix, judged, angle, across, pixel):  # type: ignore[no-untyped-def]
+    """Fill one step's `FIELDS` from its parameters `p`, their information `matrix`, and what `_judge` found."""
+    misfit, freedom, allowed, noise, members = judged
+    last = np.zeros(6)
+    last[5] = 1.0
+    lower, out = np.zeros((6, 6)), np.empty(6)
+    if not _solve(matrix, last, 0.0, lower, out):
+        return
+    w, variance = p[5], noise**2 * out[5] * max(1.0, misfit / freedom)
+    fields[0], fields[1], fields[2] = p[0], p[1], w * w - pixel
+    fields[3] = 2 * w * math.sqrt(variance)
+    fields[4] = angle - math.atan(p[3])
+    fields[5] = across + p[2]
+    fields[6] = p[4]
+    fields[7], fields[8], fields[9], fields[10] = misfit, freedom, allowed, members

@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
@@ -30,8 +32,14 @@ CHECK_SIDE = 5
 MISFIT = 4.0
 """Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
 
-TEXTURE = 1.0
-"""Power that is informative about depth, over the noise's in its band, from which depth is valid."""
+EXPLAINED = 0.5
+"""Share of the texture's power whose views must agree for anything to be claimed: a choice."""
+
+LARGEST_TAU = 0.25
+"""Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
+
+UNEVEN = 8.0
+"""Largest factor that unevenness of the residual asks of texture: a choice."""
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
@@ -57,9 +65,9 @@ def estimate(problem: Problem) -> Estimate:
     equalised = equalise(registered.images, blurs, noise_sd, window=settings.window, shared=shared)
     settings.progress(0.6, "estimating depth")
     blur = search.radius(search.vergences)
-    tolerance = BLUR_ERROR * blur / (search.slope * search.spacing)
-    robust = _estimate_robustly(equalised, registered, settings.false_alarm, blur, tolerance, raisable)
-    nodes = robust.nodes
+    levels_per_pixel = 1 / (search.slope * search.spacing)
+    robust = _estimate_robustly(equalised, registered, settings.false_alarm, blur, levels_per_pixel, raisable)
+    nodes, split = robust.nodes, robust.split
     if gains is not None:
         moved = np.interp(nodes.level, np.arange(search.levels), shift_by_gain(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
@@ -68,19 +76,35 @@ def estimate(problem: Problem) -> Estimate:
     sd_level = equalised.to_pixels(nodes.sd, nodes.sd, registered.shape)
     vergence = (search.lowest + level * search.spacing).astype(np.float32)
     vergence_sd = (sd_level * search.spacing).astype(np.float32)
-    known = blur_is_known(vergence_sd * search.slope, search.radius(vergence.astype(float)))
-    informative = (nodes.texture >= TEXTURE) & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
-    clear = equalised.to_blocks(nodes.unambiguous & nodes.inside & informative, registered.shape)
+    radius = search.radius(vergence.astype(float))
+    known = blur_is_known(vergence_sd * search.slope, radius)
+    informative = _informative(nodes)
+    power = np.maximum(nodes.texture, 0) * nodes.support
+    explained = float(power[informative].sum() / max(power.sum(), 1e-30))
+    # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
+    trusted = explained >= EXPLAINED and split.tau <= LARGEST_TAU
+    valid = trusted & known & robust.agrees & equalised.to_blocks(informative, registered.shape)
+    # Only now: what the model's error adds is common to all pixels, and makes none of them invalid.
+    model_sd = split.tau * np.maximum(LEAST_BLUR, radius) / search.slope
+    shapes: dict[str, dict[str, float]] = {}
+    texts: list[str] = []
+    if valid.any() and gains is None and settings.psf != "optics":
+        shape = Shape(settings.model if settings.psf != "blend" else "blend", settings.k)
+        shapes, texts = judge_shape(split, problem, shape, noise_sd, robust.scale)
     return Estimate(
         vergence,
-        vergence_sd,
-        valid=known & robust.agrees & clear,
+        np.hypot(vergence_sd, model_sd).astype(np.float32),
+        valid=valid,
         noise=[sd * gain * math.sqrt(robust.scale) for sd, gain in zip(noise_sd, registered.gains, strict=True)],
         details={
             **({} if gains is None else gains.stated(search.wavebands)),
             "misfit": float(np.median(nodes.misfit)),
+            "split_band": split.stated(),
+            **({"fit_by_shape": shapes} if shapes else {}),
+            "share_of_texture_explained": explained,
             "share_disagreeing": float(1 - robust.agrees.mean()),
         },
+        warnings=texts,
     )
 
 
@@ -98,11 +122,12 @@ def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Robust:
-    """Depth at nodes, which pixels' views agree (H x W), and the noise's variance in units of the one assumed."""
+    """Depth as estimated without contradicting pixels."""
 
     nodes: Nodes
-    agrees: NDArray[np.bool_]
-    scale: float
+    agrees: NDArray[np.bool_]  # H x W: whether a pixel's views agree
+    scale: float  # noise variance in units of the one assumed
+    split: SplitBand
 
 
 def _estimate_robustly(
@@ -110,14 +135,15 @@ def _estimate_robustly(
     registered: RegisteredViews,
     false_alarm: float,
     blur: FloatArray,
-    tolerance: FloatArray,
+    levels_per_pixel: float,
     raisable: float | None,
 ) -> _Robust:
     """Estimate depth without contradicting pixels, and without what blur from beyond the frame reaches.
 
-    `blur` and `tolerance` are the largest blur radius in pixels, and the tolerated error in levels, at each level.
+    `blur` is the largest blur radius in pixels at each level, with `levels_per_pixel` of it.
     Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
     """
+    tolerance = BLUR_ERROR * blur * levels_per_pixel
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
     rim = min(round(equalised.window), min(registered.shape) // 8)
     middle = (slice(rim, -rim), slice(rim, -rim))
@@ -133,11 +159,33 @@ def _estimate_robustly(
         agreement = equalised.agreement(local, scale, CHECK_SIDE, false_alarm, tolerance)
         agrees = registered.usable & np.pad(agreement[middle], rim, mode="edge")
         reach = REACH * np.interp(local.level, np.arange(equalised.levels), blur)
-        used = agrees & (inward >= np.clip(reach, rim, min(registered.shape) / 6))
+        within = registered.usable & (inward >= np.clip(reach, rim, min(registered.shape) / 6))
+        used = agrees & within
         if (before ^ used).mean() < SETTLED:
             break
         nodes = equalised.read(used.astype(np.float32), scale)
     weight = used.astype(np.float32)
     nodes = replace(equalised.refine(nodes, local, weight, scale, GROWTH[:2]), sd=nodes.sd)
-    nodes = equalised.refine(nodes, equalised.evaluate(nodes), weight, scale)  # again, about the first's answer
-    return _Robust(equalised.beside_jumps(nodes), agrees, scale)
+    local, images = equalised.evaluate_images(nodes)
+    nodes = equalised.refine(nodes, local, weight, scale)  # again, about the first's answer
+    # The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are
+    # left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
+    kept = within.astype(np.float32)
+    images = [(kept * value, kept * derivative) for value, derivative in images]
+    split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
+    return _Robust(equalised.beside_jumps(nodes), agrees, scale, split)
+
+
+def _informative(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
+
+    Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
+    its strongest and its weakest places can look like texture: blank paper is no signal.
+    """
+    residual = nodes.misfit[nodes.support > 0.5]
+    uneven = 1.0
+    if residual.size:
+        weak, strong = np.quantile(residual, [0.05, 0.95])
+        uneven = float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
+    textured = nodes.texture >= uneven * np.maximum(1, nodes.misfit)
+    return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)

@@ -153,15 +153,19 @@ class Equalised:
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
         """Residual statistics of each pixel at the depth estimated around it."""
+        return self.evaluate_images(nodes)[0]
+
+    def evaluate_images(self, nodes: Nodes) -> tuple[ResidualStatistics, list[tuple[Image, Image]]]:
+        """As `evaluate`; and each comparison's residual there (H x W), with its derivative by level."""
         shape = self.residuals[0].images.shape[1:]
         level = self.to_pixels(nodes.level, nodes.sd, shape).astype(np.float32)
         rest, cross, slope = (np.zeros(shape, np.float32) for _ in range(3))
-        for residual in self.residuals:
-            value, derivative = residual.at(level)
+        images = [residual.at(level) for residual in self.residuals]
+        for value, derivative in images:
             rest += value**2
             cross += value * derivative
             slope += derivative**2
-        return ResidualStatistics(level, rest, cross, slope)
+        return ResidualStatistics(level, rest, cross, slope), images
 
     def refine(
         self,

@@ -1,0 +1,186 @@
+"""The split-band test: whether coarse and fine detail give the same depth, as they do where the blur model is right.
+
+Noise is not all that errs. Real lenses' blur is no exact disc, nor an exact Gaussian, and what that does to depth is
+alike over whole windows: neither chi-square nor neighbours show it. But an error of the blur's shape moves depth from
+coarse detail one way and depth from fine detail the other. So the residuals are split at a frequency, depth is refined
+from either half, and what the two differ by beyond their noise is put down to a model error in proportion to the blur
+(random effects, as in meta-analysis: DerSimonian & Laird 1986). It adds to the standard deviation. It does not see what
+moves both halves alike, such as a wrong focus or aperture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from focalgradient.depth import numerics
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.filters import RADII, FloatArray, Image
+
+__all__ = ["LEAST_BLUR", "SplitBand", "split_band_test"]
+
+CUTS = (0.25, 0.35)
+"""Frequencies at which the band is split, in cycles per blur radius: chosen on 70 rendered pairs; one alone misses."""
+
+LEAST_RADIUS = 0.8
+"""Blur radius in pixels below which the cuts move no further: beyond them would lie aliased detail only."""
+
+LEAST_BLUR = 0.5
+"""Blur radius in pixels below which a model error counts as a share of this: small blur is the pixels' own."""
+
+TRIMMED = 0.05
+"""Share of the nodes, those that differ most, that is left out: outlines and contradictions are no model error."""
+
+LEAST_NODES = 30
+"""Nodes below which nothing can be said of the model."""
+
+SURROUND = 24
+"""Pixels of mirrored surround about the frame, for the filters not to wrap."""
+
+
+@dataclass(frozen=True, slots=True)
+class SplitBand:
+    """By how much the blur model errs, as coarse and fine detail show it."""
+
+    tau: float
+    """Standard deviation of the model error, as a share of the blur radius: the largest over the cuts."""
+    cuts: tuple[float, ...]
+    """Frequencies of the cuts, in cycles per pixel."""
+    taus: tuple[float, ...]
+    """The share from each cut."""
+    differences: tuple[float, ...]
+    """Depth from coarse detail less depth from fine detail, at each cut, as a mean share of the blur radius."""
+    nodes: int
+    """Nodes that it rests on."""
+
+    def stated(self) -> dict[str, object]:
+        """The test as a map's details state it."""
+        return {
+            "tau": self.tau,
+            "cuts_cycles_per_px": list(self.cuts),
+            "tau_by_cut": list(self.taus),
+            "coarse_less_fine": list(self.differences),
+            "nodes": self.nodes,
+        }
+
+
+def split_band_test(
+    equalised: Equalised,
+    nodes: Nodes,
+    at_pixels: Sequence[tuple[Image, Image]],
+    weight: Image,
+    blur: FloatArray,
+    levels_per_pixel: float,
+    noise: float,
+    trusted: NDArray[np.bool_],
+) -> SplitBand:
+    """Compare depth from coarse detail with depth from fine detail at the nodes that are `trusted`.
+
+    Parameters
+    ----------
+    equalised
+        The views, compared at every level.
+    nodes
+        Depth as read.
+    at_pixels
+        For each comparison, the residual image at the level read around each pixel, and its derivative by level.
+    weight
+        H x W, 0 or 1: the pixels that are used.
+    blur
+        Largest blur radius in pixels at each level.
+    levels_per_pixel
+        Levels to a pixel of blur radius.
+    noise
+        Noise variance in units of the one assumed.
+    trusted
+        h x w: nodes whose depth is to be claimed.
+    """
+    place = np.arange(equalised.levels)
+    blurs = np.interp(nodes.level, place, blur)
+    use = trusted & (nodes.support > 0.5)
+    if use.sum() < LEAST_NODES:  # where views contradict the model all over, the rest is no proof that it is right
+        use = nodes.unambiguous & nodes.inside & (nodes.texture >= 1) & (nodes.support > 0.1)
+    if use.sum() < LEAST_NODES:
+        return SplitBand(0.0, (), (), (), int(use.sum()))
+    radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
+    share = np.maximum(LEAST_BLUR, blurs[use]) * levels_per_pixel  # an error of the whole blur, in levels
+    doubt = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
+    spectra = _spectra(at_pixels)
+    taus, differences = [], []
+    for cut in CUTS:
+        low, low_variance, high, high_variance = _halves(
+            equalised, nodes, spectra, at_pixels, weight, cut / radius, noise
+        )
+        difference, variance = (low - high)[use], (doubt * (low_variance + high_variance))[use]
+        ratio = difference**2 / variance
+        kept = ratio <= np.quantile(ratio, 1 - TRIMMED)
+        excess = (ratio[kept] - 1).sum() / (share[kept] ** 2 / variance[kept]).sum()
+        taus.append(float(np.sqrt(np.clip(excess, 0.0, 1.0))))  # an error of the whole blur at most
+        differences.append(float(np.mean((difference / share)[kept])))
+    return SplitBand(max(taus), tuple(cut / radius for cut in CUTS), tuple(taus), tuple(differences), int(use.sum()))
+
+
+def _spectra(at_pixels: Sequence[tuple[Image, Image]]) -> list[NDArray[np.complex64]]:
+    """Spectra of the residuals, with their derivatives as imaginary parts: real filters keep the two apart."""
+    rows, columns, around = _surround(at_pixels[0][0].shape)
+    spectra = []
+    for value, derivative in at_pixels:
+        both = np.empty((rows, columns), np.complex64)
+        both.real, both.imag = (np.pad(image, around, mode="symmetric") for image in (value, derivative))
+        spectra.append(fft.fft2(both, workers=-1, overwrite_x=True))
+    return spectra
+
+
+def _surround(shape: tuple[int, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+    """Rows and columns of the frame with its surround, and the pixels added before and after."""
+    reach = [min(SURROUND, n) for n in shape]
+    rows, columns = (fft.next_fast_len(n + 2 * r) for n, r in zip(shape, reach, strict=True))
+    return rows, columns, tuple((r, m - n - r) for n, m, r in zip(shape, (rows, columns), reach, strict=True))
+
+
+def _halves(
+    equalised: Equalised,
+    nodes: Nodes,
+    spectra: Sequence[NDArray[np.complex64]],
+    at_pixels: Sequence[tuple[Image, Image]],
+    weight: Image,
+    cut: float,
+    noise: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """How far either half of the band moves depth at each node, in levels, and its variance for noise of variance 1.
+
+    The halves are split at `cut` cycles per pixel. Of coarse detail first, then of fine.
+    """
+    rows, columns, around = _surround(weight.shape)
+    inside = tuple(slice(before, before + n) for (before, _), n in zip(around, weight.shape, strict=True))
+    squared = fft.fftfreq(rows)[:, None] ** 2 + fft.fftfreq(columns) ** 2
+    gain = _low_pass(squared.astype(np.float32), cut)
+    share = _low_pass(RADII**2, cut)
+    sums = np.zeros((4, *nodes.level.shape))  # score and information of the coarse half, then of the fine
+    drifts = np.zeros((2, equalised.levels))  # what noise alone puts into the score of a pixel
+    for residual, spectrum, (value, derivative) in zip(equalised.residuals, spectra, at_pixels, strict=True):
+        coarse = fft.ifft2(spectrum * gain, workers=-1, overwrite_x=True)[inside]
+        sums += numerics.half_sums(value, derivative, coarse, weight, equalised.step)
+        for number, amplitude in enumerate((share, 1 - share)):
+            drifts[number] += np.gradient(residual.gains.sum(axis=0) @ (residual.measure * amplitude**2)) * noise / 2
+    count = numerics.block_sum(weight, equalised.step)
+    for number, drift in enumerate(drifts):
+        sums[2 * number] += count * np.interp(nodes.level, np.arange(equalised.levels), drift)
+    # The window that depth is gathered over last.
+    window = equalised.window * numerics.GROWTH[-1] / equalised.step
+    gathered = numerics.gather(sums.astype(np.float32), window).astype(float)
+    squares = numerics.gather(sums[1::2].astype(np.float32), window / np.sqrt(2)).astype(float)
+    total = np.maximum(gathered[1::2], 1e-9)
+    moved, variance = gathered[::2] / total, np.maximum(squares, 1e-12) / total**2
+    return moved[0], variance[0], moved[1], variance[1]
+
+
+def _low_pass(squared: NDArray[Any], cut: float) -> NDArray[Any]:
+    """Amplitude of the coarse half at frequencies given by their squares: 1/2 at the cut, falling fast."""
+    steep = np.minimum(squared / squared.dtype.type(cut**2), 64.0) ** 4
+    return np.asarray(np.exp(-squared.dtype.type(np.log(2)) * steep))

@@ -1,0 +1,63 @@
+"""Where a report comes from: software, settings of the data set, and the hashes of its files."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from focalgradient.dataset import Files
+from focalgradient.dataset.bids import read_description
+from focalgradient.files import read_bytes
+from focalgradient.report.analysed import Ratings, Reports
+from focalgradient.report.document import Table
+from focalgradient.report.rules import Stated
+from focalgradient.report.tables import Sheet
+
+__all__ = ["listed", "provenance"]
+
+PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
+
+
+def listed(file: str, caption: str, header: list[str], rows: list[list[str]], *, folded: bool = False) -> Sheet:
+    """A table of texts, the same for reading and as a file."""
+    return Sheet(file, Table(caption, header, rows, csv=file, folded=folded), pd.DataFrame(rows, columns=header))
+
+
+def provenance(root: Path, parts: Sequence[Ratings | Reports], bound: float, stated: Stated) -> Iterator[Sheet]:
+    """Tables of the software, of the data set, and of its files with their hashes."""
+    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
+    yield listed("versions.csv", "Analysed with", ["what", "version"], made)
+    sidecars: dict[Files, Mapping[str, Any]] = {}
+    for part in parts:
+        sidecars |= {} if part.data is None else part.data.sidecars
+    said: dict[str, dict[str, None]] = {}
+    if sidecars:
+        said["BIDS version"] = {str(read_description(root).get("BIDSVersion", "not stated")): None}
+    for sidecar in sidecars.values():
+        said.setdefault(f"seed of {sidecar['TaskName']}", {})[str(sidecar.get("Seed"))] = None
+        said.setdefault("stimuli (SHA-256 of the manifest)", {})[str(sidecar.get("StimuliSHA256") or "none")] = None
+        for sitting in sidecar.get("Sittings", ()):
+            for name, value in sitting.get("Versions", {}).items():
+                said.setdefault(f"recorded with {name}", {})[str(value)] = None
+    for name, value in asdict(parts[0].quality.rules).items():
+        said[f"rule {name}"] = {str(value): None}
+    said["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
+    said["bound of equivalence"] = {f"{bound:g}": None}
+    told = [[name, ", ".join(values)] for name, values in said.items()]
+    yield listed("data_set.csv", "Data set", ["what", "value"], told)
+    hashes = []
+    for files in sidecars:
+        for path in (files.table, files.sidecar):
+            hashes.append([path.relative_to(root).as_posix(), hashlib.sha256(read_bytes(path)).hexdigest()])
+    if not sidecars:
+        hashes.append([root.name, hashlib.sha256(read_bytes(root)).hexdigest()])
+    whole = hashlib.sha256("".join(f"{sha}  {name}\n" for name, sha in sorted(hashes)).encode()).hexdigest()
+    hashes.append(["all of them together", whole])
+    yield listed("files.csv", "Files analysed", ["file", "SHA-256"], hashes, folded=True)

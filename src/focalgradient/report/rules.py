@@ -1,0 +1,111 @@
+"""Preregistered rules in a settings file: what leaves trials and subjects out, and the bound of equivalence."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_bytes, read_toml
+from focalgradient.statistics import Rules
+
+__all__ = ["Stated", "as_toml", "load_rules"]
+
+MEANING = {
+    "response_time": "a depth rating given in less or in more time (s) is left out",
+    "dropped_frames": "a trial with more dropped frames is left out; false: they are counted only",
+    "catch_factor": "a rating of the standard passes within this factor of 1",
+    "catch_share": "a truly nonrigid cube passes when reported so for this share of the time with a report",
+    "catch_passed": "least share of catch trials that a subject must pass; false: nobody is left out",
+    "repeat_factor": "largest spread (geometric SD) of answers to one picture; false: nobody is left out",
+    "lapse_factor": "an answer farther than this factor from what is expected is a lapse",
+    "lapses": "largest share of lapses; false: nobody is left out",
+    "shortest_both": "both keys held for less (s) is a change of keys and no report",
+}
+"""Of each rule, for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """Rules as stated in advance.
+
+    Parameters
+    ----------
+    rules
+        Of exclusion.
+    bound
+        Of equivalence; None where the file does not state it.
+    file, sha256
+        The file's name and the SHA-256 of its bytes: None for the default rules.
+    """
+
+    rules: Rules
+    bound: float | None = None
+    file: str | None = None
+    sha256: str | None = None
+
+
+def load_rules(path: Path) -> Stated:
+    """Read rules from a TOML file: keys are the fields of `Rules`, and `bound`; `false` switches a rule off.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a key is unknown or out of range: it is named.
+    """
+    found = read_toml(path, "a file of rules")
+    digest = hashlib.sha256(read_bytes(path, "a file of rules")).hexdigest()
+    fields = {field.name for field in dataclasses.fields(Rules)}
+    values: dict[str, Any] = {}
+    bound: float | None = None
+    for key, value in found.items():
+        if key == "bound":
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 1:
+                raise InputError(
+                    f"{printable(path)}: bound is {value!r}, but must be a ratio above 1: give one like 1.2."
+                )
+            bound = float(value)
+        elif key not in fields:
+            raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*MEANING, 'bound'])}.")
+        else:
+            values[key] = _value(path, key, value)
+    try:
+        rules = Rules(**values)
+    except InputError as error:
+        raise InputError(f"{printable(path)}: {error}") from error
+    return Stated(rules, bound, path.name, digest)
+
+
+def _value(path: Path, key: str, value: Any) -> Any:
+    if value is False and key in ("response_time", "dropped_frames", "catch_passed", "repeat_factor", "lapses"):
+        return None
+    if key == "response_time":
+        numbers = isinstance(value, list) and all(type(each) in (int, float) for each in value)
+        if not (numbers and len(value) == 2):
+            raise InputError(
+                f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.2, 60]."
+            )
+        return (float(value[0]), float(value[1]))
+    if type(value) is not (int if key == "dropped_frames" else type(value)) or type(value) not in (int, float):
+        raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
+    return value if key == "dropped_frames" else float(value)
+
+
+def as_toml(rules: Rules, bound: float) -> str:
+    """The rules as a file that `load_rules` reads.
+
+    Examples
+    --------
+    >>> as_toml(Rules(), 1.2).splitlines()[-1]
+    'bound = 1.2'
+    """
+    lines = ["# Rules of exclusion, stated in advance: focalgradient report DATASET --rules rules.toml"]
+    for key, meaning in MEANING.items():
+        value = getattr(rules, key)
+        text = "false" if value is None else str(list(value)) if isinstance(value, tuple) else f"{value:g}"
+        lines += ["", f"# {meaning}", f"{key} = {text}"]
+    lines += ["", "# smallest rise at the largest aperture that would matter, as a ratio", f"bound = {bound:g}"]
+    return "\n".join(lines) + "\n"

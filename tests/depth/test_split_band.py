@@ -1,0 +1,94 @@
+"""The split-band test: a wrong shape of blur shows, is covered by the sd and warned of; a right one is left alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from blurred import lens, wall
+
+from focalgradient import Lens, View, recover_depth
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.psf import blend_transfer, disc_transfer, gaussian_transfer
+
+SHEET = Path(__file__).parents[2].parent / "shared" / "data" / "canon_rf50_flat"
+
+
+def covered(depth, truth):
+    """Share of the valid pixels within two standard deviations of the truth."""
+    off = np.abs(depth.vergence - truth) / depth.vergence_sd
+    return float((off[depth.valid] < 2).mean())
+
+
+@pytest.mark.parametrize("psf", ["disc", "gaussian", "blend"])
+@pytest.mark.parametrize("distance", [1.05, 1.6])
+def test_a_right_model_is_left_alone(psf, distance):
+    views = wall([lens(16), lens(4)], distance, seed=11, psf=psf, k=0.35 if psf == "blend" else 0.5)
+    depth = recover_depth(views, near=0.85, psf=psf, k=0.35 if psf == "blend" else 0.5)
+    split = depth.details["split_band"]
+    blur = 0.025 / 4 / 2 * abs(1 / 0.85 - 1 / distance)  # rad: the widest view's
+    model_sd = split["tau"] * blur / (0.025 / 4 / 2)
+    inflated = depth.vergence_sd / np.sqrt(np.maximum(depth.vergence_sd**2 - model_sd**2, 1e-12))
+    assert np.median(inflated[depth.valid]) <= 1.03
+    assert covered(depth, 1 / distance) > 0.9
+    assert depth.valid.mean() > 0.95
+    assert "misfit_by_shape" not in depth.details
+
+
+@pytest.mark.parametrize(
+    ("real", "k", "supposed"), [("gaussian", 0.5, "disc"), ("disc", 0.5, "gaussian"), ("blend", 0.35, "disc")]
+)
+def test_a_wrong_model_is_covered_and_named(real, k, supposed):
+    views = wall([lens(16), lens(4)], 1.3, seed=12, psf=real, k=k)
+    with pytest.warns(FocalGradientWarning, match=rf"a {real}.* is likelier") as told:
+        depth = recover_depth(views, near=0.85, psf=supposed)
+    assert len(told) == 1
+    assert covered(depth, 1 / 1.3) >= 0.9
+    split = depth.details["split_band"]
+    assert split["tau"] > 0.03
+    assert split["tau"] == max(split["tau_by_cut"])
+    assert len(split["cuts_cycles_per_px"]) == 2
+
+
+def test_the_model_error_makes_no_pixel_invalid():
+    """Most pixels stay valid though the sd with the model's error is far above what validity asks."""
+    views = wall([lens(16), lens(4)], 1.3, seed=12, psf="gaussian")
+    with pytest.warns(FocalGradientWarning, match="not quite a disc"):
+        depth = recover_depth(views, near=0.85)
+    per_dioptre = 0.025 / 4 / 2 / views[0].pixel_angle
+    assert np.median(depth.vergence_sd[depth.valid]) * per_dioptre > 0.3
+    assert depth.valid.mean() > 0.9
+
+
+def test_the_blend_lies_between_disc_and_gaussian():
+    frequency = np.linspace(0, 0.5, 26)
+    assert np.allclose(blend_transfer(frequency, 3.0, 0.0), disc_transfer(frequency, 3.0))
+    assert np.allclose(blend_transfer(frequency, 3.0, 0.5), gaussian_transfer(frequency, 3.0))
+    # Its second moment, minus the curvature at frequency 0 over 4 pi^2, is that of the disc.
+    step = 1e-3
+    curvature = 2 * (1 - blend_transfer(step, 3.0, 0.35)) / step**2
+    assert curvature / (4 * np.pi**2) == pytest.approx(3.0**2 / 4, rel=1e-3)
+
+
+def test_the_blend_is_the_default_methods_only():
+    with pytest.raises(InputError, match="'blend'"):
+        recover_depth(wall([lens(16), lens(4)], 1.3), method="spectra", psf="blend")
+
+
+@pytest.mark.skipif(not SHEET.exists(), reason="the photographs are not beside the repository (shared/data)")
+def test_a_photographed_sheet_is_covered():
+    from focalgradient.photographs import read_photographs
+
+    with pytest.warns(FocalGradientWarning, match="saturated"):
+        photographs = read_photographs([SHEET / "f20.png", SHEET / "f4.png"], None)
+    lenses = [Lens(0.0496, number, 0.945) for number in (20, 4)]
+    views = [
+        View(photo.luminance, one, 46.9e-6 / one.sensor_distance)
+        for photo, one in zip(photographs, lenses, strict=True)
+    ]
+    with pytest.warns(FocalGradientWarning, match="not quite a disc"):
+        depth = recover_depth(views, near=0.3, far=0.945, align=True)
+    assert depth.valid.mean() > 0.5
+    # One offset: what focus and aperture are off by moves all alike, and is the calibration's.
+    assert covered(depth, float(np.median(depth.vergence[depth.valid]))) >= 0.92

@@ -1,0 +1,150 @@
+"""Rules stated in advance, data of one's own, and what a report hands on: exclusions by file, trials, scripts, text."""
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from recorded import record_ratings
+
+from focalgradient import InputError
+from focalgradient.power import Model
+from focalgradient.report import Stated, load_rules, make_report
+from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.export import safe_csv
+from focalgradient.report.preregister import preregistration
+from focalgradient.report.rules import as_toml
+from focalgradient.statistics import Rules, quality
+
+
+def test_rules_survive_their_file(tmp_path: Path) -> None:
+    rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5)
+    file = tmp_path / "rules.toml"
+    file.write_text(as_toml(rules, 1.3))
+    stated = load_rules(file)
+    assert (stated.rules, stated.bound, stated.file) == (rules, 1.3, "rules.toml")
+    assert len(stated.sha256) == 64
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("catch_pased = 0.5", "catch_pased is not a known rule: use response_time"),
+        ("catch_passed = 5", "catch_passed is 5.0, but must be a share"),
+        ("bound = 0.5", "bound is 0.5, but must be a ratio above 1"),
+        ("response_time = 3", "response_time is 3, but must be two times"),
+        ('lapses = "few"', "lapses is 'few', but must be a number"),
+        ("dropped_frames = 1.5", "dropped_frames is 1.5, but must be a number"),
+    ],
+)
+def test_rules_that_are_wrong_are_named(tmp_path: Path, line: str, sentence: str) -> None:
+    (tmp_path / "rules.toml").write_text(line + "\n")
+    with pytest.raises(InputError, match=sentence):
+        load_rules(tmp_path / "rules.toml")
+
+
+def test_the_report_goes_by_the_stated_rules_and_names_their_hash(tmp_path: Path) -> None:
+    root = record_ratings(tmp_path / "data", 3)
+    (tmp_path / "rules.toml").write_text("response_time = [1.6, 60]\nbound = 1.4\n")
+    stated = load_rules(tmp_path / "rules.toml")
+    made = make_report(root, stated=stated)
+    text = made.files["report.html"].decode()
+    assert stated.sha256 in text
+    assert "in less than 1.6 s" in text
+    assert "against a factor of 1.4" in text
+    assert "leave out all 3 subjects" in text or "0 trials" in text
+    assert b"response_time = [1.6, 60.0]" in made.files["rules.toml"]
+
+
+def careful(seed: int, people: int, scene_sd: float) -> pd.DataFrame:
+    """Careful people, and scenes that differ much in depth and in what blur adds."""
+    rng = np.random.default_rng(seed)
+    scenes = rng.normal(0, scene_sd, (12, 2))
+    rows = [
+        (f"{who:02}", f"s{scene}", f"f/{number}" if mm else "pinhole", mm, fixation, level + extra * mm / 9 + noise)
+        for who in range(people)
+        for scene, (level, extra) in enumerate(scenes)
+        for number, mm in ((0, 0.0), (22, 2.3), (11, 4.5), (5.6, 8.9))
+        for fixation in ("nearest", "farthest")
+        for noise in rng.normal(0, 0.2, 2)
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "scene", "aperture", "aperture_mm", "fixation", "rating"])
+    return table.assign(rating=np.exp(table["rating"]), trial=range(len(table)), catch=False)
+
+
+@pytest.mark.parametrize(("people", "most"), [(1, 0.15), (4, 0.02), (12, 0.02)])
+def test_careful_people_do_not_lapse_where_scenes_differ(people: int, most: float) -> None:
+    """One person's scenes cannot be told from what blur adds to them; there the rule's own limit, .2, is kept."""
+    for seed in range(4):
+        _, found = quality(careful(seed, people, 0.8))
+        assert max(each.lapses for each in found.subjects) < most
+
+
+def test_those_who_lapse_are_found_where_scenes_differ() -> None:
+    table = careful(1, 6, 0.8)
+    rng = np.random.default_rng(1)
+    guessed = (table["participant_id"] == "03") & (rng.random(len(table)) < 0.7)
+    table.loc[guessed, "rating"] = np.exp(rng.uniform(-2.5, 2.5, guessed.sum()))
+    _, found = quality(table, Rules(repeat_factor=None))
+    assert {each.participant_id for each in found.exclusions} == {"03"}
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory) -> Path:
+    file = tmp_path_factory.mktemp("own") / "ratings.csv"
+    table = careful(2, 5, 0.1).rename(columns={"participant_id": "subject", "rating": "resp"})
+    table.drop(columns=["aperture_mm", "trial", "catch"]).to_csv(file, index=False)
+    return file
+
+
+def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
+    made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
+    text = made.files["report.html"].decode()
+    assert "5 subjects rated 12 scenes" in text
+    assert "Trials are numbered as they stand in the file" in text
+    trials = pd.read_csv(io.BytesIO(made.files["depth_rating_trials.csv"]))
+    meaning = pd.read_csv(io.BytesIO(made.files["depth_rating_trials_dictionary.csv"]))
+    assert list(trials) == list(meaning["column"])
+    assert len(trials) == 5 * 12 * 8 * 2
+    assert trials["included"].all()
+    assert b"lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
+
+
+def test_cells_are_no_formulas() -> None:
+    names = ["=1+1", "+a", "-b", "@c", "plain"]
+    text = safe_csv(pd.DataFrame({"name": names, "value": [-1.0] * 5})).decode()
+    rows = list(csv.reader(io.StringIO(text)))[1:]
+    assert [row[0] for row in rows] == ["'=1+1", "'+a", "'-b", "'@c", "plain"]
+    assert [row[1] for row in rows] == ["-1.0"] * 5
+
+
+def test_nothing_in_a_data_set_becomes_markup() -> None:
+    bad = "<script>alert(1)</script> [x](javascript:1) `a` | *b* &lt;i&gt;\n# head"
+    blocks = [Heading(bad), Paragraph(bad), Notice(bad), Table(bad, [bad], [[bad]], [bad])]
+    for text in (as_markdown(bad, blocks), as_html(bad, blocks)):
+        assert "<script" not in text
+        assert "<i>" not in text
+    markdown = as_markdown(bad, blocks)
+    assert not re.search(r"(?<!\\)\]\(javascript", markdown)
+    assert "\n# head" not in markdown
+
+
+def test_a_folded_table_is_closed() -> None:
+    table = Table("hashes", ["file"], [["a"], ["b"]], csv="files.csv", folded=True)
+    assert "<details><summary>hashes (2 rows)</summary>" in as_html("t", [table])
+    assert as_markdown("t", [table]).endswith("**hashes** (2 rows)\n\nAs a file: files.csv.\n")
+
+
+def test_a_preregistration_is_written_from_a_design(tmp_path: Path) -> None:
+    (tmp_path / "design.toml").write_text('task = "depthrating"\n')
+    files = preregistration(tmp_path / "design.toml", bound=1.25, stated=Stated(Rules()), model=Model(effect=1.6))
+    text = files["preregistration.md"].decode()
+    for part in ("H1 (primary)", "within a factor of 1.25", "12 scenes", "crossed as random effects", "the fewest"):
+        assert part in text, part
+    assert b"bound = 1.25" in files["rules.toml"]
+    (tmp_path / "other.toml").write_text('task = "necker"\n')
+    with pytest.raises(InputError, match="a preregistration is written for depthrating"):
+        preregistration(tmp_path / "other.toml", stated=Stated(Rules()))
