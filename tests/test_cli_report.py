@@ -54,6 +54,16 @@ def test_bad_options_are_said_in_one_sentence_and_nothing_is_written(data, tmp_p
     assert not (tmp_path / "report").exists()
 
 
+def test_nothing_is_written_into_a_data_set(data, tmp_path):
+    before = sorted(data.rglob("*"))
+    (tmp_path / "link").symlink_to(data)
+    for out in (data, data / "report", data / "sub-01" / "report", tmp_path / "link" / "report"):
+        result = run(data, "--out", out)
+        assert result.exit_code == 2
+        assert "lies in the data set" in result.stderr
+    assert sorted(data.rglob("*")) == before
+
+
 def test_a_folder_without_data_set(tmp_path):
     result = run(tmp_path, "--out", tmp_path / "report")
     assert result.exit_code == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import sys
 import tempfile
@@ -175,8 +176,23 @@ def summary_json(content: Mapping[str, Any]) -> bytes:
     return (text + "\n").encode("utf-8", "backslashreplace")
 
 
+def _refuse_data_set(out: Path) -> None:
+    """Refuse a place in a data set of people's answers, which is kept as it was recorded."""
+    try:
+        place = out.resolve()
+    except (OSError, ValueError, RuntimeError):
+        return  # whatever is wrong with it is said when it is opened
+    for folder in (place, *place.parents):
+        if os.path.lexists(folder / "dataset_description.json"):
+            raise InputError(
+                f"--out {printable(out)} lies in the data set {printable(folder)}, which is kept as it was recorded: "
+                "give a folder outside it."
+            )
+
+
 def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> None:
-    """Refuse what cannot be written, and files that are `inputs` too, before the long work and not after."""
+    """Refuse what cannot be written, data sets, and files that are `inputs` too, before the long work and not after."""
+    _refuse_data_set(out)
     try:
         with tempfile.TemporaryFile(dir=existing(out)):
             pass

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from focalgradient.errors import InputError
+
 __all__ = ["validate"]
 
 
@@ -19,8 +21,9 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     """Check the data set in DIR.
 
     Its files by the standard, BIDS (where bids-validator-deno is installed); and that every trial of the design is
-    there once, as its journal has it, at increasing times, with pictures that are in the manifest. Exit code 1 where
-    something is wrong. Nothing is changed, but with --export missing tables are made.
+    there once, as its journal has it, at times and with answers that can be, with its condition's pictures. Every
+    problem is listed. Exit code 1 where something is wrong: 'focalgradient repair' makes damaged sessions readable.
+    Nothing is changed, but with --export missing tables are made.
 
     \b
     Example:
@@ -30,9 +33,12 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     from focalgradient.dataset import export as make_tables
     from focalgradient.dataset import validate as check
 
-    if export:
-        for journal in journals(folder):
+    refused = []
+    for journal in journals(folder) if export else ():
+        try:
             make_tables(journal)
+        except InputError as error:
+            refused.append(str(error))
     found = check(folder, stimuli)
     click.echo(f"Sessions: {found.sessions}")
     click.echo(f"Trials: {found.trials}")
@@ -41,7 +47,8 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     by_standard = bids_problems(folder)
     if by_standard is None:
         click.echo(f"Note: BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
-    problems = [*found.problems, *(f"BIDS: {' '.join(line.split())}" for line in by_standard or ())]
+    problems = list(dict.fromkeys([*refused, *found.problems]))
+    problems += [f"BIDS: {' '.join(line.split())}" for line in by_standard or ()]
     for problem in problems:
         click.echo(f"Problem: {problem}")
     click.echo(f"Problems: {len(problems)}" if problems else "Valid.")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Literal
 
 __all__ = ["APERTURE", "COLUMNS", "FORMULA", "TITLES", "Column", "cell"]
@@ -82,14 +82,21 @@ def cell(value: Any) -> str:
     >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22", "=1+1")]
     ['n/a', 'true', '3', '0.3', 'f/22', "'=1+1"]
     """
+    if type(value) is float:
+        return repr(round(value, 9)) if value == value else "n/a"
     if isinstance(value, str):
-        text = value if value.isprintable() else " ".join(value.split())
-        return f"'{text}" if text.startswith(FORMULA) else text
-    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return _text_cell(value)
+    if value is None or value != value:
         return "n/a"
     if isinstance(value, bool):
-        return str(value).lower()
+        return "true" if value else "false"
     return repr(round(value, 9)) if isinstance(value, float) else str(value)
+
+
+@lru_cache(maxsize=4096)
+def _text_cell(text: str) -> str:
+    line = text if text.isprintable() else " ".join(text.split())
+    return f"'{line}" if line.startswith(FORMULA) else line
 
 
 TRIAL = Column("trial", "Number of the trial, in the order shown.", "integer", least=1)

@@ -45,6 +45,9 @@ __all__ = [
 CHAIN = re.compile(rb', "chain": \["([0-9a-f]{32})?", "([0-9a-f]{32})"\]\}$')
 """How a line ends."""
 
+LONGEST_CHAIN = 90
+"""Bytes of that."""
+
 MOST_BYTES = 1 << 30
 """Of a journal that is read: two thousand trials (the most of a design) of half a megabyte each."""
 
@@ -419,7 +422,7 @@ class _Scan:
 
     def _follow(self, number: int, line: bytes, event: Event) -> None:
         """Follow the chain over a line."""
-        found = CHAIN.search(line)
+        found = CHAIN.search(line, max(len(line) - LONGEST_CHAIN, 0))
         if found is None:
             if self.first_chained or "chain" in event:
                 self._change(f"line {number} was added or changed after the session: it has no chain")
@@ -457,7 +460,7 @@ class _Scan:
 def _parsed(line: bytes) -> Event | None:
     """What a line holds; None if it is broken: no piece of a line is JSON itself."""
     try:
-        event = json.loads(line, parse_constant=_no_number)
+        event = DECODER.decode(line.decode())
     except (ValueError, RecursionError):
         return None
     return event if isinstance(event, dict) and isinstance(event.get("event"), str) else None
@@ -465,3 +468,6 @@ def _parsed(line: bytes) -> Event | None:
 
 def _no_number(name: str) -> Any:
     raise ValueError(f"{name} is no number that a journal holds.")
+
+
+DECODER = json.JSONDecoder(parse_constant=_no_number)

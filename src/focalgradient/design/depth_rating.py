@@ -149,8 +149,8 @@ class DepthRatingDesign(Plan):
             practice=self._practice,
         )
         return tuple(
-            replace(trial, standard_before=trial.trial == 1 or self._again(trial.trial))
-            if trial.phase == "main"
+            replace(trial, standard_before=True)
+            if trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial))
             else trial
             for trial in listed
         )

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
+from itertools import accumulate, groupby
 from typing import Any, TypeVar
 
 from focalgradient.design.draws import Draws, digest
@@ -145,15 +145,24 @@ def _break_runs(
                 first -= 1
             while last + 1 < len(column) and column[last + 1] == level:
                 last += 1
-            found += max(last - first + 1 - longest, 0)
+            if last - first >= longest:
+                found += last - first + 1 - longest
         return found
 
     def exchange(one: int, other: int) -> None:
         for row in rows:
             row[one], row[other] = row[other], row[one]
 
+    def total() -> int:
+        """The sum of `excess` over all places."""
+        found = 0
+        for column in columns:
+            runs = (len(list(run)) for _, run in groupby(column))
+            found += sum(run * (run - longest) for run in runs if run > longest)
+        return found
+
     rows: list[list[Any]] = [order, *columns]
-    wrong = sum(map(excess, range(len(order))))
+    wrong = total()
     while wrong:
         before = wrong
         for place in range(len(order)):
@@ -167,7 +176,7 @@ def _break_runs(
                 exchange(place, other)
                 if excess(place) + excess(other) > now:
                     exchange(place, other)
-        wrong = sum(map(excess, range(len(order))))
+        wrong = total()
         if wrong >= before:
             return False
     return True
