@@ -79,3 +79,16 @@ def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
     assert result.stderr.startswith("Error: ")
     assert "give the folder of a data set" in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_a_damaged_journal_is_named_and_the_others_are_exported(data):
+    with Session.begin(data, DESIGN, "02", apparatus=Apparatus("seconds")) as session:
+        for number, trial in enumerate(session.remaining()):
+            session.record(trial, Rated(onset=20.0 * number, rating=1.0, response_time=1.0))
+    session.files.table.unlink()
+    journal = data / "sourcedata" / "sub-01" / "beh" / "sub-01_task-pinhole_beh.jsonl"
+    journal.write_text(journal.read_text().replace('"onset"', '"offset"', 1))
+    result = run(data, "--export")
+    assert result.exit_code == 1
+    assert result.stdout.count("line 2: onset is missing, but must be a number of 0 or more") == 1
+    assert session.files.table.exists()

@@ -4,14 +4,16 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from recorded import edit
 
-from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched, export, read_dataset, validate
+from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched, export, read_dataset, repair, validate
 from focalgradient.dataset.journal import whole_lines
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole
+from focalgradient.errors import InputError
 
 APPARATUS = Apparatus("seconds from the start of the sitting", refresh_hz=60.0)
 RATING = DepthRatingDesign(
@@ -357,6 +359,9 @@ def test_no_damage_passes(data, name):
     with pytest.raises(AssertionError, match=sentence):
         raise AssertionError(" | ".join(problems))
     assert not any("\n" in problem for problem in problems)
+    for attempt in (lambda: read_dataset(data, damaged="leave out"), lambda: repair(data), lambda: validate(data)):
+        with suppress(InputError):  # one sentence, and never anything else
+            attempt()
 
 
 def test_all_damages_of_one_data_set_are_listed_at_once(data):

@@ -17,12 +17,12 @@ from typing import Any, Literal
 
 from focalgradient.dataset.columns import COLUMNS, TITLES, cell
 from focalgradient.dataset.events import Event
-from focalgradient.dataset.journal import Journal, Log, create_whole, flush, make_folder, read_journal, writing
+from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
-from focalgradient.files import read_json
+from focalgradient.files import flush, read_bytes, read_json, read_text
 
 __all__ = [
     "Files",
@@ -217,7 +217,7 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
         return
     if any(entry.get("participant") == f"sub-{participant}" for entry in withdrawn(root)):
         raise InputError(f"{root}: sub-{participant} has withdrawn: give another label.")
-    for row in _participant_rows(path, _text_of(path)):
+    for row in _participant_rows(path, read_text(path, "a table of participants")):
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
             raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: mend the row.")
@@ -236,13 +236,6 @@ def same_number(one: str, other: str) -> bool:
     return all(label.isascii() and label.isdigit() for label in (one, other)) and one.lstrip("0") == other.lstrip("0")
 
 
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not text in UTF-8 ({error}): save it so.") from error
-
-
 def _participant_rows(path: Path, text: str) -> list[dict[str, str]]:
     header, *rows = text.splitlines() or [""]
     names = header.split("\t")
@@ -255,7 +248,7 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
     """Add a participant's row to ``participants.tsv``, if there is none; columns that others have added stay."""
     path = root / "participants.tsv"
     with locked(path) as file:
-        text = _text_of(path)
+        text = read_text(path, "a table of participants")
         known = {row["participant_id"] for row in _participant_rows(path, text)}
         if f"sub-{participant}" in known:
             return
@@ -311,7 +304,7 @@ def make_table(journal: Path) -> Files:
     log = read_journal(journal)
     files = files_of(log)
     text = table_text(log)
-    if files.table.exists() and not text.encode().startswith(files.table.read_bytes()):
+    if files.table.exists() and not text.encode().startswith(read_bytes(files.table, "a table")):
         raise InputError(
             f"{files.table} does not say what its journal {journal} says: move it away, and it is made anew."
         )

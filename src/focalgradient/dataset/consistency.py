@@ -23,6 +23,7 @@ from focalgradient.dataset.journal import Log
 from focalgradient.dataset.read import SessionTable
 from focalgradient.design import Design, NeckerDesign, Trial, check_design
 from focalgradient.errors import InputError
+from focalgradient.files import read_json
 
 __all__ = ["checked_design", "is_age", "pictures_of", "wrong_journal", "wrong_rows", "wrong_sidecar"]
 
@@ -285,10 +286,9 @@ def _wrong_pictures(
 def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
     """Files of the pictures that a manifest lists, by scene, aperture and fixation; none where it lists none."""
     try:
-        found = json.loads(manifest.read_bytes())
-        entries = found.get("pictures", [])
-        return {(one["scene"], one["aperture"], one["fixation"]): one["png"] for one in entries}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        found = read_json(manifest, "a manifest of stimuli")
+        return {(one["scene"], one["aperture"], one["fixation"]): one["png"] for one in found.get("pictures", [])}
+    except (InputError, KeyError, TypeError, AttributeError):
         return {}
 
 

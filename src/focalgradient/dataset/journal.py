@@ -29,12 +29,12 @@ import numpy as np
 from focalgradient.dataset.events import Event, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
+from focalgradient.files import flush, read_bytes
 
 __all__ = [
     "Journal",
     "Log",
     "create_whole",
-    "flush",
     "make_folder",
     "read_journal",
     "scan_journal",
@@ -268,17 +268,6 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{value!r} cannot be written as JSON.")
 
 
-def flush(file: int) -> None:
-    """Wait until a file is on the disk; macOS needs another word for it than `fsync`."""
-    if sys.platform == "darwin":
-        import fcntl
-
-        with suppress(OSError):  # a network share may not know it
-            fcntl.fcntl(file, fcntl.F_FULLFSYNC)
-            return
-    os.fsync(file)
-
-
 def make_folder(folder: Path) -> None:
     """Make a folder, and those above it that are missing, for their owner alone."""
     missing = [one for one in (folder, *folder.parents) if not one.exists()]
@@ -357,15 +346,7 @@ def scan_journal(path: Path) -> Log:
         If the file cannot be read at all.
     """
     scan = _Scan(path)
-    try:
-        with path.open("rb") as file:
-            if not path.is_file():
-                raise OSError(errno.EINVAL, "it is no regular file")
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): give the path of a journal.") from error
-    if len(content) > MOST_BYTES:
-        raise InputError(f"{path} is longer than {MOST_BYTES} bytes, which no session is: restore it from a copy.")
+    content = read_bytes(path, "a journal", MOST_BYTES)
     for number, line in enumerate(content.split(b"\n"), start=1):
         if line.strip():
             scan.add(number, line)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from focalgradient.errors import InputError
+from focalgradient.files import inner_name, parse_json, read_bytes
 
 __all__ = ["Manifest", "check_stimuli", "read_manifest"]
+
+
+LARGEST_MANIFEST = 256 << 20
+"""Bytes: one of ten thousand pictures has some 10 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,20 +44,15 @@ def read_manifest(path: Path) -> Manifest:
     InputError
         If it cannot be read or is no manifest.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read ({error.strerror}): give a folder that 'focalgradient stimuli' has made."
-        ) from error
-    try:
-        files = json.loads(content)["files"]
-        if not all(isinstance(name, str) and isinstance(sha, str) for name, sha in files.items()):
-            raise TypeError
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+    content = read_bytes(path, "a folder that 'focalgradient stimuli' has made", LARGEST_MANIFEST)
+    found = parse_json(content, str(path), "a manifest of stimuli")
+    files = found.get("files") if isinstance(found, dict) else None
+    if not (isinstance(files, dict) and all(isinstance(sha, str) for sha in files.values())):
         raise InputError(
             f'{path} is no manifest of stimuli: its key "files" must give each file\'s SHA-256; make the stimuli anew.'
-        ) from error
+        )
+    for name in files:
+        inner_name(name, f"{path}: a file's name")
     return Manifest(content, hashlib.sha256(content).hexdigest(), files)
 
 
@@ -68,10 +67,11 @@ def check_stimuli(folder: Path) -> Manifest:
     manifest = read_manifest(folder / "manifest.json")
     for name, sha256 in manifest.files.items():
         try:
-            found = hashlib.sha256((folder / name).read_bytes()).hexdigest()
-        except OSError as error:
+            found = hashlib.sha256(read_bytes(folder / name, "a picture")).hexdigest()
+        except InputError as error:
             raise InputError(
-                f"{folder / name} is in the manifest but cannot be read ({error.strerror}): make the stimuli anew."
+                f"{folder / name} is in the manifest but cannot be read ({error.__cause__ or error}): make the stimuli "
+                "anew."
             ) from error
         if found != sha256:
             raise InputError(f"{folder / name} has changed since the manifest was written: make the stimuli anew.")
