@@ -385,7 +385,7 @@ BAD = {
     "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
     "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),
     "no EXIF": (None, PHOTOGRAPHS, r"--focal-length MM, --f-number N .*, --focus-distance M .* and --pixel-pitch UM"),
-    "too few options": (None, (*PHOTOGRAPHS, "--f-number", "8"), r"--f-number needs one value .* but has 1: repeat it"),
+    "too few options": (None, (*PHOTOGRAPHS, "--f-number", "8"), r"--f-number N has 1 values, but needs one for each"),
     "zero option": (
         None,
         (*PHOTOGRAPHS, "--pixel-pitch", "0"),

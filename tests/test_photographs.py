@@ -267,16 +267,16 @@ def test_an_endless_distance_in_exif(tmp_path):
 @pytest.mark.parametrize(
     ("first", "second", "said"),
     [
-        ({FOCAL_LENGTH: 0.0}, {FOCAL_LENGTH: 0.0}, r"tell the focal length in mm: give --focal-length MM\."),
-        ({}, {F_NUMBER: 0.0}, r"tell the f-number \(of b\.jpg\): give --f-number N"),
-        ({DISTANCE: 0.0}, {DISTANCE: 0.0}, r"tell the distance of focus in m: give --focus-distance M"),
-        ({UNIT: 1}, {UNIT: 1}, r"tell the pixel pitch in um: give --pixel-pitch UM\."),
+        ({FOCAL_LENGTH: 0.0}, {FOCAL_LENGTH: 0.0}, r"tell the focal length in mm: give focal_length_mm\."),
+        ({}, {F_NUMBER: 0.0}, r"tell the f-number \(of b\.jpg\): give f_numbers"),
+        ({DISTANCE: 0.0}, {DISTANCE: 0.0}, r"tell the distance of focus in m: give focus_distances_m"),
+        ({UNIT: 1}, {UNIT: 1}, r"tell the pixel pitch in um: give pixel_pitch_um\."),
         # Cropped: width and height have shrunk unequally.
-        ({WIDTH: 4752, HEIGHT: 3168}, {WIDTH: 4752, HEIGHT: 3168}, r"pixel pitch in um: give --pixel-pitch UM\."),
-        ({}, {FOCAL_LENGTH: 55.0}, r"focal length in mm of 18 for a\.jpg but 55 for b\.jpg.*--focal-length MM"),
+        ({WIDTH: 4752, HEIGHT: 3168}, {WIDTH: 4752, HEIGHT: 3168}, r"pixel pitch in um: give pixel_pitch_um\."),
+        ({}, {FOCAL_LENGTH: 55.0}, r"focal length in mm of 18 for a\.jpg but 55 for b\.jpg.*focal_length_mm"),
     ],
 )
-def test_what_exif_lacks_is_named_with_its_option(tmp_path, first, second, said):
+def test_what_exif_lacks_is_named_with_its_parameter(tmp_path, first, second, said):
     files = [photograph(tmp_path / "a.jpg", WHOLE | first), photograph(tmp_path / "b.jpg", WHOLE | second)]
     with pytest.raises(InputError, match=said):
         from_exif(files)
@@ -286,8 +286,8 @@ def test_all_that_is_missing_is_named_at_once(tmp_path):
     files = [write(tmp_path / name, RGB16) for name in ("a.png", "b.png")]
     with pytest.raises(InputError) as error:
         from_exif(files)
-    for option in ("--focal-length MM", "--f-number N", "--focus-distance M", "--pixel-pitch UM"):
-        assert option in str(error.value)
+    for parameter in ("focal_length_mm", "f_numbers", "focus_distances_m", "pixel_pitch_um"):
+        assert parameter in str(error.value)
 
 
 def test_sizes_must_agree(tmp_path):

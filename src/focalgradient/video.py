@@ -362,7 +362,7 @@ class VideoFile:
         if not self._writer.isOpened():
             raise InputError(
                 f"a video of {size[0]} x {size[1]} pixels at {fps:g} frames a second cannot be written as "
-                f"{path.suffix}: choose another ending for --out, of {', '.join(CODECS)}."
+                f"{path.suffix}: choose another ending, of {', '.join(CODECS)}."
             )
 
     def write(self, values: NDArray[np.floating], told: NDArray[np.bool_]) -> None:
@@ -384,7 +384,7 @@ def check_ending(path: Path) -> None:
     _check_name(path)
     if path.suffix.lower() not in CODECS:
         raise InputError(
-            f"--out {printable(path)} has no ending of a video that can be written: use one of {', '.join(CODECS)}."
+            f"{printable(path)} has no ending of a video that can be written: use one of {', '.join(CODECS)}."
         )
 
 

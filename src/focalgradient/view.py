@@ -26,7 +26,7 @@ WIDEST = 0.5
 _ANGLE = "give the angle in radians, pixel pitch / sensor distance"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class View:
     """An image together with the optics that formed it.
 
@@ -86,6 +86,21 @@ class View:
         check_optics(self.optics)
         check_pixel_angle(self.pixel_angle, self.optics)
         _check_mask(self.mask, image.shape)
+
+    def __repr__(self) -> str:
+        """Size, optics and pixel, without the pixels themselves.
+
+        >>> from focalgradient import Lens
+        >>> View(np.ones((48, 64)), Lens(0.025, 4, 1.0), 3e-4)
+        View(48 x 64 pixels of 0.0003 rad, 6.25 mm aperture, focus at 1 D)
+        """
+        height, width = self.shape
+        aperture, focus = 1e3 * self.optics.aperture_diameter, self.optics.focus_vergence
+        masked = "" if self.mask is None else f", {np.mean(~self.mask):.1%} masked"
+        return (
+            f"View({height} x {width} pixels of {self.pixel_angle:.3g} rad, {aperture:.3g} mm aperture, "
+            f"focus at {focus:.4g} D{masked})"
+        )
 
     @property
     def shape(self) -> tuple[int, int]:

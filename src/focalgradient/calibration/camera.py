@@ -52,7 +52,7 @@ class Prediction:
     distance_sd: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Calibration:
     """A camera as estimated from its target.
 
@@ -88,6 +88,30 @@ class Calibration:
     model_error: float
     covariance: FloatArray
     informed: FloatArray
+
+    def __repr__(self) -> str:
+        """Focal length, k, and how many marks were calibrated."""
+        return (
+            f"Calibration({1e3 * self.focal_length:.4g} mm, k = {self.k:.3g}, {len(self.f_numbers)} apertures, "
+            f"{len(self.focus)} foci)"
+        )
+
+    def summary(self) -> str:
+        """Every parameter with its standard deviation, a line each."""
+        sd = self.sd
+        stops = len(self.f_numbers)
+        lines = [
+            repr(self),
+            f"k (sigma / disc radius): {self.k:.4g} +- {self.k * sd[0]:.2g}",
+            f"residual blur variance: {self.own * 1e12:.4g} +- {sd[1]:.2g} um^2",
+            f"offset of the optical centre: {self.offset:.4g} +- {sd[2]:.2g} m",
+        ]
+        for (mark, effective), error in zip(self.f_numbers.items(), sd[3:], strict=False):
+            lines.append(f"f/{mark:g}: effective f-number {effective:.4g} +- {effective * error:.2g}")
+        for (focus, vergence), error in zip(self.focus.items(), sd[3 + stops :], strict=True):
+            name = "focus" if focus is None else f"focus marked {focus:g} m"
+            lines.append(f"{name}: {vergence:.4g} +- {error:.2g} D")
+        return "\n".join([*lines, f"relative error of widths that remains: {self.model_error:.2%}"])
 
     @property
     def parameters(self) -> FloatArray:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
-from focalgradient.cli.options import optics_options, search_options
+from focalgradient.cli.options import optics_options, options_named, search_options
 from focalgradient.cli.program import progress, summary_json, warnings_told, writable
 from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.depth.settings import BlurSource
@@ -31,6 +31,15 @@ __all__ = ["depth"]
 
 STAGES = 6
 """Stages that the progress bar counts: reading, the four of `recover_depth`, drawing."""
+
+
+FROM_EXIF = {
+    "focal_length_mm": "--focal-length MM",
+    "f_numbers": "--f-number N",
+    "focus_distances_m": "--focus-distance M",
+    "pixel_pitch_um": "--pixel-pitch UM",
+}
+"""Parameters of `focalgradient.photographs.from_exif` and the options that give them."""
 
 
 @click.command(short_help="Recover depth from views that differ in aperture or focus.")
@@ -169,17 +178,18 @@ def _read(
         )
     encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)
     photographs = read_photographs(inputs, encoding)
-    settings = from_exif(
-        inputs,
-        focal_length_mm=optics["focal_length"],
-        f_numbers=optics["f_numbers"],
-        focus_distances_m=optics["focus_distances"],
-        pixel_pitch_um=optics["pixel_pitch"],
-        encoding=encoding,
-        telecentric=optics["telecentric"],
-        calibrated=calibrated,
-        least=least,
-    )
+    with options_named(FROM_EXIF):
+        settings = from_exif(
+            inputs,
+            focal_length_mm=optics["focal_length"],
+            f_numbers=optics["f_numbers"],
+            focus_distances_m=optics["focus_distances"],
+            pixel_pitch_um=optics["pixel_pitch"],
+            encoding=encoding,
+            telecentric=optics["telecentric"],
+            calibrated=calibrated,
+            least=least,
+        )
     return settings, photographs
 
 

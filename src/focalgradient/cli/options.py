@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 import click
 
 from focalgradient.errors import InputError
 
-__all__ = ["NEAREST", "OPENEST", "optics_options", "positive", "search_options", "shared_options", "shared_work"]
+__all__ = [
+    "NEAREST",
+    "OPENEST",
+    "optics_options",
+    "options_named",
+    "positive",
+    "search_options",
+    "shared_options",
+    "shared_work",
+]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -152,3 +162,13 @@ _OPTICS: list[Callable[[Any], Any]] = [
     ),
     click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus."),
 ]
+
+
+@contextmanager
+def options_named(names: Mapping[str, str]) -> Iterator[None]:
+    """Put options in the place of the library's parameters, `names`, where it refuses what was given."""
+    try:
+        yield
+    except InputError as error:
+        words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], str(error))
+        raise InputError(words) from error

@@ -45,6 +45,18 @@ class GaussianFit:
     lowest_per_rad: float
     reversal_per_rad: float
 
+    def summary(self) -> str:
+        """Width, k and what is left, in one line."""
+        reverses = (
+            "contrast never reverses"
+            if np.isinf(self.reversal_per_rad)
+            else f"contrast reverses from {np.radians(self.reversal_per_rad):.3g} cycles per degree on"
+        )
+        return (
+            f"Gaussian with a standard deviation of {60 * np.degrees(self.sigma):.3g} arcmin (k = {self.k:.3g}), which "
+            f"leaves {self.residual:.0%} of the point spread; {reverses}"
+        )
+
     @property
     def k(self) -> float:
         """Ratio of sigma to radius; ``nan`` in focus, where the disc is a point and diffraction is all."""

@@ -22,7 +22,7 @@ Band = Literal["L+M", "S", "L", "M", "luminance"]
 """Who sees the light: cones of one or two kinds, or all that makes luminance."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Light:
     """Light of many wavelengths: the wavelengths in nm, and how much each counts in any unit.
 
@@ -52,6 +52,14 @@ class Light:
             raise InputError(
                 "weight holds negative or undefined values, or zeros only, but light is 0 or more: mend it."
             )
+
+    def __repr__(self) -> str:
+        """How many wavelengths, from where to where, and the one that is focused as they are on average."""
+        nm = np.asarray(self.wavelength_nm)
+        return (
+            f"Light({nm.size} wavelengths, {nm.min():.0f} to {nm.max():.0f} nm, focused as "
+            f"{self.wavelength_nm_alike:.0f} nm)"
+        )
 
     @property
     def share(self) -> NDArray[np.float64]:

@@ -70,7 +70,7 @@ def from_exif(
     Raises
     ------
     InputError
-        If EXIF lacks what is not given (the message names the command's option for each), or the files disagree on
+        If EXIF lacks what is not given (the message names the parameter for each), or the files disagree on
         focal length or pixel pitch, or fewer files than `least` are given, or the calibration does not hold for them.
     """
     files = [Path(path) for path in paths]
@@ -78,11 +78,10 @@ def from_exif(
         raise InputError(
             f"only {len(files)} photograph is given, but depth needs {least} or more of one scene: add another."
         )
-    for option, given in (("--f-number", f_numbers), ("--focus-distance", focus_distances_m)):
+    for name, given in (("f_numbers", f_numbers), ("focus_distances_m", focus_distances_m)):
         if given and len(given) != len(files):
             raise InputError(
-                f"{option} needs one value for each of the {len(files)} photographs, in order, but has {len(given)}: "
-                "repeat it."
+                f"{name} has {len(given)} values, but needs one for each of the {len(files)} photographs, in order."
             )
     told = [_recorded(file) for file in files]
     if calibrated is not None:
@@ -100,36 +99,36 @@ def from_exif(
         encoding, telecentric = encoding or sensor.encoding, telecentric or sensor.telecentric
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
-    lacking: list[tuple[str, str]] = []
+    lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
 
-    def each(values: list[float | None], what: str, option: str) -> list[float]:
+    def each(values: list[float | None], what: str, parameter: str) -> list[float]:
         names = [file.name for file, value in zip(files, values, strict=True) if value is None]
         if names:
-            lacking.append((what + (f" (of {', '.join(names)})" if len(names) < len(files) else ""), option))
+            lacking.append((what + (f" (of {', '.join(names)})" if len(names) < len(files) else ""), parameter))
         return [math.nan if value is None else value for value in values]
 
-    def shared(given: float | None, values: list[float | None], what: str, option: str) -> float:
-        found = each(values if given is None else [given] * len(files), what, option)
+    def shared(given: float | None, values: list[float | None], what: str, parameter: str) -> float:
+        found = each(values if given is None else [given] * len(files), what, parameter)
         for file, value in zip(files, found, strict=True):
             if abs(value - found[0]) > 1e-3 * found[0]:
                 raise InputError(
                     f"EXIF tells a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
-                    f"views must be taken with one camera at one zoom, or give {option}."
+                    f"views must be taken with one camera at one zoom, or give {parameter}."
                 )
         return found[0]
 
-    once_each = "for each photograph in order"
-    focal_length = shared(focal_length_mm, [t.focal_length_mm for t in told], "focal length in mm", "--focal-length MM")
-    f_number = each(list(f_numbers) or [t.f_number for t in told], "f-number", f"--f-number N {once_each}")
+    once_each = "(one for each photograph, in order)"
+    focal_length = shared(focal_length_mm, [t.focal_length_mm for t in told], "focal length in mm", "focal_length_mm")
+    f_number = each(list(f_numbers) or [t.f_number for t in told], "f-number", f"f_numbers {once_each}")
     focus = each(
         list(focus_distances_m) or [t.focus_distance_m for t in told],
         "distance of focus in m",
-        f"--focus-distance M {once_each}",
+        f"focus_distances_m {once_each}",
     )
-    pitch = shared(pixel_pitch_um, [t.pixel_pitch_um for t in told], "pixel pitch in um", "--pixel-pitch UM")
+    pitch = shared(pixel_pitch_um, [t.pixel_pitch_um for t in told], "pixel pitch in um", "pixel_pitch_um")
     if lacking:
-        whats, options = zip(*lacking, strict=True)
-        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(options)}.")
+        whats, parameters = zip(*lacking, strict=True)
+        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(parameters)}.")
     settings = check_table(
         "the optics given",
         {

@@ -53,7 +53,7 @@ _DARK = 0.05
 """Brightness of a flat field, as a share of its brightest place, below which it is refused."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Photograph:
     """What one image file holds.
 
@@ -83,6 +83,14 @@ class Photograph:
     saturated: float
     binning: int = 1
     mask: NDArray[np.bool_] | None = None
+
+    def __repr__(self) -> str:
+        """Name, size and encoding, without the pixels themselves."""
+        height, width = self.luminance.shape
+        return (
+            f"Photograph({self.path.name}: {height} x {width} pixels, {self.pixel_type}, {self.encoding}, "
+            f"{self.saturated:.1%} saturated)"
+        )
 
 
 def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from focalgradient.view import LUMINANCE, View
 __all__ = ["LUMINANCE", "Rendered"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Rendered:
     """A view with the truth about its scene.
 
@@ -41,6 +42,44 @@ class Rendered:
     colour: NDArray[np.float32] | None = None
     residual: NDArray[np.float32] | None = None
     vergence: NDArray[np.float64] | None = None
+
+    def __repr__(self) -> str:
+        """The view, and between which distances the scene lies."""
+        near, far = self._range()
+        return f"Rendered({self.view!r}, {near:.3g} to {far:.3g} m)"
+
+    def summary(self) -> str:
+        """A few lines on the view, the true distance and the noise.
+
+        >>> from focalgradient import Lens
+        >>> from focalgradient.render import cast
+        >>> from focalgradient.scenes import plane
+        >>> print(cast(plane(2.0), Lens(0.025, 4, 1.0), (48, 64), pixel_angle=3e-4, samples=4).summary())
+        View(48 x 64 pixels of 0.0003 rad, 6.25 mm aperture, focus at 1 D)
+        distance: 2 to 2 m, median 2 m (blur disc 5.21 pixels in radius); nothing in 0.0% of the pixels
+        light: mean 0.404; noise not measured
+        """
+        near, far = self._range()
+        there = self.distance[np.isfinite(self.distance)]
+        middle = float(np.median(there)) if there.size else math.inf
+        optics = self.view.optics
+        blur = abs(optics.focus_vergence - 1 / middle) * optics.aperture_diameter / 2 / self.view.pixel_angle
+        mean = float(self.view.image.mean(dtype=float))
+        noise = "noise not measured" if self.residual is None else f"noise {self.noise / mean:.2%} of it"
+        kinds = [name for name in ("colour", "vergence") if getattr(self, name) is not None]
+        return "\n".join(
+            [
+                repr(self.view),
+                f"distance: {near:.3g} to {far:.3g} m, median {middle:.3g} m (blur disc {blur:.3g} pixels in radius); "
+                f"nothing in {1 - there.size / self.distance.size:.1%} of the pixels",
+                f"light: mean {mean:.3g}; {noise}{''.join(f'; with {kind}' for kind in kinds)}",
+            ]
+        )
+
+    def _range(self) -> tuple[float, float]:
+        """Least and greatest distance in metres of what is in the frame; infinite where nothing is."""
+        there = self.distance[np.isfinite(self.distance)]
+        return (float(there.min()), float(there.max())) if there.size else (math.inf, math.inf)
 
     @property
     def noise(self) -> float:

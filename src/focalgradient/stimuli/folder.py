@@ -57,13 +57,13 @@ class Folder:
             by = dict(found["versions"])
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(
-                f"{printable(path / name)} is no list of a set of this kind: choose another --out, or remove the file."
+                f"{printable(path / name)} is no list of a set of this kind: choose another folder, or remove the file."
             ) from error
         other = [key for key in asked if held[key] != json.loads(dumped(asked[key]))]
         if other:
             raise InputError(
                 f"{path} holds another set, which differs in {' and '.join(_differing(asked, held, other))}: "
-                "ask for the same, or choose another --out."
+                "ask for the same, or choose another folder."
             )
         self.damaged = [file for file, sha256 in files.items() if _sha256(path / file) != sha256]
         for file in self.damaged:
@@ -73,7 +73,7 @@ class Folder:
         if not (self.complete or by == versions):
             raise InputError(
                 f"{path} was begun by other versions of the programs ({_told(by)}; now {_told(versions)}): go on with "
-                "those, or choose another --out."
+                "those, or choose another folder."
             )
 
     @property
