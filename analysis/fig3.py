@@ -18,7 +18,14 @@ from focalgradient.plotting.subjects import depth_rating_figure
 from focalgradient.report import BOUND, analyse_ratings
 from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, Interval, NotComputed
 
-__all__ = ["main", "make", "shown"]
+__all__ = ["ASSUMED", "main", "make", "shown"]
+
+ASSUMED = (
+    "Of simulated observers: no finding about people. The rise with the near object in focus hangs on their prior "
+    "(blurred is farther), which the layout does not reverse, and the absence of one with the far object on their "
+    "discounting of blur that contradicts the layout; the layout itself is the scene’s true one."
+)
+"""On what the simulated observers' Fig. 3 hangs: see `observers_sensitivity`."""
 
 
 def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
@@ -73,6 +80,7 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
             f"with its 95 % interval by t on the logarithm, {_generality(result)}.",
             "The rise from the pinhole to the largest aperture was tested likewise, its equivalence to zero by two "
             f"one-sided tests against a factor of {bound:g}.",
+            *((ASSUMED,) if part.simulated else ()),
         ),
         figure=depth_rating_figure(result, simulated=part.simulated),
         summary=summary,

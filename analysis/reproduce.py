@@ -27,6 +27,7 @@ import motorcycle
 import necker
 import necker_strip
 import observers
+import observers_sensitivity
 import scene
 import simulated
 import stimulus_sheet
@@ -52,7 +53,8 @@ FIGURES = (  # in the report's order; seconds that each takes, for an even progr
     ("eye_depth", eye_depth.make, 30.0),
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("necker_strip", necker_strip.make, 4.0),
-    ("observers", observers.make, 10.0),
+    ("observers", observers.make, 15.0),
+    ("observers_sensitivity", observers_sensitivity.make, 30.0),
 )
 
 OF_DATASET = (("fig3", fig3.make), ("necker", necker.make))

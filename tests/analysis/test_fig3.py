@@ -28,6 +28,7 @@ def test_both_curves_are_drawn_with_their_axis_and_all_subjects(data):
     assert ax.get_ylim()[0] < 1 < 3 < ax.get_ylim()[1]
     texts = {text.get_text() for text in shown.figure.findobj(Text)}
     assert {"near object\nin focus", "far object\nin focus", "simulated observers"} <= texts
+    assert fig3.ASSUMED in shown.caption
     near, far = shown.plotted["nearest"], shown.plotted["farthest"]
     assert near["estimate"][0] == 1
     assert near["estimate"][-1] > 1.7
