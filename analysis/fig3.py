@@ -22,7 +22,7 @@ __all__ = ["ASSUMED", "main", "make", "shown"]
 
 ASSUMED = (
     "Of simulated observers: no finding about people. The rise with the near object in focus hangs on their prior "
-    "(blurred is farther), which the layout does not reverse, and the absence of one with the far object on their "
+    "(blurred is farther), which the layout does not reverse, and that there is none with the far object on their "
     "discounting of blur that contradicts the layout; the layout itself is the scene’s true one."
 )
 """On what the simulated observers' Fig. 3 hangs: see `observers_sensitivity`."""

@@ -115,10 +115,12 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "Depth at f/5.6 over the pinhole’s, with the nearest (blue) and the farthest object in focus (orange), "
             f"geometric mean over {len(pictures.scenes)} scenes; simulated observers without the noise of answers. "
             "Left: the default observer under other rules. Right: with each constant at the ends of its range.",
-            "The rise with the nearest object in focus needs a prior by which blurred is farther. That nothing changes "
+            "The rise with the nearest object in focus needs a prior by which blurred is farther. That there is none "
             "with the farthest in focus hangs on two assumptions: the layout does not reverse the sign that the prior "
-            "gives blur (else depth rises there, too), and blur that contradicts the layout is discounted (else depth "
-            "falls). No constant within its range undoes the asymmetry; the size of the rise hangs on most of them.",
+            "gives blur (else depth rises there, too), and blur that contradicts the layout is discounted (else it "
+            "falls more). It falls a little even so: the sky seems blurred in the pinhole picture and adds depth, and "
+            "contradictory blur takes that away. No constant within its range makes it rise; the size of the rise with "
+            "the nearest in focus hangs on most of them.",
         ),
         figure=_draw(rules, constants),
         summary={"smallest_step_with_the_nearest_in_focus_over_all_constants": steps}
@@ -159,10 +161,10 @@ def _draw(rules: list[Row], constants: list[Row]) -> Figure:
             ax.set_yticklabels([row.name.replace(": ", ":\n") for row in each])
             ax.set_xticks([0.6, 0.8, 1, 1.5, 2], ["0.6", "0.8", "1", "1.5", "2"])
             ax.minorticks_off()
-            ax.set_xlabel("Increase in depth, f/5.6 over pinhole")
+            ax.set_xlabel("Depth, f/5.6 over pinhole")
             ax.set_title(title)
-        left.legend(loc="lower right", fontsize=7)
-        right.text(0.98, 0.02, "simulated observers", transform=right.transAxes, color=GREY, ha="right")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=7)
+        right.set_title("simulated observers", loc="right", color=GREY)
         figure.draw_without_rendering()
     return figure
 
