@@ -26,7 +26,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import opened, printable
 from focalgradient.view import LUMINANCE
 
-# What FFmpeg finds wrong with a file is told as skipped frames, not on standard error by FFmpeg; it reads this once.
+# What FFmpeg finds wrong with a file is reported as skipped frames, not on standard error; it reads this once.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 import cv2
@@ -54,7 +54,7 @@ LARGEST_VIDEO = 2**60
 """Bytes of a video: any number, as it is read frame by frame."""
 
 PLAIN = 0.1
-"""Change of the logarithm of detail from frame to frame below which the two apertures cannot be told apart."""
+"""Change of the logarithm of detail from frame to frame below which the two apertures cannot be distinguished."""
 
 LIGHTS = 1 << 14
 """Steps of light in which luminance is summed."""
@@ -115,12 +115,12 @@ class Source:
         _check_name(path)
         with opened(path, "a video", LARGEST_VIDEO):
             pass
-        said = cv2.utils.logging.getLogLevel()
+        before = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         try:
             self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
         finally:
-            cv2.utils.logging.setLogLevel(said)
+            cv2.utils.logging.setLogLevel(before)
         if not self._capture.isOpened():
             raise InputError(f"{printable(path)} cannot be read as a video: give a file that FFmpeg can decode.")
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
@@ -239,7 +239,7 @@ def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], floa
 
 
 def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], step: float) -> Iterator[Pair | Skipped]:
-    """Each two successive frames of either aperture; what breaks the alternation is told, and pairing goes on after it.
+    """Each two successive frames of either aperture; what breaks the alternation is reported, and pairing goes on.
 
     Parameters
     ----------
@@ -250,12 +250,12 @@ def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], st
     step
         What `alternation` found. Two successive frames whose detail differs by less than half of it show one aperture:
         a frame between them was lost without trace. Where it changes the wrong way round, one was lost before. Below
-        10 % neither can be told, and frames are taken as they come.
+        10 % neither can be detected, and frames are taken as they come.
 
     Yields
     ------
     Pair or Skipped
-        In the frames' order. A frame without a partner, before or after it, is told too.
+        In the frames' order. A frame without a partner, before or after it, is reported too.
     """
     # Parity of the frames' numbers, once those lost without trace are counted too.
     lost = 0
@@ -273,21 +273,21 @@ def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], st
         if before is None:
             before, before_level, paired = item, level, False
             continue
-        seen = (level - before_level) * (1 if (item.number + lost) % 2 == 0 else -1)
-        if abs(step) > PLAIN and abs(seen) < abs(step) / 2:
+        change = (level - before_level) * (1 if (item.number + lost) % 2 == 0 else -1)
+        if abs(step) > PLAIN and abs(change) < abs(step) / 2:
             if not paired:
                 yield Skipped(before.number, before.number, _ALONE)
             yield Skipped(before.number, item.number, "show one aperture, so that a frame between them was lost")
             lost += 1
             paired = False
-        elif abs(step) > PLAIN and seen * step < 0:
+        elif abs(step) > PLAIN and change * step < 0:
             if not paired:
                 yield Skipped(before.number, before.number, _ALONE)
             yield Skipped(before.number, item.number, "alternate the wrong way round, as after a loss or a cut")
             lost += 1
             paired = False
         else:
-            step += 0.1 * (float(np.clip(seen, -2 * abs(step), 2 * abs(step))) - step)
+            step += 0.1 * (float(np.clip(change, -2 * abs(step), 2 * abs(step))) - step)
             even, odd = (item, before) if (item.number + lost) % 2 == 0 else (before, item)
             yield Pair(item.number, even.image, odd.image)
             paired = True
@@ -365,11 +365,11 @@ class VideoFile:
                 f"{path.suffix}: choose another ending, of {', '.join(CODECS)}."
             )
 
-    def write(self, values: NDArray[np.floating], told: NDArray[np.bool_]) -> None:
-        """Add a frame: `values` on the grid, drawn where `told`."""
+    def write(self, values: NDArray[np.floating], valid: NDArray[np.bool_]) -> None:
+        """Add a frame: `values` on the grid, drawn where `valid`."""
         share = (values - self._scale.dark) / (self._scale.bright - self._scale.dark)
         height, width = self._part.shape[:2]
-        place = np.where(told, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
+        place = np.where(valid, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
         colours = cv2.applyColorMap(place, self._colours[:, None])
         self._part[:] = cv2.resize(colours, (width, height), interpolation=cv2.INTER_NEAREST)
         self._writer.write(self._picture)

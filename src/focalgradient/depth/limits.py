@@ -1,4 +1,4 @@
-"""How well blur could tell depth at best: Cramér-Rao bounds for a step edge and for two or more views of a texture.
+"""How precisely blur can give depth at best: Cramér-Rao bounds for a step edge and for two or more views of a texture.
 
 No unbiased estimate has a smaller standard deviation than these. The derivations are in ``docs/limits.md``.
 """
@@ -30,7 +30,7 @@ def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float
     """Least standard deviation of sigma, *relative to sigma*, from a step edge of Gaussian blur.
 
     (4 sqrt(pi))^(1/2) (noise / contrast) / sqrt(length sigma): position and both levels, though unknown, cost nothing
-    where the edge is seen well beyond its blur.
+    where the edge is visible well beyond its blur.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def comparison_bound(
     place, weight = (node + 1) / 4, weight / 4  # 0 to 1/2; the plane's other quadrants are alike
     frequency = np.hypot(place[:, None], place).ravel()
     share = 4 * np.outer(weight, weight).ravel() * power(frequency)
-    told = _information(optics, vergence, pixel_angle, frequency, noise, psf, k)
+    information = _information(optics, vergence, pixel_angle, frequency, noise, psf, k)
     with np.errstate(divide="ignore"):
-        return np.asarray(1 / np.sqrt(area * (told @ share)))
+        return np.asarray(1 / np.sqrt(area * (information @ share)))
 
 
 def texture_bound(
@@ -139,7 +139,7 @@ def texture_bound(
 ) -> FloatArray:
     """Least standard deviation of vergence, in dioptres, at every pixel of one texture, in a Gaussian window there.
 
-    As `comparison_bound`, for a texture that is known and not alike everywhere: where it is blank, nothing tells depth.
+    As `comparison_bound`, for a texture that is known and not alike everywhere: where it is blank, depth is unknown.
 
     Parameters
     ----------
@@ -174,10 +174,10 @@ def texture_bound(
     height, width = sharp.shape
     wide = np.pad(sharp, ((0, height), (0, width)), mode="symmetric")
     frequency = np.hypot(np.fft.fftfreq(2 * height)[:, None], np.fft.rfftfreq(2 * width))
-    told = _information(optics, vergence, pixel_angle, frequency.ravel(), noise, psf, k).reshape(frequency.shape)
-    seen = np.fft.irfft2(np.fft.rfft2(wide) * np.sqrt(told), wide.shape)[:height, :width]
+    information = _information(optics, vergence, pixel_angle, frequency.ravel(), noise, psf, k).reshape(frequency.shape)
+    informative = np.fft.irfft2(np.fft.rfft2(wide) * np.sqrt(information), wide.shape)[:height, :width]
     with np.errstate(divide="ignore"):
-        return np.asarray(1 / np.sqrt(window_area(window) * gaussian_filter(seen**2, window, mode="reflect")))
+        return np.asarray(1 / np.sqrt(window_area(window) * gaussian_filter(informative**2, window, mode="reflect")))
 
 
 def _information(
@@ -197,7 +197,7 @@ def _information(
         raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
     _positive(pixel_angle=pixel_angle)
     level = np.asarray(vergence, dtype=float)[..., None]
-    heard, slope = [], []
+    transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
         scale = one.aperture_diameter / 2 / pixel_angle
 
@@ -206,10 +206,10 @@ def _information(
 
         defocus = one.focus_vergence - level
         step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference
-        heard.append(at(defocus) / sd)
+        transfers.append(at(defocus) / sd)
         slope.append((at(defocus - step) - at(defocus + step)) / (2 * step * sd))
-    total = sum(h**2 for h in heard)
-    along = sum(h * s for h, s in zip(heard, slope, strict=True))
+    total = sum(h**2 for h in transfers)
+    along = sum(h * s for h, s in zip(transfers, slope, strict=True))
     change = sum(s**2 for s in slope)
     left = change - along**2 / np.maximum(total, np.finfo(float).tiny)
     return np.where(left > 1e-9 * change, left, 0)  # views that change in proportion leave rounding only
@@ -269,9 +269,9 @@ def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
     count = np.bincount(ring)
     radial = np.bincount(ring, frequency.ravel()) / np.maximum(count, 1)
     mean = np.bincount(ring, spectrum.ravel()) / np.maximum(count, 1)
-    seen = (count > 0) & (radial > 0)
-    level_of = np.log(np.maximum(mean[seen] - noise**2, 1e-12 * mean.max()))
-    place = np.log(radial[seen])
+    filled = (count > 0) & (radial > 0)
+    level_of = np.log(np.maximum(mean[filled] - noise**2, 1e-12 * mean.max()))
+    place = np.log(radial[filled])
 
     def power(frequency: FloatArray) -> FloatArray:
         return np.exp(np.interp(np.log(np.maximum(frequency, 1e-9)), place, level_of))

@@ -39,7 +39,7 @@ LENIENCE = 2.0
 """Times the noise that an image can hold up to which what is left of the views is put down to noise."""
 
 UNEVEN = 0.05
-"""Logarithm of the ratio of exposures from which noise before and after exposure are told apart."""
+"""Logarithm of the ratio of exposures from which noise before and after exposure are distinguished."""
 
 
 def storage(image: Image) -> float:

@@ -39,7 +39,7 @@ class Estimator:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way from views to depth: loads its estimator, and says how many views it takes."""
+    """A way from views to depth: loads its estimator; how many views it takes."""
 
     load: Callable[[], Estimator]
     least: int = 2

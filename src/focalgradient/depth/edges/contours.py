@@ -128,7 +128,7 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
     height, width = smooth.shape
     points = np.empty((most, 5))
     ends = np.empty(most + 1, np.intp)
-    seen = np.zeros((height, width, 2), np.bool_)
+    visited = np.zeros((height, width, 2), np.bool_)
     count, chains = 0, 0
     for i0 in range(1, height - 2):
         for j0 in range(1, width - 2):
@@ -149,7 +149,7 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
                                 i1 >= height
                                 or j1 >= width
                                 or (curved[i, j] > 0) == (curved[i1, j1] > 0)
-                                or seen[i, j, down]
+                                or visited[i, j, down]
                                 or taken[i, j]
                             ):
                                 break
@@ -157,7 +157,7 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
                             enough = 1.0 if start else WEAKER
                             if not (fall > enough * least_bend and np.hypot(gy, gx) > enough * least_slope):
                                 break
-                            seen[i, j, down] = True
+                            visited[i, j, down] = True
                             points[count] = row, column, gy, gx, fall
                             count += 1
                         start = False
@@ -185,8 +185,8 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
     """Chains at steps of one pixel, cut where they turn sharply; the last value of a point becomes its blur."""
-    placed = np.empty((2 * len(points) + len(ends), 5))
-    lengths = np.empty(len(placed), np.intp)
+    sampled = np.empty((2 * len(points) + len(ends), 5))
+    lengths = np.empty(len(sampled), np.intp)
     count, pieces, first = 0, 0, 0
     for end in ends:
         chain = points[first:end]
@@ -197,24 +197,24 @@ def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
             step = np.hypot(chain[n + 1, 0] - chain[n, 0], chain[n + 1, 1] - chain[n, 1])
             while count - begin <= walked + step:
                 part = (count - begin - walked) / step if step > 0 else 0.0
-                if count >= len(placed) or part > 1:
+                if count >= len(sampled) or part > 1:
                     break
-                placed[count] = chain[n] + part * (chain[n + 1] - chain[n])
-                # A Gaussian edge seen through a Gaussian: slope over bend is their variances' sum.
-                steep = np.hypot(placed[count, 2], placed[count, 3])
-                placed[count, 4] = np.sqrt(max(steep / placed[count, 4], 0.0))
+                sampled[count] = chain[n] + part * (chain[n + 1] - chain[n])
+                # A Gaussian edge filtered by a Gaussian: slope over bend is their variances' sum.
+                steep = np.hypot(sampled[count, 2], sampled[count, 3])
+                sampled[count, 4] = np.sqrt(max(steep / sampled[count, 4], 0.0))
                 count += 1
             walked += step
         length = count - begin
         if length < least:
             count = begin
             continue
-        seen = np.median(placed[begin:count, 4])
-        reach = int(min(max(3.0, STRETCH * float(seen)), 24.0))
+        width = np.median(sampled[begin:count, 4])
+        reach = int(min(max(3.0, STRETCH * float(width)), 24.0))
         turn = np.zeros(length)
         for n in range(reach, length - reach):
-            here = placed[begin + n]
-            before, after = placed[begin + n - reach], placed[begin + n + reach]
+            here = sampled[begin + n]
+            before, after = sampled[begin + n - reach], sampled[begin + n + reach]
             ay, ax, by, bx = here[0] - before[0], here[1] - before[1], after[0] - here[0], after[1] - here[1]
             turn[n] = abs(np.arctan2(ax * by - ay * bx, ax * bx + ay * by))
         start, kept = 0, begin
@@ -222,13 +222,13 @@ def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
             cut = n == length or (turn[n] > SHARP_TURN and turn[n] == turn[max(0, n - reach) : n + reach + 1].max())
             if cut:
                 if n - start >= least:
-                    blur = np.median(placed[begin + start : begin + n, 4])
+                    blur = np.median(sampled[begin + start : begin + n, 4])
                     for m in range(start, n):
-                        placed[kept] = placed[begin + m]
-                        placed[kept, 4] = np.sqrt(max(blur**2 - scale**2, 0.0))
+                        sampled[kept] = sampled[begin + m]
+                        sampled[kept, 4] = np.sqrt(max(blur**2 - scale**2, 0.0))
                         kept += 1
                     lengths[pieces] = n - start
                     pieces += 1
                 start = n + 1
         count = kept
-    return placed[:count].copy(), lengths[:pieces].copy()
+    return sampled[:count].copy(), lengths[:pieces].copy()

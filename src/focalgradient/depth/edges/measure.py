@@ -269,7 +269,7 @@ def _checked(
     false_alarm: float,
     mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
-    """The image as it is worked on, refused where it or a setting cannot be used."""
+    """The image as 32-bit numbers; refused where it or a setting cannot be used."""
     if psf not in ("disc", "gaussian"):
         raise InputError(f"psf is {psf!r}, but must be one of disc, gaussian.")
     if fit not in ("likelihood", "regression", "unweighted"):

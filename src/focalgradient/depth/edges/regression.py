@@ -211,6 +211,6 @@ def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _correlation(d, variance):  # type: ignore[no-untyped-def]
-    """Covariance, at distance d, of white noise seen through the second derivative of a Gaussian of half `variance`."""
+    """Covariance, at distance d, of white noise filtered by the second derivative of a Gaussian of half `variance`."""
     q = d * d / variance
     return (3 - 6 * q + q * q) / variance**2 * math.exp(-q / 2) / math.sqrt(2 * math.pi * variance)

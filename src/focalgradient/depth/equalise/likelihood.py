@@ -256,8 +256,8 @@ class Equalised:
     ) -> NDArray[np.bool_]:
         """Whether each pixel's views agree at the depth of `local`: chi-square, false with rate `false_alarm`.
 
-        What is left of the views is averaged over squares of `side` pixels, much smaller than the window that depth
-        is read with, and with an end, to tell apart who contradicts from who stands beside. What a somewhat different
+        What is left of the views is averaged over squares of `side` pixels, much smaller than the window in which depth
+        is estimated, and with an end, to separate pixels that contradict from those beside. What a somewhat different
         depth would explain is no contradiction, and is taken off; nor is what an error of the blur model as large as
         `tolerance` (L, in levels) would leave.
         """

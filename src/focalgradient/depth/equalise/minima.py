@@ -38,7 +38,7 @@ def read_minima(
     -------
     values
         4 x nodes: the level (fractional); its standard deviation in levels; the energy over what noise explains; the
-        power of what tells depth over that of the noise in the same band.
+        power that is informative about depth, over that of the noise in the same band.
     flags
         2 x nodes: unambiguous, that is no secondary minimum fits about as well; inside, that is the best fit lies
         within the levels, not beyond their ends.

@@ -77,7 +77,7 @@ class Residuals:
         views, levels, _ = filters.shape
         weight = np.sqrt(measure * power) + 1e-6 * np.sqrt(power.max())  # the energy that a filter meets
         rows = (filters * weight[:, None]).transpose(1, 0, 2).reshape(levels, -1)
-        left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough to tell
+        left, _, _ = np.linalg.svd(rows[:, ::4], full_matrices=False)  # every fourth frequency is enough
         basis = left.T @ rows
         left_over = np.cumsum((left**2 * (basis**2).sum(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
         rank = min(MOST, max(1, int(np.searchsorted(-left_over, -TOLERANCE))))

@@ -108,10 +108,10 @@ def energy_covariance(table: DisparityTable, window: float) -> EnergyCovariance:
     inverse = np.linalg.inv(covariance)
     # Contrast moves the logarithms by this, and is not known.
     moved = mean / total
-    seen = np.einsum("slij,slj->sli", inverse, moved)
-    strength_of_seen = np.einsum("sli,sli->sl", seen, moved)
-    weights = inverse - seen[..., :, None] * seen[..., None, :] / strength_of_seen[..., None, None]
-    log_determinant = np.log(strength_of_seen) - np.linalg.slogdet(inverse)[1]
+    projected = np.einsum("slij,slj->sli", inverse, moved)
+    total_weight = np.einsum("sli,sli->sl", projected, moved)
+    weights = inverse - projected[..., :, None] * projected[..., None, :] / total_weight[..., None, None]
+    log_determinant = np.log(total_weight) - np.linalg.slogdet(inverse)[1]
     expected = np.log(total)
     padding = CHANNELS - count
     return EnergyCovariance(

@@ -26,7 +26,7 @@ def estimate(problem: Problem) -> Estimate:
     search, registered, settings = problem.search, problem.registered, problem.settings
     settings.progress(0.1, "computing the table")
     table = table_for(search, settings.model, settings.k)
-    # The optics say which view is the sharper.
+    # Which view is the sharper follows from the optics.
     order = np.argsort([one.aperture_diameter for one in search.optics])
     small, large = (registered.images[i] for i in order)
     settings.progress(0.5, "estimating noise")

@@ -133,7 +133,7 @@ class Patches:
 class Bands:
     """Overlapping bands of frequency, and the Gaussian of sd `window` pixels in which their power is gathered.
 
-    They are smooth, and none is narrower than the window can tell frequencies apart, so that no band's filter reaches
+    They are smooth, and none is narrower than the window resolves frequencies, so that no band's filter reaches
     much farther than the window. Nodes lie in the middles of blocks of `step` pixels.
 
     Examples
@@ -166,13 +166,13 @@ class Bands:
 
     @cached_property
     def _some(self) -> slice:
-        """As many of RADII as the window can tell apart, nearly."""
+        """As many of RADII as the window resolves, nearly."""
         blur = 1 / (2 * np.sqrt(2) * np.pi * self.window)
         return slice(None, None, max(1, int(0.4 * blur / RADII[1])))
 
     @cached_property
     def _blend(self) -> FloatArray:
-        """How much of what two frequencies do alike the window cannot tell apart."""
+        """Overlap of two frequencies as the window resolves them."""
         some, wide = RADII[self._some], 4 * np.pi**2 * self.window**2
         blend = np.exp(-wide * (some[:, None] - some) ** 2) * special.i0e(2 * wide * np.outer(some, some))
         return np.asarray(blend * self._some.step**2)
@@ -268,11 +268,11 @@ class Compared:
         noise = hypothesis.noise**2
         one, other = (total - row(bands.means(part)) for total, part in zip(gathered, noise, strict=True))
         difference, power = one - other, np.maximum((one + other) / 2, 0)
-        seen = bands.means(hypothesis.scene) + 1e-30
-        squared = bands.means(hypothesis.scene * RADII**2) / seen
+        scene = bands.means(hypothesis.scene) + 1e-30
+        squared = bands.means(hypothesis.scene * RADII**2) / scene
         # Variance of the difference in a whole window: for each unit of the scene's power, and without any.
         covariances = (
-            4 * bands.covariance(hypothesis.scene, noise.sum(axis=0)) / np.sqrt(np.outer(seen, seen)),
+            4 * bands.covariance(hypothesis.scene, noise.sum(axis=0)) / np.sqrt(np.outer(scene, scene)),
             2 * bands.covariance(noise[0], noise[0]) + 2 * bands.covariance(noise[1], noise[1]),
         )
         lit, dark = (np.diag(matrix) + 1e-30 for matrix in covariances)
@@ -302,9 +302,9 @@ class Compared:
         `mine` and `its` say whether it is the first view of either comparison (0) or the second (1).
         """
         noise = self.hypothesis.noise[mine] * other.hypothesis.noise[its]
-        seen = np.sqrt(self.hypothesis.scene * other.hypothesis.scene)
+        scene = np.sqrt(self.hypothesis.scene * other.hypothesis.scene)
         usual = (self.bands.means(one.hypothesis.scene) + 1e-30 for one in (self, other))
-        lit = 4 * self.bands.covariance(seen, noise) / np.sqrt(np.outer(*usual))
+        lit = 4 * self.bands.covariance(scene, noise) / np.sqrt(np.outer(*usual))
         dark = 2 * self.bands.covariance(noise, noise)
         (own_dark, own_lit), (its_dark, its_lit) = (one._parts(np.s_[:, where]) for one in (self, other))
         total = _quadratic(own_lit, lit, its_lit) + _quadratic(own_dark, dark, its_dark)

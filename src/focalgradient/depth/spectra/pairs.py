@@ -53,7 +53,7 @@ class Pair:
     """Their numbers, from 1."""
 
     vergence: NDArray[np.floating]
-    """Vergence in dioptres: of two depths that the pair cannot tell apart, the one nearer to the joint estimate."""
+    """Vergence in dioptres: of two depths that fit the pair alike, the one nearer to the joint estimate."""
 
     vergence_sd: NDArray[np.floating]
     """Its standard deviation in dioptres."""
