@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import click
 
-from focalgradient.design import NAMES
-
 __all__ = ["run"]
 
 
@@ -33,6 +31,8 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     if name in ("-h", "--help"):
         click.echo(context.get_help())
         return
+    from focalgradient.design import NAMES
+
     if name not in NAMES:
         raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join(NAMES)}", context)
     from focalgradient import lab
