@@ -203,6 +203,8 @@ BAD = [
     ({"catch": "yes"}, "Row 5 .*catch is yes, but must be true or false"),
     ({"kind": "simulated"}, "Row 5 .*kind is simulated, .*analyse people and simulated observers apart"),
     ({"participant_id": None}, "Row 5 .*participant_id is (None|nan)"),
+    ({"scene": None}, "Row 5 .*scene is (None|nan), but every row must name its scene"),
+    ({"trial": np.nan}, "Row 5 .*trial is nan, but every row must have its trial's number"),
 ]
 
 

@@ -59,6 +59,7 @@ def rating_table(table: pd.DataFrame) -> pd.DataFrame:
         At the first thing wrong, with its row.
     """
     table = _checked(table, RATING_COLUMNS, "depth ratings", ["participant_id", "session", "trial"])
+    _refuse(table, table["scene"].isna(), "scene", "but every row must name its scene")
     _levels(table, "fixation", FIXATIONS)
     names = table["aperture"].astype(str)
     wrong = ~names.map(lambda name: bool(re.fullmatch(r"pinhole|f/\d+(\.\d+)?", name)))
@@ -129,6 +130,7 @@ def _checked(table: pd.DataFrame, columns: Sequence[str], kind: str, key: list[s
         raise InputError(f"The table of {kind} has no rows: check that the data set has this experiment.")
     table = table.copy()
     _refuse(table, table["participant_id"].isna(), "participant_id", "but every row must name its participant")
+    _refuse(table, table["trial"].isna(), "trial", "but every row must have its trial's number")
     table["participant_id"] = table["participant_id"].astype(str)
     if "session" in table:
         table["session"] = table["session"].astype(object).fillna("").astype(str)
