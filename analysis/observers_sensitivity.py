@@ -91,14 +91,15 @@ def rows(encoded: Encoded) -> tuple[list[Row], list[Row]]:
     """One row a rule, and two a constant: with its least and its greatest value."""
     default = OBSERVERS["default"]
     rules = []
-    for name, change in RULES:
+    for name, other in RULES:
         seen = {key: by_height(one) for key, one in encoded.items()} if "height" in name else encoded
-        rules.append(Row(name, "", *rises(seen, replace(default, **change))))
+        rules.append(Row(name, "", *rises(seen, replace(default, **other))))
     constants = []
     for name, least, most, source in CONSTANTS:
         for value in (least, most):
             label = f"{name.replace('_', ' ')} {value:g}"
-            constants.append(Row(label, source, *rises(encoded, replace(default, **{name: value}))))
+            change: dict[str, Any] = {name: value}
+            constants.append(Row(label, source, *rises(encoded, replace(default, **change))))
     return rules, constants
 
 
