@@ -73,6 +73,7 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     effects = table(made, "necker_effects.csv")
     assert list(effects["share.p"]) == [effect.share.p for effect in cube.effects]
     assert len(table(made, "necker_durations.csv")) == 6
+    assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
     others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary")}

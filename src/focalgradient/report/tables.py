@@ -17,6 +17,7 @@ from focalgradient.statistics import (
     Components,
     DepthRatingResult,
     DurationFit,
+    DurationsOfPeople,
     Effect,
     Equivalence,
     Interval,
@@ -343,7 +344,53 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     header += [f"{family}: {what}" for family in ("gamma", "log-normal") for what in ("mean (s)", "CV", "log L")]
     caption = "Durations of each percept: fits with what the end of a trial cut off as lower limits"
     sheets.append(_sheet("necker_durations.csv", caption, [*header, "better"], rows, result.dominance, cells))
+    sheets.append(_durations_of_people(result))
     return sheets
+
+
+def _durations_of_people(result: NeckerResult) -> Sheet:
+    """Each reading's durations without a gradient: what is common to the subjects, and how they differ."""
+    cells = _Cells()
+    rows, digits = [], []
+    for each in result.people:
+        names = {"gradient": each.gradient, "strength": each.strength, "percept": each.percept}
+        told = [each.gradient, number(each.strength), each.percept]
+        fit = each.fit
+        if not isinstance(fit, DurationsOfPeople):
+            rows.append([*told, *cells.missing(fit, 7)])
+            digits.append(names | {"not_computed": fit.reason})
+            continue
+        of_people = [number(value) for value in (fit.geometric_mean, fit.shape, fit.log_sd)]
+        errors = [NONE if se is None else number(se) for se in (fit.geometric_mean_log_se, fit.shape_se, fit.log_sd_se)]
+        paired = [cell for pair in zip(of_people, errors, strict=True) for cell in pair]
+        rows.append([*told, str(len(fit.people)), *paired])
+        digits.append(
+            names
+            | {
+                "subjects": len(fit.people),
+                "geometric_mean": fit.geometric_mean,
+                "geometric_mean_log_se": fit.geometric_mean_log_se,
+                "shape": fit.shape,
+                "shape_se": fit.shape_se,
+                "log_sd": fit.log_sd,
+                "log_sd_se": fit.log_sd_se,
+            }
+        )
+    header = [
+        "blur agrees with",
+        "mm",
+        "percept",
+        "subjects",
+        "geometric mean (s)",
+        "SE of its log",
+        "gamma shape",
+        "SE",
+    ]
+    header += ["SD of log mean", "SE"]
+    caption = (
+        "Durations over subjects: gamma distributions of one shape and each subject’s own mean, the cut-off censored"
+    )
+    return _sheet("necker_durations_of_people.csv", caption, header, rows, digits, cells)
 
 
 def _sheet(

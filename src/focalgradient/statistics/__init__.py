@@ -5,7 +5,15 @@
 """
 
 from focalgradient.statistics.crossed import Components
-from focalgradient.statistics.cube import Dominance, GradientEffect, NeckerResult, PerceptShare, SubjectShare, necker
+from focalgradient.statistics.cube import (
+    Dominance,
+    GradientEffect,
+    NeckerResult,
+    PeopleDominance,
+    PerceptShare,
+    SubjectShare,
+    necker,
+)
 from focalgradient.statistics.durations import (
     DurationFit,
     DurationsOfPeople,
@@ -42,6 +50,7 @@ __all__ = [
     "NeckerResult",
     "NotComputed",
     "OwnRatings",
+    "PeopleDominance",
     "PerceptShare",
     "Quality",
     "RatingMean",

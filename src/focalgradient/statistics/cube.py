@@ -15,13 +15,28 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.durations import DurationFit, Family, fit_durations
+from focalgradient.statistics.durations import (
+    DurationFit,
+    DurationsOfPeople,
+    Family,
+    fit_durations,
+    fit_durations_of_people,
+)
 from focalgradient.statistics.marginal import marginal_effect
 from focalgradient.statistics.means import family, holm, paired_effect, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
-__all__ = ["SHORTEST_BOTH", "Dominance", "GradientEffect", "NeckerResult", "PerceptShare", "SubjectShare", "necker"]
+__all__ = [
+    "SHORTEST_BOTH",
+    "Dominance",
+    "GradientEffect",
+    "NeckerResult",
+    "PeopleDominance",
+    "PerceptShare",
+    "SubjectShare",
+    "necker",
+]
 
 READINGS = ("rigid", "nonrigid")
 
@@ -101,6 +116,24 @@ class Dominance:
 
 
 @dataclass(frozen=True, slots=True)
+class PeopleDominance:
+    """How long one reading lasts with one gradient, each subject having a mean of their own.
+
+    Parameters
+    ----------
+    gradient, strength, percept
+        Which.
+    fit
+        Gamma distributions of one shape; what was cut off by the end of its trial taken as a lower limit.
+    """
+
+    gradient: str
+    strength: float
+    percept: str
+    fit: DurationsOfPeople | NotComputed
+
+
+@dataclass(frozen=True, slots=True)
 class GradientEffect:
     """A gradient against none.
 
@@ -143,6 +176,8 @@ class NeckerResult:
         Results by subject, over subjects, of durations, and of each gradient against none.
     remarks
         What was left out of which result and why, a sentence each.
+    people
+        Durations of both readings without a gradient, or with the least one if there is no such trial.
     """
 
     participants: tuple[str, ...]
@@ -153,6 +188,7 @@ class NeckerResult:
     dominance: tuple[Dominance, ...]
     effects: tuple[GradientEffect, ...]
     remarks: tuple[str, ...]
+    people: tuple[PeopleDominance, ...]
 
 
 def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> NeckerResult:
@@ -222,6 +258,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> Neck
         dominance=tuple(_dominance(condition, percept, seen) for condition in conditions for percept in READINGS),
         effects=_effects(conditions, trials, seen, own, remarks),
         remarks=tuple(remarks),
+        people=tuple(_people(conditions[0], percept, seen) for percept in READINGS),
     )
 
 
@@ -278,6 +315,13 @@ def _dominance(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -
     if isinstance(gamma, DurationFit) and isinstance(lognormal, DurationFit):
         better = "gamma" if gamma.log_likelihood >= lognormal.log_likelihood else "lognormal"
     return Dominance(*condition, percept, len(rows), int(rows["censored"].sum()), gamma, lognormal, better)
+
+
+def _people(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -> PeopleDominance:
+    rows = seen[_of(seen, condition) & (seen["percept"] == percept) & (seen["duration"] > 0)]
+    return PeopleDominance(
+        *condition, percept, fit_durations_of_people(rows["duration"], rows["censored"], rows["participant_id"])
+    )
 
 
 def _effects(
