@@ -58,7 +58,9 @@ Tables hold the trials that count, catch trials among them (column catch); pract
 with dropped frames are marked (column dropped_frames), never left out.
 
 sourcedata/ holds the journals, one line an event, written as the session went: they are what was recorded, and the
-tables are made of them. FILE.original is a file as it was before a repair. stimuli/ holds the manifests of the pictures shown, with their SHA-256. participants.tsv may
+tables are made of them. FILE.original is a file as it was before a repair.
+
+stimuli/ holds the manifests of the pictures shown, with their SHA-256. participants.tsv may
 be given more columns. 'focalgradient validate' checks all of it.
 """
 
