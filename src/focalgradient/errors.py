@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FocalGradientWarning", "InputError", "check_finite", "check_number", "described", "is_number"]
+__all__ = ["FocalGradientWarning", "InputError", "check_finite", "check_list", "check_number", "described", "is_number"]
 
 
 class InputError(ValueError):
@@ -55,6 +56,18 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     return array
 
 
+def check_list(name: str, values: Any, what: str) -> list[Any]:
+    """`values` as a list, refused unless it is a list or another sequence; `what` it should hold stands in the message.
+
+    >>> check_list("views", 3.0, "views")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: views is 3.0, but must be a list of views: put it in square brackets.
+    """
+    if isinstance(values, str | bytes | np.ndarray | Mapping) or not isinstance(values, Iterable):
+        raise InputError(f"{name} is {described(values)}, but must be a list of {what}: put it in square brackets.")
+    return list(values)
+
+
 def described(value: Any) -> str:
     """A few words for a value of any kind, for a message: the value itself where it is short.
 
@@ -69,4 +82,5 @@ def described(value: Any) -> str:
     if len(text) <= 40 and "\n" not in text:
         return text
     count = f" of {len(value)}" if isinstance(value, list | tuple | dict | set) else ""
-    return f"a {type(value).__name__}{count}"
+    name = type(value).__name__
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}{count}"

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite, check_number
 
 __all__ = [
     "DISC_K",
@@ -97,7 +97,7 @@ def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = D
     Raises
     ------
     InputError
-        If the model is unknown.
+        If the model is unknown, a frequency is not finite, a radius negative or NaN, or k not positive.
 
     Examples
     --------
@@ -106,6 +106,10 @@ def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = D
     """
     if psf not in MODELS:
         raise InputError(f"psf is {psf!r}, but must be one of {', '.join(MODELS)}.")
+    frequency = check_finite("frequency", frequency, "cycles per unit of the radius")
+    if not np.all(np.asarray(radius, dtype=float) >= 0):
+        raise InputError("radius holds negative or undefined values, but the radius of a blur disc is 0 or more.")
+    check_number("k", k, "sigma / disc radius", positive=True)
     return MODELS[psf](frequency, radius, k)
 
 

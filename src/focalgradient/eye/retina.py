@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.chromatic import chromatic_wavelength
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.light import Band, Light, band_light
@@ -119,7 +119,8 @@ class Cones:
         The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves it is read off a
         table, right to about 1e-4.
         """
-        frequency, vergence = np.asarray(frequency, dtype=float), np.asarray(vergence, dtype=float)
+        frequency = check_finite("frequency", frequency, "cycles per radian")
+        vergence = check_finite("vergence", vergence, "dioptres")
         total = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape))
         for eye in self.eyes():
             defocus = np.abs(eye.focus_vergence - vergence)

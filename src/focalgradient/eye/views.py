@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_list, check_number, described
 from focalgradient.eye.model_eye import Course, Eye
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
@@ -86,6 +86,7 @@ def band_views(
     >>> reds.view.optics.light, blues.view.optics.light, float(reds.distance[0, 0])
     ('L+M', 'S', 0.5)
     """
+    _check_eye(eye)
     cones = [
         Cones.of(eye, "L+M", illuminant=illuminant, lines=lines),
         Cones.of(eye, "S", illuminant=illuminant, lines=lines, finest_cpd=s_finest_cpd),
@@ -132,7 +133,9 @@ def accommodation_views(
     >>> round(pair[0].view.optics.focus_vergence - pair[1].view.optics.focus_vergence, 6)
     0.5
     """
-    cones = [Cones.of(one, "L+M", illuminant=illuminant, lines=lines) for one in eye.through(times, course)]
+    _check_eye(eye)
+    moments = eye.through(check_list("times", times, "seconds"), course)
+    cones = [Cones.of(one, "L+M", illuminant=illuminant, lines=lines) for one in moments]
     return eye_views(scene, cones, shape, pixel_angle, noise=noise, samples=samples, seed=seed, progress=progress)
 
 
@@ -166,6 +169,10 @@ def eye_views(
         raise InputError(f"correlation is {correlation!r}, but must be between -1 and 1.")
     check_number("gain", gain, "multiples of the other cones' contrast", least=0)
     say = progress or (lambda share: None)
+    cones = check_list("cones", cones, "Cones")
+    for one in cones:
+        if not isinstance(one, Cones):
+            raise InputError(f"cones holds {described(one)}, but must hold Cones: make them with Cones.of(eye, band).")
     shares = (correlation, math.sqrt(1 - correlation**2))
     seen = []
     for number, one in enumerate(cones):
@@ -179,6 +186,12 @@ def eye_views(
         seen.append(Rendered(View(image.astype(np.float32), optics, pixel_angle), distance))
         say((number + 1) / len(cones))
     return seen
+
+
+def _check_eye(eye: object) -> None:
+    """Refuse what is no eye, such as a lens: it has no colours."""
+    if not isinstance(eye, Eye):
+        raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
 
 
 def _by_rays(

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Lens, Optics
 from focalgradient.plotting.figures import MM, new_figure, style
 from focalgradient.view import View
@@ -82,6 +82,7 @@ def depth_figure(
     >>> [ax.get_title(loc="left") for ax in figure.axes[:3]]
     ['f/16, focus 1 m', 'f/5.6, focus 1 m', 'Recovered depth, 100 % valid']
     """
+    views = check_list("views", views, "views")
     if names is not None and len(names) != len(views):
         raise InputError(f"names has {len(names)} entries for {len(views)} views: give one name for each view.")
     if truth is not None and truth.shape != depth.shape:

@@ -25,14 +25,14 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_list
 from focalgradient.optics import Optics
 from focalgradient.render import pathtrace
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.raycast import cast, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.render.variant import LLVM, REMEDY, variant
-from focalgradient.scenes.objects import Scene
+from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
 __all__ = ["Engine", "render", "render_bands", "render_series"]
@@ -126,6 +126,8 @@ def render_series(
     >>> float(near.view.image.std()) > float(far.view.image.std())  # the wall is in focus in the first
     True
     """
+    check_scene(scene)
+    optics = check_list("optics", optics, "lenses or eyes")
     if not optics:
         raise InputError("optics is empty, but at least one lens or eye must be given.")
     for one in optics:
@@ -190,7 +192,7 @@ def render_bands(
     >>> int(np.argmax([band.view.image.std() for band in bands]))  # green is in focus
     1
     """
-    if len(optics) != 3:
+    if len(check_list("optics", optics, "three lenses or eyes")) != 3:
         raise InputError(
             f"optics holds {len(optics)} lenses or eyes, but must hold three: for red, green and blue light."
         )

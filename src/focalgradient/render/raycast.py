@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
 
@@ -22,10 +22,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.render.rendered import Rendered
-from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere
+from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
 from focalgradient.view import View, check_pixel_angle
 
@@ -88,6 +88,7 @@ def cast(
     >>> rendered.view.shape, rendered.distance[0, [0, -1]].round(2).tolist()
     ((48, 64), [1.0, 1.98])
     """
+    check_scene(scene)
     check_frame(optics, shape, pixel_angle, samples, seed)
     aperture, focus = optics.aperture_diameter, optics.focus_vergence
     if not castable(scene):
@@ -113,8 +114,12 @@ def cast(
 
 def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samples: int, seed: int) -> None:
     """Refuse what no renderer can render."""
-    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
-        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
+    if not (
+        isinstance(shape, Sequence)
+        and len(shape) == 2
+        and all(isinstance(length, int) and length >= 1 for length in shape)
+    ):
+        raise InputError(f"shape is {described(shape)}, but must be a positive height and width in pixels.")
     check_optics(optics)
     check_pixel_angle(pixel_angle, optics)
     if not (isinstance(samples, int) and samples >= 1):

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 from focalgradient.scenes.texture import Texture
 
-__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere"]
+__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_scene"]
 
 Point = tuple[float, float, float]
 """x (right), y (down), z (away from the camera), in metres."""
@@ -276,3 +276,11 @@ class Scene:
 def _check_point(name: str, point: Point) -> None:
     if len(point) != 3 or not all(math.isfinite(value) for value in point):
         raise InputError(f"{name} is {point!r}, but must be three finite numbers x, y, z.")
+
+
+def check_scene(scene: object) -> None:
+    """Refuse what is no `Scene`."""
+    if not isinstance(scene, Scene):
+        raise InputError(
+            f"scene is {described(scene)}, but must be a Scene: make one with focalgradient.scenes, as plane(2.0)."
+        )
