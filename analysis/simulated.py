@@ -12,7 +12,7 @@ from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.display import Display
 from focalgradient.observers import cache_folder, encoded_cubes, encoded_stimuli, natural_set, simulate
 from focalgradient.parallel import processes
-from focalgradient.render.variant import variant
+from focalgradient.render.mitsuba_backend import variant
 from focalgradient.stimuli import StimulusSet, make_depth_rating
 
 __all__ = ["OBSERVERS", "SEED", "natural_pictures", "take_part"]

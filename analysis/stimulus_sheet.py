@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from report import Progress, Shown, alone
 
 from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
-from focalgradient.plotting.stimuli import draw_picture
-from focalgradient.render.variant import variant
+from focalgradient.plotting.contact_sheet import draw_picture
+from focalgradient.render.mitsuba_backend import variant
 from focalgradient.stimuli import APERTURES, FIXATIONS, StimulusSet, make_depth_rating
 
 SEED = 1

@@ -11,8 +11,8 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.render import cast, engines, pathtrace, render, render_bands, render_series
+from focalgradient.render.mitsuba_backend import LLVM, SCALAR, variant
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.render.variant import LLVM, SCALAR, variant
 from focalgradient.scenes import Mesh, Plane, Scene, Sky, Sphere, Texture, plane, slant, spheres, step
 
 PIXEL = 3e-4

@@ -8,7 +8,7 @@ import pytest
 from focalgradient import Lens
 from focalgradient.render import render
 from focalgradient.render.ground_truth import ground_truth
-from focalgradient.render.variant import variant
+from focalgradient.render.mitsuba_backend import variant
 from focalgradient.scenes import Mesh, Plane, Scene, Texture, bottle
 from focalgradient.scenes.bottle import BODY_RADIUS, EYE
 from focalgradient.scenes.shapes import grid_faces

@@ -7,7 +7,7 @@ import pytest
 
 from focalgradient import InputError, Lens
 from focalgradient.render.ground_truth import ground_truth
-from focalgradient.render.variant import variant
+from focalgradient.render.mitsuba_backend import variant
 from focalgradient.scenes import SCENES, Mark, Mesh, Scene, Sky, bottle, naturalistic, room, scene, step, terrain
 from focalgradient.scenes.bottle import BODY_RADIUS
 from focalgradient.scenes.fractal import fractal

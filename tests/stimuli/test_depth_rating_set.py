@@ -12,7 +12,7 @@ from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.render import render
-from focalgradient.render.variant import variant
+from focalgradient.render.mitsuba_backend import variant
 from focalgradient.scenes import spheres
 from focalgradient.stimuli import APERTURES, FIXATIONS, StimulusSet, depth_rating, make_depth_rating, read_set
 from focalgradient.stimuli.depth_rating import FIELD, LEAST_DEPTH, Pupil

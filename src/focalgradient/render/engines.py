@@ -29,9 +29,9 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_list
 from focalgradient.optics import Optics
 from focalgradient.render import pathtrace
 from focalgradient.render.ground_truth import ground_truth
+from focalgradient.render.mitsuba_backend import LLVM, REMEDY, variant
 from focalgradient.render.raycast import cast, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE, Rendered
-from focalgradient.render.variant import LLVM, REMEDY, variant
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.optics import Optics
-from focalgradient.render.variant import SCALAR
+from focalgradient.render.mitsuba_backend import SCALAR
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere
 from focalgradient.scenes.texture import TILE
 

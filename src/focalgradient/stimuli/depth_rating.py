@@ -23,8 +23,8 @@ from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.render import render, render_bands
+from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
-from focalgradient.render.variant import REMEDY, variant
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
 from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged
 from focalgradient.stimuli.folder import Folder

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from focalgradient.plotting.contact_sheet import contact_sheet
 from focalgradient.plotting.figures import style
-from focalgradient.plotting.stimuli import contact_sheet
 
 __all__ = ["sheet_png"]
 
