@@ -1,7 +1,10 @@
+# make             sets up what is needed, in .venv, and says first what that is
 # make reproduce   every figure, its numbers and report.html, in results/
-# make test        style, types and tests
+# make test        style, types and tests, but the slow ones; coverage
+# make test-slow   the slow tests
+# make test-all    both
 #
-# Both first set up what they need, in .venv, and redo that only when the pinned packages change.
+# All set up what they need first, and redo that only when the pinned packages change.
 # Another Python: make PYTHON=python3.12 reproduce
 
 SHELL := /bin/sh
@@ -9,8 +12,13 @@ export PYTHON
 # Threads are ours (one a core); linear algebra that spins threads of its own only takes their time.
 export OPENBLAS_NUM_THREADS = 1
 run := .venv/bin/python
+# On all cores; the tests of one file stay together, as they share what is made for them and the screens they open.
+pytest := $(run) -m pytest --numprocesses logical --dist loadfile
 
-.PHONY: reproduce test clean
+.PHONY: setup reproduce test test-slow test-all clean
+
+setup:
+	@requirements/setup.sh setup
 
 reproduce:
 	@requirements/setup.sh reproduce
@@ -21,7 +29,14 @@ test:
 	$(run) -m ruff check
 	$(run) -m ruff format --check
 	$(run) -m mypy
-	$(run) -m pytest
+	$(run) -m mypy --config-file tests/mypy.ini
+	$(pytest) -m "not slow" --durations 10 --cov
+
+test-slow:
+	@requirements/setup.sh test
+	$(pytest) -m slow
+
+test-all: test test-slow
 
 clean:
 	rm -rf .venv results

@@ -1,7 +1,9 @@
 #!/bin/sh
-# setup.sh reproduce|test: sets up what `make reproduce` or `make test` needs; silent where nothing is left to do.
+# setup.sh setup|reproduce|test: sets up what `make`, `make reproduce` or `make test` needs, and says first what that is;
+# silent where nothing is left to do (but for `make`, which says that).
 #
-# - Debian packages, listed with their reasons in debian.txt: the tests insist on them, `reproduce` goes on without.
+# - Debian packages, listed with their reasons in debian.txt. `make` only names them. The tests insist on them, `reproduce`
+#   needs no windows and goes on without the rest. On a terminal they are asked for before they are installed.
 # - .venv, with the packages that python.txt pins and focalgradient itself, editable. The stamp .venv/ready is written last
 #   and says for what the set-up was made: one that was cut off has no stamp and is started over.
 set -eu
@@ -11,16 +13,35 @@ purpose=$1
 say() { echo "set-up: $*" >&2; }
 fail() { say "$*"; exit 1; }
 
+# PsychoPy, and with it the windows of the experiments, is pinned for these machines only.
+windows() {
+    [ "$(uname -s) $(uname -m)" = "Linux x86_64" ]
+}
+
+agreed() { # whether to install Debian packages: asked on a terminal, else yes
+    if [ ! -t 0 ] || [ ! -t 2 ]; then return 0; fi
+    printf 'set-up: install the Debian packages%s? [y/N] ' "$1" >&2
+    read -r answer && case $answer in [yY]*) true ;; *) false ;; esac
+}
+
 debian_packages() {
     command -v dpkg-query >/dev/null || return 0
     missing=
-    for package in $(sed 's/#.*//' requirements/debian.txt); do
+    if [ "$purpose" = reproduce ] || ! windows; then leave='/# windows:/d'; else leave=; fi
+    for package in $(sed -e "$leave" -e 's/#.*//' requirements/debian.txt); do
         dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null | grep -q ^ii || missing="$missing $package"
     done
     [ -n "$missing" ] || return 0
 
+    if [ "$purpose" = setup ]; then
+        say "left out, as only tests and path-traced scenes need them: the Debian packages$missing" \
+            "('sudo apt-get install --no-install-recommends$missing')"
+        return 0
+    fi
     if [ "$(id -u)" = 0 ]; then sudo=; elif sudo -n true 2>/dev/null; then sudo=sudo; else sudo=none; fi
-    if [ "$sudo" = none ]; then
+    if [ "$sudo" != none ] && ! agreed "$missing"; then
+        trouble="they are not wanted"
+    elif [ "$sudo" = none ]; then
         trouble="this user is not root and sudo asks for a password"
     else
         say "installing the Debian packages$missing"
@@ -62,7 +83,8 @@ python_packages() {
     fi
     rm -f .venv/ready
 
-    say "installing the pinned packages into .venv (once; a minute or two)"
+    count=$(grep -c '^[a-z0-9-]*==' requirements/python.txt || :)
+    say "installs the $count packages that requirements/python.txt pins, about 2 GB, into .venv (once; a few minutes)"
     if [ -t 1 ]; then quiet=; else quiet=--quiet; fi
     install=".venv/bin/python -m pip --disable-pip-version-check install $quiet --no-deps"
     if ! $install --require-hashes -r requirements/python.txt 2>.venv/pip.log; then
@@ -77,3 +99,4 @@ python_packages() {
 
 debian_packages
 python_packages
+[ "$purpose" != setup ] || say "all is there: make reproduce, make test, or .venv/bin/focalgradient"

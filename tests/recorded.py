@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched
-from focalgradient.design import DepthRatingDesign, NeckerDesign
+from focalgradient.design import DepthRatingDesign, NeckerDesign, NeckerTrial
 from focalgradient.power import Model, simulated_ratings
 
 APPARATUS = Apparatus("seconds of the simulation, from the start of the sitting")
@@ -33,6 +33,7 @@ def record_necker(root: Path, subjects: int, change: float = 1.0, *, kind="simul
         with Session.begin(root, CUBE, f"{number:02}", apparatus=APPARATUS, kind=kind) as session:
             keys = session.design.keys_of(session.files.participant)
             for trial in session.remaining():
+                assert isinstance(trial, NeckerTrial)
                 lean = {"none": 0.0, "rigid": -change, "nonrigid": change}[trial.gradient] + 4 * (
                     trial.shape == "nonrigid"
                 )

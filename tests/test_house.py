@@ -38,11 +38,12 @@ class House:
         (folder / "requirements").mkdir()
         shutil.copy(ROOT / "requirements" / "setup.sh", folder / "requirements")
         for name in ("pyproject.toml", "requirements/python.txt", "requirements/debian.txt"):
-            (folder / name).write_text("")
+            (folder / name).write_text("a==1\nb-c==2 ; of some\n" if name.endswith("python.txt") else "")
         self.python("python3")
         self.program("id", "echo 0")
         self.program("dpkg-query", 'case "$*" in *present*) echo "ii " ;; *) exit 1 ;; esac')
         self.program("apt-get", APT_GET)
+        self.program("uname", "case $1 in -s) echo Linux ;; *) echo x86_64 ;; esac")
 
     def program(self, name: str, script: str) -> None:
         file = self.folder / "bin" / name
@@ -80,7 +81,11 @@ def test_set_up_happens_once(house: House) -> None:
     status, calls, said = house.set_up()
     assert (status, calls) == (0, ["venv", "pinned", "itself"])
     assert said.count("\n") == 1
+    assert said.startswith("set-up: installs the 2 packages that requirements/python.txt pins")
     assert house.set_up("test") == house.set_up("reproduce") == (0, [], "")
+    status, calls, said = house.set_up("setup")
+    assert (status, calls, said.count("\n")) == (0, [], 1)
+    assert "all is there" in said
 
 
 @needs_sh
@@ -144,7 +149,11 @@ def test_trouble_is_said_in_one_sentence_with_the_remedy(house: House) -> None:
 @needs_sh
 def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> None:
     house.set_up()
-    (house.folder / "requirements" / "debian.txt").write_text("# why\npresent  # a reason\nxvfb # another\n")
+    (house.folder / "requirements" / "debian.txt").write_text("# why\npresent  # a reason\nxvfb # windows: a screen\n")
+    assert house.set_up("reproduce") == (0, [], "")  # it opens no windows
+    status, calls, said = house.set_up("setup")
+    assert (status, calls) == (0, [])
+    assert "left out, as only tests and path-traced scenes need them: the Debian packages xvfb" in said.splitlines()[0]
     status, calls, said = house.set_up()
     assert status == 0
     assert calls == ["apt-get update -qq", "apt-get install -y -qq --no-install-recommends xvfb"]
@@ -157,9 +166,14 @@ def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> Non
     status, calls, said = house.set_up("test")
     assert (status, calls, said.count("\n")) == (1, [], 1)
     assert "sudo apt-get install --no-install-recommends xvfb" in said
+    (house.folder / "requirements" / "debian.txt").write_text("libllvm # path tracing\nxvfb # windows: a screen\n")
     status, calls, said = house.set_up("reproduce")
     assert (status, calls, said.count("\n")) == (0, [], 1)
     assert "going on" in said
+    assert "xvfb" not in said
+
+    house.program("uname", "echo Darwin")
+    assert "xvfb" not in house.set_up("test")[2]
 
 
 def test_every_package_asked_for_is_pinned_with_a_hash() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from focalgradient import FocalGradientWarning, InputError
+from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
 from focalgradient.photographs import srgb_to_linear as decode
 
@@ -190,6 +190,8 @@ def test_settings_become_views(tmp_path):
     write(tmp_path / "sub" / "far.png", RGB16[::-1])
     (tmp_path / "views.toml").write_text(TOML.format(camera=""))
     near, far = read_views(tmp_path / "views.toml")
+    assert isinstance(near.optics, Lens)
+    assert isinstance(far.optics, Lens)
     assert (near.optics.focal_length, near.optics.f_number, near.optics.focus_distance) == (0.025, 8.0, 0.8)
     assert (far.optics.aperture_diameter, far.optics.focus_distance) == (0.0, 1.25)
     # By hand: 1/v0 = 1/0.025 - 1/0.8 = 38.75, so 8 um / v0 = 310 urad; at 1.25 m 39.2, 313.6 urad.

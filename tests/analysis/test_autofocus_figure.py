@@ -26,6 +26,7 @@ def test_a_stack_reaches_over_its_scene():
             assert (len(apertures), len(foci)) == ((1, 2) if name == "two foci" else (2, 1))
 
 
+@pytest.mark.slow
 def test_few_settings_err_more_than_two_views_and_many_less():
     measured = autofocus.measure(autofocus.PLACES[0], counts=(3, 10), samples=64)
     few, many = measured["autofocus"]["median_error_percent"]

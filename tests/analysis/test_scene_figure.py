@@ -33,7 +33,7 @@ def test_jumps_in_depth_are_kept_away_from_on_both_sides():
 
 def test_views_have_one_truth_and_their_own_focus_and_magnification():
     views, truth = scene.views_and_truth(shape=(48, 64), samples=4)
-    assert [view.optics.focus_distance for view in views] == [0.8, 1.6]
+    assert [1 / view.optics.focus_vergence for view in views] == pytest.approx([0.8, 1.6])
     assert views[0].pixel_angle < views[1].pixel_angle  # nearer focus, longer sensor distance
     assert views[0].shape == truth.shape
     assert 0.5 < truth.min() < truth.max() < 3.1

@@ -90,6 +90,10 @@ class Plan(Table):
                 f"catch_trials is {self.catch_trials}, but must be less than the other trials, here {trials}."
             )
 
+    def trials(self, participant: str, session: str | None = None) -> tuple[Trial, ...]:
+        """Make the list of one participant: practice first, then all else."""
+        raise NotImplementedError
+
     def pilot(self) -> Self:
         """Give the same design cut short, to see that everything works."""
         return self.model_validate(self.model_dump() | {key: self._cut(key, to) for key, to in self.shortened.items()})
