@@ -87,6 +87,7 @@ def prepare(folder: Path) -> None:
             str(folder / f"{distance}.png"), np.rint(65535 * cv2.GaussianBlur(square, (0, 0), sigma)).astype("u2")
         )
         lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
+        lines += ["focus_distance_m = 0.35"]
     (folder / "targets.toml").write_text("\n".join(lines))
     (folder / "necker.toml").write_text(DESIGN)
     (folder / "rating.toml").write_text(RATING)

@@ -16,7 +16,7 @@ from PIL import Image
 from scipy import ndimage
 
 import focalgradient
-from focalgradient import DepthMap, FocalGradientWarning, InputError, Lens
+from focalgradient import DepthMap, FocalGradientWarning, InputError, Lens, memory
 from focalgradient.cli import main
 
 TOML = """\
@@ -172,6 +172,39 @@ def test_nothing_is_half_written(folder, monkeypatch, broken, code):
     assert result.exit_code == code
     assert "Traceback" not in result.stderr
     assert sorted(folder.rglob("*")) == before
+
+
+def test_images_too_large_for_the_memory_are_refused_before_the_work(folder, monkeypatch):
+    monkeypatch.setattr(focalgradient, "recover_depth", lambda *_, **__: pytest.fail("began"))
+    monkeypatch.setattr(memory, "available", lambda: 1_000_000)
+    assert "of memory, but 0.0 GB are there: crop" in sentence(run("depth", *SETTINGS))
+    monkeypatch.setattr(memory, "available", lambda: None)
+    with Image.new("L", (20_000, 20_000)) as huge:
+        huge.save(folder / "b.png")
+    assert "b.png has more than 179 million pixels" in sentence(run("depth", *SETTINGS))
+
+
+def test_damaged_compiled_code_is_thrown_away(tmp_path):
+    """Numba keeps compiled code in an index and files beside it, which a cut of the power can leave empty."""
+    program = (
+        "from focalgradient.cli import main\nfrom focalgradient.cli.doctor import doctor\n"
+        "import numba\n@numba.njit(cache=True)\ndef f(x):\n    return x + 1\n"
+        "doctor.callback = lambda **_: print(f(1))\nmain(['doctor'])\n"
+    )
+    (tmp_path / "program.py").write_text(program)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+
+    def run_program() -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, str(tmp_path / "program.py")]
+        return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+
+    assert run_program().stdout == "2\n"
+    (index,) = (tmp_path / "kept").rglob("*.nbi")
+    index.write_bytes(index.read_bytes()[:20])
+    damaged = run_program()
+    assert (damaged.returncode, damaged.stdout, damaged.stderr.count("\n")) == (2, "", 1)
+    assert damaged.stderr.startswith("Error: compiled code kept from before is damaged")
+    assert run_program().stdout == "2\n"
 
 
 def test_help_and_version():

@@ -21,6 +21,7 @@ from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting, replace_set
+from focalgradient.memory import require
 
 if TYPE_CHECKING:
     from focalgradient.depth.depth_map import DepthMap
@@ -40,6 +41,9 @@ FROM_EXIF = {
     "pixel_pitch_um": "--pixel-pitch UM",
 }
 """Parameters of `focalgradient.photographs.from_exif` and the options that give them."""
+
+NEEDED = 200
+"""Bytes a pixel that depth takes beside the images: 190 measured, by the default method of two views."""
 
 
 @click.command(short_help="Recover depth from views that differ in aperture or focus.")
@@ -110,6 +114,8 @@ def depth(
         settings, photographs = _read(inputs, optics, calibration, METHODS[method].least)
         read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path is not None]
         refuse_overwriting(read, [out / name for name in names])
+        pixels = photographs[0].luminance.size
+        require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
 
         from focalgradient import recover_depth
         from focalgradient.photographs import make_views

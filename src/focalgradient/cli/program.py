@@ -9,6 +9,7 @@ import signal
 import sys
 import tempfile
 import threading
+import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -69,6 +70,11 @@ class Program(click.Group):
             fail(NESTED)
         except (KeyboardInterrupt, click.Abort):
             sys.exit(INTERRUPTED)
+        except Exception as error:
+            if not _of_compiled_code(error):
+                raise
+            removed = _forget_compiled_code()
+            fail(f"compiled code kept from before is damaged: its {removed} files are removed; run this again.")
         sys.exit(code if isinstance(code, int) else 0)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -78,6 +84,24 @@ class Program(click.Group):
         except KeyboardInterrupt as stop:
             click.echo(f"Interrupted: {str(stop) or 'nothing was written.'}", err=True)
             ctx.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+
+
+def _of_compiled_code(error: BaseException) -> bool:
+    """Whether an error arose where numba reads the compiled code that it keeps."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return any(Path(frame.filename).parts[-3:] == ("numba", "core", "caching.py") for frame in frames)
+
+
+def _forget_compiled_code() -> int:
+    """Remove what numba keeps of this package, wherever it does, so that it is compiled anew; how many files."""
+    folders = [Path(__file__).parents[1]]
+    if elsewhere := os.environ.get("NUMBA_CACHE_DIR"):
+        folders.append(Path(elsewhere))
+    kept = [path for folder in folders for path in folder.rglob("*.nb[ic]")]
+    for path in kept:
+        with suppress(OSError):
+            path.unlink()
+    return len(kept)
 
 
 @contextmanager
