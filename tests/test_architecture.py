@@ -42,9 +42,9 @@ ROOMS = {
     "photographs": {"calibration", "errors", "files", "memory", "optics", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
-    "statistics": {"errors", "files"},
+    "statistics": {"errors", "files", "progress"},
     "power": {"design", "errors", "files", "parallel", "statistics"},
-    "report": {"dataset", "design", "errors", "files", "plotting", "power", "statistics"},
+    "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
     "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),

@@ -206,6 +206,8 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
         rows.to_csv(file, sep="\t", index=False)
     made = make_report(root, scale="ordinal")
     assert "Cumulative-link mixed model" in page(made)
+    assert "odds ratio of a higher answer at the largest aperture" in page(made)
+    assert {"depth_rating_ordinal.csv", "depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
     assert "depth_rating_means.csv" not in made.files
 
 

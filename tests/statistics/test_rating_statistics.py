@@ -12,8 +12,8 @@ from scipy import special, stats
 from focalgradient import InputError
 from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
 from focalgradient.statistics.crossed import crossed_effect, moments, over_subjects
+from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
-from focalgradient.statistics.ordinal import _Marginal
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -53,7 +53,7 @@ def test_a_rise_is_found_and_none_is_called_none() -> None:
     last = result.means[3]
     assert (last.fixation, last.aperture, last.subjects) == ("nearest", "f/5.6", 20)
     assert last.ratio.low < 2 < last.ratio.high
-    assert isinstance(near.ordinal, NotComputed)
+    assert isinstance(result.ordinal, NotComputed)
     assert result.remarks == ()
 
 
@@ -76,22 +76,67 @@ def test_ordinal_answers() -> None:
     table = ratings(12, np.log(2.5), 0.0)
     table["rating"] = np.digitize(table["rating"], [0.8, 1.0, 1.4, 2.0]) + 1
     result = analyse(table, scale="ordinal")
-    near, far = result.fixations
-    assert near.ordinal.low > 0
-    assert far.ordinal.low < 0 < far.ordinal.high
+    found = result.ordinal
+    near, far = found.rises
+    assert near.low > 0
+    assert near.significant
+    assert far.low < 0 < far.high
+    assert found.slopes[0].estimate == pytest.approx(near.estimate / 8)
+    assert found.interaction.estimate == pytest.approx(near.estimate - far.estimate)
+    assert found.interaction.significant
+    places = [each.place.estimate for each in found.thresholds]
+    assert places == sorted(places)
+    assert all(each.place.low < each.place.estimate < each.place.high for each in found.thresholds)
+    for fixation in ("nearest", "farthest"):
+        total = sum(each.share for each in found.shares if (each.fixation, each.aperture) == (fixation, "f/11"))
+        assert total == pytest.approx(1)
     assert result.means == ()
-    for missing in (near.slope, near.equivalence, near.rise, result.interaction):
-        assert missing == NotComputed("The scale is ordinal: its steps have no ratios.")
+    missing = NotComputed("The scale is ordinal: its steps have no ratios.")
+    first = result.fixations[0]
+    assert {first.slope, first.equivalence, first.rise, result.interaction} == {missing}
     with pytest.raises(InputError, match="whole numbers"):
         analyse(table.assign(rating=table["rating"] + 0.5), scale="ordinal")
 
 
 def test_answers_in_one_step_or_perfectly_ordered_have_no_ordinal_slope() -> None:
     table = ratings(6, 0.0, 0.0)
-    same = analyse(table.assign(rating=3), scale="ordinal").fixations[0]
-    assert "All answers are the same" in same.ordinal.reason
+    same = analyse(table.assign(rating=3), scale="ordinal").ordinal
+    assert "All answers are the same" in same.rises[0].reason
     steps = table["aperture"].map({"pinhole": 1, "f/22": 2, "f/11": 3, "f/5.6": 4})
-    assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").fixations[0].ordinal, NotComputed)
+    assert isinstance(analyse(table.assign(rating=steps), scale="ordinal").ordinal.rises[0], NotComputed)
+
+
+def test_the_gradient_of_the_ordinal_likelihood_is_that_of_its_value() -> None:
+    rng = np.random.default_rng(2)
+    category, subject = rng.integers(0, 4, 120), np.repeat(np.arange(6), 20)
+    random = np.column_stack([np.ones(120), rng.uniform(0, 1, 120)])
+    marginal = _Marginal(category, random, subject, 9)
+    thresholds, level = np.array([-1.0, 0.2, 1.1]), rng.normal(0, 0.5, 120)
+    spread = np.array([[0.6, 0.0], [0.2, 0.5]])
+    _, by_threshold, by_level, by_spread = marginal.evaluate(thresholds, level, spread)
+
+    def slope(change) -> float:
+        ends = [marginal.log_likelihood(*change(step)) for step in (1e-5, -1e-5)]
+        return (ends[0] - ends[1]) / 2e-5
+
+    for k, one in enumerate(np.eye(3)):
+        assert by_threshold[k] == pytest.approx(
+            slope(lambda h, one=one: (thresholds + h * one, level, spread)), abs=1e-3
+        )
+    for k, one in enumerate(np.eye(120)[:5]):
+        assert by_level[k] == pytest.approx(slope(lambda h, one=one: (thresholds, level + h * one, spread)), abs=1e-3)
+    for place in ((0, 0), (1, 0), (1, 1)):
+        one = np.zeros((2, 2))
+        one[place] = 1
+        assert by_spread[place] == pytest.approx(
+            slope(lambda h, one=one: (thresholds, level, spread + h * one)), abs=2e-3
+        )
+
+
+def test_thirteen_points_integrate_what_twenty_seven_do() -> None:
+    x, y, z = ICOSAHEDRON
+    for value, moment in ((x**2, 1), (x**4, 3), (x**2 * y**2, 1), (x * y * z**2, 0), (x**3 * y, 0), (z**4, 3)):
+        assert WEIGHTS @ value == pytest.approx(moment, abs=1e-12)
 
 
 @pytest.mark.parametrize("spread", [0.3, 2.0, 12.0])

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import writable
+from focalgradient.cli.program import resumable, writable
 from focalgradient.errors import InputError
 from focalgradient.files import replace_set
 
@@ -98,15 +98,17 @@ def report(
         click.echo(f"Done: open {out / 'preregistration.html'}")
         return
     writable(out, ["report.html", "report.md"], inputs)
-    made = make_report(
-        folder,
-        bound=bound,
-        scale="ordinal" if ordinal else "ratio",
-        stated=stated,
-        columns=columns,
-        conditions=conditions,
-        focal_length_mm=focal_length,
-    )
+    with resumable("nothing was written.") as say:
+        made = make_report(
+            folder,
+            bound=bound,
+            scale="ordinal" if ordinal else "ratio",
+            stated=stated,
+            columns=columns,
+            conditions=conditions,
+            focal_length_mm=focal_length,
+            progress=say,
+        )
     replace_set(out, made.files, "report.html")
     for problem in made.problems:
         click.echo(f"Problem: {' '.join(problem.split())}", err=True)

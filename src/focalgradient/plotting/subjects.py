@@ -17,7 +17,7 @@ from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.power import TESTS, Power
-from focalgradient.statistics import DepthRatingResult, DurationFit, Interval, NeckerResult
+from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -28,11 +28,14 @@ __all__ = [
     "depth_rating_figure",
     "draw_depth_rating",
     "draw_durations",
+    "draw_latent",
     "draw_nonrigid_share",
     "draw_scene_rises",
     "draw_scenes",
     "draw_shares",
+    "draw_steps",
     "necker_figure",
+    "ordinal_figure",
     "power_figure",
     "scenes_figure",
 ]
@@ -63,6 +66,21 @@ def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
         draw_scenes(left, result, simulated=simulated)
         draw_scene_rises(right, result)
+        _settle(figure)
+    return figure
+
+
+def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
+    """Answers in steps: shares of the steps by aperture for each fixation, and the latent scale with its thresholds."""
+    with style():
+        figure = new_figure(180, 80, layout="constrained")
+        axes = figure.subplots(1, 3, width_ratios=(1, 1, 1.2))
+        if isinstance(result.ordinal, OrdinalResult):
+            for ax, fixation in zip(axes, FIXATION, strict=False):
+                draw_steps(ax, result.ordinal, fixation)
+            draw_latent(axes[2], result.ordinal, result.largest_mm)
+        if simulated:
+            _say_simulated(axes[2])
         _settle(figure)
     return figure
 
@@ -188,6 +206,46 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
     small = max(4.0, min(8.0, 130 / max(len(order), 1)))
     ax.set_yticks(range(len(order)), order, fontsize=small)
     ax.set_xlabel("rise at the largest aperture (ratio to the pinhole)")
+    return ax
+
+
+def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
+    """Draw the mean shares of the steps of one fixation by aperture, stacked, the highest step darkest and on top."""
+    own = [each for each in result.shares if each.fixation == fixation]
+    sizes = sorted({(each.aperture_mm, each.aperture) for each in own})
+    steps = sorted({each.step for each in result.shares})
+    share = {(each.aperture_mm, each.step): 100 * each.share for each in own}
+    base = np.zeros(len(sizes))
+    colour, _, label = FIXATION[fixation]
+    for number, step in enumerate(steps):
+        heights = np.array([share.get((mm, step), 0.0) for mm, _ in sizes])
+        strength = 0.15 + 0.85 * number / max(len(steps) - 1, 1)
+        ax.bar(range(len(sizes)), heights, 0.8, base, color=colour, alpha=strength, edgecolor="white", linewidth=0.5)
+        for x, (bottom, height) in enumerate(zip(base, heights, strict=True)):
+            if height > 6:
+                ink = "white" if strength > 0.55 else "black"
+                ax.text(x, bottom + height / 2, str(step), ha="center", va="center", color=ink, fontsize=6.5)
+        base += heights
+    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
+    ax.set(ylim=(0, 100), xlabel="aperture", ylabel="answers (%)", title=label.replace("\n", " "))
+    return ax
+
+
+def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
+    """Draw the latent scale: the straight line of each fixation with its 95 % interval, and the thresholds."""
+    mm = np.linspace(0, largest_mm, 30)
+    labels = []
+    for fixation, slope in zip(result.fixations, result.slopes, strict=True):
+        if isinstance(slope, Effect):
+            colour, _, label = FIXATION[fixation]
+            ax.fill_between(mm, slope.low * mm, slope.high * mm, color=colour, alpha=0.2, linewidth=0)
+            ax.plot(mm, slope.estimate * mm, color=colour, linewidth=2)
+            labels.append((slope.estimate * largest_mm, label, colour))
+    for each in result.thresholds:
+        ax.axhline(each.place.estimate, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="bottom")
+    ax.set(xlabel="aperture (mm)", ylabel="latent depth (log odds)", title="Latent scale")
+    _labels(ax, labels, 0.12)
     return ax
 
 

@@ -14,7 +14,8 @@ from pathlib import Path
 from focalgradient.dataset import DataSet, validate
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError
-from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, scenes_figure
+from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
+from focalgradient.progress import Progress
 from focalgradient.report.analysed import BOUND, Ratings, Reports, analyse_necker, analyse_ratings, analyse_table
 from focalgradient.report.document import (
     Block,
@@ -30,7 +31,7 @@ from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, NotComputed, Rules, Scale, read_ratings
+from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Rules, Scale, read_ratings
 
 __all__ = [
     "BOUND",
@@ -53,6 +54,13 @@ SHARE_CAPTION = (
 SCENES_CAPTION = (
     "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
     "largest aperture of each scene, with its 95 % interval over subjects."
+)
+
+
+ORDINAL_CAPTION = (
+    "Left and middle: mean shares of the steps of the scale over subjects, by aperture and fixation, the highest step "
+    "darkest. Right: the latent scale of the cumulative-link model in log odds, with 95 % intervals; dashed the "
+    "thresholds between the steps."
 )
 
 
@@ -81,6 +89,7 @@ def make_report(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     focal_length_mm: float | None = None,
+    progress: Progress | None = None,
 ) -> Report:
     """Analyse a data set, or a table of one's own depth ratings, and write down all of it.
 
@@ -98,6 +107,8 @@ def make_report(
         Rules of exclusion: see `load_rules`.
     columns, conditions, focal_length_mm
         Of a table of one's own.
+    progress
+        Called with the share done of an ordinal model, the one part that takes long.
 
     Raises
     ------
@@ -113,12 +124,12 @@ def make_report(
     reports: Reports | None = None
     if root.is_file():
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
-        ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules)
+        ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
         notes += own.notes
         title = root.stem
     else:
         title = str(read_description(root).get("Name", root.name))
-        ratings, reports = _analysed(root, used, scale, stated.rules, problems)
+        ratings, reports = _analysed(root, used, scale, stated.rules, problems, progress)
         try:
             found = validate(root)
             problems = list(dict.fromkeys([*problems, *found.problems]))
@@ -160,7 +171,7 @@ def make_report(
 
 
 def _analysed(
-    root: Path, bound: float, scale: Scale, rules: Rules, problems: list[str]
+    root: Path, bound: float, scale: Scale, rules: Rules, problems: list[str], progress: Progress | None
 ) -> tuple[Ratings | None, Reports | None]:
     """Both experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
     refused: list[InputError] = []
@@ -168,7 +179,7 @@ def _analysed(
     reports: Reports | None = None
     if _took_part(root, "depthrating"):
         try:
-            ratings = analyse_ratings(root, bound=bound, scale=scale, rules=rules)
+            ratings = analyse_ratings(root, bound=bound, scale=scale, rules=rules, progress=progress)
         except InputError as error:
             refused.append(error)
     if _took_part(root, "necker"):
@@ -198,11 +209,14 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
         yield Notice(part.result.reason)
     else:
         yield from map(Paragraph, rating_findings(part.result))
-        figures |= _pictures("depth_rating", as_files(depth_rating_figure(part.result, simulated=part.simulated)))
+        draw = ordinal_figure if isinstance(part.result.ordinal, OrdinalResult) else depth_rating_figure
+        figures |= _pictures("depth_rating", as_files(draw(part.result, simulated=part.simulated)))
         ratio = any(mean.ratio is not None for mean in part.result.subject_means)
         what = "Increase in the impression of depth over the pinhole" if ratio else "Ratings of depth"
         bold = "" if not part.result.means else "; geometric mean over subjects and its 95 % interval bold"
         caption = f"{what}, by aperture: each subject thin{bold}."
+        if draw is ordinal_figure:
+            caption = ORDINAL_CAPTION
         yield Figure("depth_rating.png", figures["depth_rating.png"], caption)
         if part.result.scene_means:
             figures |= _pictures("depth_rating_scenes", as_files(scenes_figure(part.result, simulated=part.simulated)))

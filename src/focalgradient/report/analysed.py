@@ -11,6 +11,7 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
+from focalgradient.progress import Progress
 from focalgradient.statistics import (
     DepthRatingResult,
     NeckerResult,
@@ -68,7 +69,12 @@ class Reports:
 
 
 def analyse_ratings(
-    root: str | os.PathLike[str], *, bound: float = BOUND, scale: Scale = "ratio", rules: Rules | None = None
+    root: str | os.PathLike[str],
+    *,
+    bound: float = BOUND,
+    scale: Scale = "ratio",
+    rules: Rules | None = None,
+    progress: Progress | None = None,
 ) -> Ratings:
     """Read and analyse the depth ratings of a data set; sessions that are damaged are left out, and named in `data`.
 
@@ -82,6 +88,8 @@ def analyse_ratings(
         What the ratings are.
     rules
         Of exclusion.
+    progress
+        See `focalgradient.statistics.depth_rating`.
 
     Raises
     ------
@@ -90,7 +98,12 @@ def analyse_ratings(
     """
     data = read_dataset(root, ["depthrating"], damaged="leave out")
     return analyse_table(
-        _table(data, data.depth_rating, "depth ratings"), bound=bound, scale=scale, rules=rules, data=data
+        _table(data, data.depth_rating, "depth ratings"),
+        bound=bound,
+        scale=scale,
+        rules=rules,
+        data=data,
+        progress=progress,
     )
 
 
@@ -101,12 +114,13 @@ def analyse_table(
     scale: Scale = "ratio",
     rules: Rules | None = None,
     data: DataSet | None = None,
+    progress: Progress | None = None,
 ) -> Ratings:
     """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
     kept, found = quality(table, rules)
     result: DepthRatingResult | NotComputed = _nobody(found)
     if found.subjects_after:
-        result = depth_rating(kept, equivalence_bound=bound, scale=scale)
+        result = depth_rating(kept, equivalence_bound=bound, scale=scale, progress=progress)
     return Ratings(data, table, kept, found, result, _simulated(table))
 
 

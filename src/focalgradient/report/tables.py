@@ -23,6 +23,7 @@ from focalgradient.statistics import (
     Interval,
     NeckerResult,
     NotComputed,
+    OrdinalResult,
     Quality,
     as_table,
 )
@@ -187,8 +188,8 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
 def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
     """Tables of experiment 1."""
     sheets = [Sheet("depth_rating_subjects.csv", None, as_table(result.subject_means))]
-    if result.scale == "ordinal":
-        return [*sheets, _ordinal(result)]
+    if isinstance(result.ordinal, OrdinalResult):
+        return [*sheets, *_ordinal(result.ordinal)]
     if result.scene_means:
         sheets.append(Sheet("depth_rating_scenes.csv", None, as_table(result.scene_means)))
     return [*sheets, _rises(result), _equivalence(result), _means(result), _slopes(result), _components(result)]
@@ -295,12 +296,33 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
     return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
 
 
-def _ordinal(result: DepthRatingResult) -> Sheet:
+def _ordinal(result: OrdinalResult) -> list[Sheet]:
+    """Slopes, odds ratios, thresholds and shares of the cumulative-link mixed model."""
     cells = _Cells()
-    rows = [[each.fixation, *cells.effect(each.ordinal)[:4]] for each in result.fixations]
-    header = ["in focus", "slope (log odds of a higher answer / mm)", "95 %", "test", "p"]
-    digits = [{"fixation": each.fixation} | as_table([each.ordinal]).iloc[0].to_dict() for each in result.fixations]
-    return _sheet("depth_rating_ordinal.csv", "Cumulative-link mixed model", header, rows, digits, cells)
+    named: list[tuple[str, str, Effect | NotComputed]] = []
+    for fixation, slope, rise in zip(result.fixations, result.slopes, result.rises, strict=True):
+        named.append((fixation, "slope (log odds of a higher answer / mm)", slope))
+        named.append((fixation, "odds ratio at the largest aperture", rise))
+    named.append(("nearest / farthest", "ratio of the odds ratios", result.interaction))
+    rows = [[name, what, *cells.effect(test, ratio="ratio" in what)] for name, what, test in named]
+    digits = [{"fixation": name, "what": what} | as_table([test]).iloc[0].to_dict() for name, what, test in named]
+    header = ["in focus", "of a higher answer", "estimate", "95 %", "test", "p", "p (Holm)"]
+    caption = f"Cumulative-link mixed model: {result.formula}"
+    sheets = [_sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]
+    if result.thresholds:
+        rows = [
+            [
+                f"{each.below} | {each.above}",
+                decimals(each.place.estimate),
+                interval(each.place.low, each.place.high, 2),
+            ]
+            for each in result.thresholds
+        ]
+        caption = "Thresholds between the steps, in log odds; the pinhole with the first scene is 0"
+        header = ["between", "threshold", "95 %"]
+        sheets.append(_sheet("depth_rating_thresholds.csv", caption, header, rows, result.thresholds))
+    sheets.append(Sheet("depth_rating_shares.csv", None, as_table(result.shares)))
+    return sheets
 
 
 def necker_sheets(result: NeckerResult) -> list[Sheet]:

@@ -22,6 +22,7 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence
+from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_tables import OwnRatings, read_ratings
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
@@ -49,6 +50,7 @@ __all__ = [
     "Interval",
     "NeckerResult",
     "NotComputed",
+    "OrdinalResult",
     "OwnRatings",
     "PeopleDominance",
     "PerceptShare",
@@ -57,9 +59,11 @@ __all__ = [
     "Rules",
     "Scale",
     "SceneMean",
+    "StepShare",
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
+    "Threshold",
     "as_table",
     "depth_rating",
     "fit_durations_of_people",

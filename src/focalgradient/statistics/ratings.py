@@ -16,11 +16,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.progress import Progress
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
-from focalgradient.statistics.ordinal import design_matrix, ordinal_slope
+from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import FIXATIONS, rating_table
 
@@ -119,8 +120,6 @@ class FixationResult:
         Whether the rise is equivalent to zero, within the bound stated in advance.
     components
         Variance components of the rise, and a check of its residuals.
-    ordinal
-        Change of the log odds of a higher answer for a millimetre of aperture, where the scale was ordinal.
 
     Notes
     -----
@@ -134,7 +133,6 @@ class FixationResult:
     curvature: Effect | NotComputed
     equivalence: Equivalence | NotComputed
     components: Components | NotComputed
-    ordinal: Effect | NotComputed
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +163,8 @@ class DepthRatingResult:
         The rise with the nearest object in focus less that with the farthest.
     interaction_these_scenes
         The same over subjects, for these scenes only.
+    ordinal
+        The analysis of answers in steps, where the scale is ordinal.
     remarks
         What was left out of which result and why, a sentence each.
 
@@ -186,6 +186,7 @@ class DepthRatingResult:
     fixations: tuple[FixationResult, ...]
     interaction: Effect | NotComputed
     interaction_these_scenes: Effect | NotComputed
+    ordinal: OrdinalResult | NotComputed
     remarks: tuple[str, ...]
 
     def summary(self) -> str:
@@ -197,7 +198,9 @@ class DepthRatingResult:
         return "\n".join(lines)
 
 
-def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio") -> DepthRatingResult:
+def depth_rating(
+    table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio", progress: Progress | None = None
+) -> DepthRatingResult:
     """Analyse depth ratings.
 
     Parameters
@@ -208,7 +211,9 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
         The smallest increase at the largest aperture that would matter, as a ratio above 1 and stated before the data
         were seen: at 1.2, a rise between 1 / 1.2 and 1.2 is equivalent to none.
     scale
-        "ordinal" for answers in steps: then ratios mean nothing, and order and the cumulative-link model remain.
+        "ordinal" for answers in steps: then ratios mean nothing, and the cumulative-link model is the analysis.
+    progress
+        Called with the share done, while the cumulative-link model is fitted.
 
     Returns
     -------
@@ -248,7 +253,7 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
     remarks: list[str] = []
     present = [fixation for fixation in FIXATIONS if (table["fixation"] == fixation).any()]
     of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
-    found = [_fixation(table, name, of[name], equivalence_bound, scale, remarks) for name in present]
+    found = [_fixation(name, of[name], equivalence_bound, scale, remarks) for name in present]
     interaction, fixed = _interaction(of, scale)
     rises = family([*(each.rise for each in found), interaction])
     here = family([*(each.rise_these_scenes for each in found), fixed])
@@ -268,22 +273,18 @@ def depth_rating(table: pd.DataFrame, *, equivalence_bound: float, scale: Scale 
         ),
         interaction=rises[-1],
         interaction_these_scenes=here[-1],
+        ordinal=ordinal_rating(table, remarks, progress) if scale == "ordinal" else RATIO,
         remarks=tuple(dict.fromkeys(remarks)),
     )
 
 
 ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
+RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
 
 
-def _fixation(
-    table: pd.DataFrame, fixation: str, own: Cells, bound: float, scale: Scale, remarks: list[str]
-) -> FixationResult:
+def _fixation(fixation: str, own: Cells, bound: float, scale: Scale, remarks: list[str]) -> FixationResult:
     if scale == "ordinal":
-        rows = table[table["fixation"] == fixation]
-        subject = pd.factorize(rows["participant_id"], sort=True)[0]
-        design = design_matrix(rows["aperture_mm"].to_numpy(), rows["scene"].to_numpy(dtype=object))
-        slope = ordinal_slope(rows["rating"].to_numpy().astype(int), design, subject)
-        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, slope)
+        return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
         remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
     missing = _no_ratio(own, fixation)
@@ -304,8 +305,7 @@ def _fixation(
         weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
         for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
     ]
-    ordinal = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
-    return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts, ordinal)
+    return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts)
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:

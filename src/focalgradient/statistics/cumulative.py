@@ -1,0 +1,308 @@
+"""A cumulative-link (proportional-odds) mixed model fitted by maximum likelihood, integrated by Gauss-Hermite.
+
+P(answer <= k) = logistic(threshold_k - design . fixed - random . L v), v standard normal, one for each subject. The
+integral over v is taken about each subject's own mode (adaptive quadrature: Liu and Pierce 1994); with one node it is
+Laplace's approximation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from focalgradient.progress import Progress
+
+__all__ = ["CumulativeFit", "cumulative_fit"]
+
+FloatArray = NDArray[np.float64]
+
+SEPARATED = 25.0
+"""Log odds beyond which the answers show only that they are large: the search ends there."""
+
+STEP = 1e-4
+"""Of the differences of gradients that stand for second derivatives, in units of about a standard deviation."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CumulativeFit:
+    """A fitted cumulative-link mixed model.
+
+    Parameters
+    ----------
+    thresholds, threshold_errors
+        One less than there are categories, rising; and their standard errors.
+    fixed, covariance
+        Coefficients of the design's columns, in log odds of a higher answer; and their covariance.
+    spread
+        L: the random effects' covariance is L L'.
+    log_likelihood
+        At the maximum.
+    at_boundary
+        The covariance is singular: the standard errors take it as known.
+    """
+
+    thresholds: FloatArray
+    threshold_errors: FloatArray
+    fixed: FloatArray
+    covariance: FloatArray
+    spread: FloatArray
+    log_likelihood: float
+    at_boundary: bool
+
+    @property
+    def standard_errors(self) -> FloatArray:
+        """Of the coefficients."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def cumulative_fit(
+    category: NDArray[np.int_],
+    design: FloatArray,
+    random: FloatArray,
+    subject: NDArray[np.int_],
+    nodes: int,
+    progress: Progress | None = None,
+) -> CumulativeFit | None:
+    """Fit by maximum likelihood; None where the search finds no maximum.
+
+    Parameters
+    ----------
+    category
+        0, 1, ..., each occurring.
+    design, random
+        A row a trial: the fixed effects' columns (no constant: the thresholds are it) and the random effects', of a
+        range of about 1.
+    subject
+        Number of each trial's subject, from 0 up.
+    nodes
+        Of the quadrature along each random effect; 1 is Laplace's approximation.
+    progress
+        Called with the share done, by a guess.
+    """
+    last, columns, q = int(category.max()), design.shape[1], random.shape[1]
+    lower = np.tril_indices(q)
+    marginal = _Marginal(category, random, subject, nodes)
+    size = last + columns + len(lower[0])
+
+    def unpack(free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        thresholds = free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:last]))])
+        spread = np.zeros((q, q))
+        spread[lower] = free[last + columns :]
+        return thresholds, free[last : last + columns], spread
+
+    def cost(free: FloatArray) -> tuple[float, FloatArray]:
+        thresholds, fixed, spread = unpack(free)
+        value, by_threshold, by_level, by_spread = marginal.evaluate(thresholds, design @ fixed, spread)
+        if not math.isfinite(value):
+            return 1e10, np.zeros(size)
+        above = np.cumsum(by_threshold[::-1])[::-1]  # each gap moves all thresholds above it
+        by_free = np.concatenate([above[:1], above[1:] * np.exp(free[1:last])])
+        return -value, -np.concatenate([by_free, design.T @ by_level, by_spread[lower]])
+
+    def height(free: FloatArray) -> float:
+        return cost(free)[0]
+
+    def watched(intermediate_result: optimize.OptimizeResult) -> None:
+        steps[0] += 1
+        if progress is not None:
+            progress(1 - 1 / (1 + steps[0] / 20), "ordinal model")
+        if np.abs(intermediate_result.x).max() > SEPARATED:
+            raise StopIteration
+
+    steps = [0]
+    odds = np.cumsum(np.bincount(category))[:-1] / len(category)
+    start = np.log(odds / (1 - odds))
+    free = np.concatenate([start[:1], np.log(np.diff(start)), np.zeros(columns), np.eye(q)[lower] * 0.5])
+    exact = nodes > 1  # the derivative of Laplace's approximation is not the mean of derivatives
+    tolerance = max(1e-4, 3e-6 * len(category))  # of a gradient that grows with the trials, as the information does
+    with np.errstate(all="ignore"):
+        if exact:
+            found = optimize.minimize(
+                cost, free, jac=True, method="BFGS", callback=watched, options={"gtol": tolerance}
+            )
+        else:
+            found = optimize.minimize(
+                height, free, jac="3-point", method="BFGS", callback=watched, options={"gtol": tolerance}
+            )
+        free = found.x
+        if np.abs(free).max() > SEPARATED:
+            return None
+        if exact:
+            information = _curvature(lambda at: cost(at)[1], free)
+        else:
+            information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
+        known = information[: last + columns, : last + columns]
+        at_boundary = not _is_positive(information)
+        if at_boundary and not _is_positive(known):
+            return None
+        covariance = np.linalg.inv(known if at_boundary else information)[: last + columns, : last + columns]
+    # the search may end for want of precision: what counts is that the slope there is flat, for its curvature
+    if not found.success and float(found.jac @ found.hess_inv @ found.jac) > 1e-3:
+        return None
+    thresholds, fixed, spread = unpack(free)
+    turn = np.tril(np.concatenate([[1.0], np.exp(free[1:last])])[None, :] * np.ones((last, 1)))
+    errors = np.sqrt(np.diag(turn @ covariance[:last, :last] @ turn.T))
+    of_fixed = np.asarray(covariance[last:, last:], dtype=float)
+    return CumulativeFit(thresholds, errors, fixed, of_fixed, spread, -float(found.fun), at_boundary)
+
+
+GOLDEN = (1 + math.sqrt(5)) / 2
+ICOSAHEDRON = (
+    math.sqrt(5 / (1 + GOLDEN**2))
+    * np.array(
+        [(0.0, 0.0, 0.0)]
+        + [
+            tuple(np.roll((0.0, one, two * GOLDEN), turn))
+            for one in (-1.0, 1.0)
+            for two in (-1.0, 1.0)
+            for turn in range(3)
+        ]
+    ).T
+)
+WEIGHTS = np.array([2 / 5] + [1 / 20] * 12)
+"""Thirteen points that integrate polynomials of degree 5 over a normal distribution in three dimensions, as the 27 of
+three by three by three do (Stroud 1971)."""
+
+
+class _Marginal:
+    """The likelihood of all answers with the subjects' random effects integrated out."""
+
+    def __init__(self, category: NDArray[np.int_], random: FloatArray, subject: NDArray[np.int_], nodes: int):
+        self.order = np.argsort(subject, kind="stable")
+        self.category, self.random, self.subject = category[self.order], random[self.order], subject[self.order]
+        self.first = np.flatnonzero(np.diff(self.subject, prepend=-1))  # trial of each subject
+        self.subjects, q = len(self.first), random.shape[1]
+        point, weight = np.polynomial.hermite_e.hermegauss(nodes)
+        grids = np.meshgrid(*[np.arange(nodes)] * q, indexing="ij")
+        at = np.stack([grid.ravel() for grid in grids])
+        self.points = point[at]  # q x nodes^q
+        log_weights = np.log(weight[at]).sum(axis=0)
+        if nodes == 3 and q == 3:
+            self.points, log_weights = ICOSAHEDRON, np.log(WEIGHTS * (2 * math.pi) ** 1.5)
+        self.log_weights = log_weights + (self.points**2).sum(axis=0) / 2
+        self.mode = np.zeros((self.subjects, q))
+
+    def _of_subjects(self, values: FloatArray) -> FloatArray:
+        """Sum over each subject's trials, of any trailing shape."""
+        return np.add.reduceat(values, self.first, axis=0)
+
+    def log_likelihood(self, thresholds: FloatArray, level: FloatArray, spread: FloatArray) -> float:
+        """Of all answers."""
+        return self.evaluate(thresholds, level, spread)[0]
+
+    def evaluate(
+        self, thresholds: FloatArray, level: FloatArray, spread: FloatArray
+    ) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+        """The log likelihood, and its derivatives by the thresholds, by each trial's level, and by the spread.
+
+        Derivatives are the means, over each subject's effects given its answers, of those of the joint density.
+        """
+        edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
+        level = level[self.order]
+        low, high = edges[self.category] - level, edges[self.category + 1] - level
+        random = self.random @ spread
+        mode, curvature = self._modes(low, high, random)
+        nowhere = -math.inf, np.zeros(len(thresholds)), np.zeros(len(level)), np.zeros_like(spread)
+        if curvature is None:
+            return nowhere
+        # its product with itself inverts the curvature
+        root = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
+        v = mode[:, :, None] + root @ self.points  # subjects x q x nodes
+        at = (random[:, None, :] @ v[self.subject])[:, 0, :]
+        log_p, below, above, chance = _chances(low[:, None] - at, high[:, None] - at)
+        joint = self._of_subjects(log_p) - (v**2).sum(axis=1) / 2 + self.log_weights
+        peak = joint.max(axis=1, keepdims=True)
+        weight = np.exp(joint - peak)
+        integral = weight.sum(axis=1, keepdims=True)
+        volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+        q = random.shape[1]
+        value = float((peak + np.log(integral)).sum() + volume.sum() - self.subjects * q / 2 * math.log(2 * math.pi))
+        share = (weight / integral)[self.subject]  # trials x nodes
+        by_eta = (below + above - 1) * share
+        by_level = np.empty(len(level))
+        by_level[self.order] = by_eta.sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by_high = (above * (1 - above) / chance * share).sum(axis=1)
+            by_low = (below * (1 - below) / chance * share).sum(axis=1)
+        last = len(thresholds)
+        lost = np.bincount(self.category, by_low, last + 1)[1:]
+        by_threshold = np.asarray(np.bincount(self.category, by_high, last + 1)[:-1] - lost, dtype=float)
+        by_v = np.einsum("tn,tjn->tj", by_eta, v[self.subject]) if len(level) < LARGE else self._by_v(by_eta, v)
+        return value, by_threshold, by_level, self.random.T @ by_v
+
+    def _by_v(self, by_eta: FloatArray, v: FloatArray) -> FloatArray:
+        """Sum over nodes of the derivative times each effect, an effect at a time: less memory."""
+        return np.column_stack([(by_eta * v[self.subject, j]).sum(axis=1) for j in range(v.shape[1])])
+
+    def _modes(self, low: FloatArray, high: FloatArray, random: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Each subject's most likely effects, and the curvature there; None where the search leaves all bounds."""
+        q = random.shape[1]
+
+        def eta(v: FloatArray) -> FloatArray:
+            return np.asarray((random * v[self.subject]).sum(axis=1))
+
+        def joint(v: FloatArray) -> FloatArray:
+            """Log density of each subject's answers and effects, but for a constant."""
+            return np.asarray(self._of_subjects(_log_difference(low - eta(v), high - eta(v))) - (v**2).sum(axis=1) / 2)
+
+        mode, best = self.mode, joint(self.mode)
+        for _ in range(50):  # Newton: the joint density is log-concave in the effects, yet whole steps may swing about
+            first, second = _derivatives(low - eta(mode), high - eta(mode))
+            gradient = self._of_subjects(first[:, None] * random) - mode
+            curvature = self._of_subjects(second[:, None, None] * random[:, :, None] * random[:, None, :]) + np.eye(q)
+            step = np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+            if not np.isfinite(step).all():
+                self.mode = np.zeros_like(mode)
+                return mode, None
+            if np.abs(step).max() < 1e-8:  # what it still leaves is its square
+                break
+            for _ in range(60):
+                worse = (reached := joint(mode + step)) < best - 1e-9
+                if not worse.any():
+                    break
+                step[worse] /= 2
+            mode, best = mode + step, reached
+        self.mode = mode
+        return mode, curvature
+
+
+LARGE = 5000
+"""Trials from which sums over nodes are taken an effect at a time."""
+
+
+def _chances(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """log(logistic(high) - logistic(low)), both logistics, and their difference; taken in the tail that has digits."""
+    turned = low + high > 0
+    one, two = special.expit(np.where(turned, -high, low)), special.expit(np.where(turned, -low, high))
+    chance = two - one
+    return np.log(chance), np.where(turned, 1 - two, one), np.where(turned, 1 - one, two), chance
+
+
+def _log_difference(low: FloatArray, high: FloatArray) -> FloatArray:
+    """log(logistic(high) - logistic(low)), without cancellation."""
+    # logistic(b) - logistic(a) = logistic(b) logistic(-a) (1 - exp(a - b))
+    return -np.logaddexp(0, -high) - np.logaddexp(0, low) + np.log(-np.expm1(low - high))
+
+
+def _derivatives(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of `_log_difference` by a shift eta subtracted from both: the first, and minus the second."""
+    below, above = 1 / (1 + np.exp(-low)), 1 / (1 + np.exp(-high))
+    return below + above - 1, below * (1 - below) + above * (1 - above)
+
+
+def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:
+    """Second derivatives by differences of the first."""
+    here = gradient(at)
+    rows = [(gradient(at + step * one) - here) / step for one in np.eye(len(at))]
+    second = np.stack(rows)
+    return np.asarray((second + second.T) / 2)
+
+
+def _is_positive(matrix: FloatArray) -> bool:
+    values = np.linalg.eigvalsh(matrix) if np.isfinite(matrix).all() else np.array([-1.0])
+    return bool(values[0] > 1e-6 * values[-1])
