@@ -13,6 +13,20 @@ share of each prior's variance that the views removed.
 
 from focalgradient.calibration.camera import Calibration, Prediction, Reading
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
+from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur
 from focalgradient.calibration.target import read_target
 
-__all__ = ["EDGE_K", "Calibration", "Prediction", "Priors", "Reading", "calibrate", "cross_validate", "read_target"]
+__all__ = [
+    "EDGE_K",
+    "Calibration",
+    "PairBlur",
+    "Prediction",
+    "Priors",
+    "Reading",
+    "calibrate",
+    "calibrate_pairs",
+    "cross_validate",
+    "likeliest_shape",
+    "pair_blur",
+    "read_target",
+]

@@ -1,0 +1,213 @@
+"""Blur from pairs of views of a flat target, by equalising the whole frame: any texture will do, edges are not needed.
+
+Where the target is flat and faces the camera, one blur explains a whole pair: each view is given the other's supposed
+blur, and the blur at which they agree best over the frame is the answer. What `focalgradient.recover_depth` makes of a
+scene by its default method is so calibrated in that method's own terms: blur that both views share, such as the
+camera's own, cancels, and a wrong shape of the blur acts on the target as it will on the scene.
+
+The law is that of `calibrate`, with 1 for k: the radius of the widest view's disc on the sensor is
+(F / 2N) |V_f - V| v0, and the effective f-number N takes up whatever scale the blur's shape brings with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.calibration.camera import Calibration, Reading
+from focalgradient.calibration.fit import Priors, calibrate
+from focalgradient.errors import InputError
+from focalgradient.psf import DISC_K, PsfName
+from focalgradient.view import View
+
+__all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur"]
+
+FloatArray = NDArray[np.float64]
+
+CELLS = 6
+"""Cells of the frame, in each direction, that are left out in turn to find the standard deviation (jackknife)."""
+
+WINDOW = 8.0
+"""Window in pixels, as that of `recover_depth` by default."""
+
+LARGEST = 16.0
+"""Largest radius of blur that is searched, in pixels."""
+
+ANGLE = 1e-3
+"""Angle of a pixel, in radians, of the stand-in optics: it cancels."""
+
+RATIO = 1.15
+"""Ratio of f-numbers from which a pair is informative: below, noise rules."""
+
+BLENDS = (0.15, 0.25, 0.35, 0.45)
+"""Gaussian parts of the blends of disc and Gaussian that are tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """An aperture whose blur is counted in pixels: one of radius for a dioptre, in the wider view of a pair."""
+
+    aperture_diameter: float
+    focus_vergence: float = LARGEST
+
+
+@dataclass(frozen=True, slots=True)
+class PairBlur:
+    """Blur of a flat target in the wider of two views, by equalising."""
+
+    radius: float
+    """Radius of its blur disc, in pixels."""
+    radius_sd: float
+    """Its standard deviation, from what parts of the frame differ by."""
+    left: float
+    """Energy that the best blur leaves beyond the noise's, in the images' unit squared: to compare shapes of blur."""
+
+
+def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = "disc", k: float = DISC_K) -> PairBlur:
+    """Blur that one flat target, facing the camera, shows in two views of one focus, over the whole frame.
+
+    Parameters
+    ----------
+    views
+        Two views; only their images are used. They are aligned.
+    f_numbers
+        Of each, as marked.
+    psf, k
+        Shape of the blur: see `focalgradient.psf.transfer`.
+
+    Raises
+    ------
+    InputError
+        If the f-numbers are too alike, or the views show no blur that equalising would find.
+    """
+    from focalgradient.depth.equalise.likelihood import equalise
+    from focalgradient.depth.noise import noise_from_residuals
+    from focalgradient.depth.numerics import block_sum
+    from focalgradient.depth.registration import RegisteredViews
+    from focalgradient.depth.search import Search
+
+    if len(views) != 2 or max(f_numbers) < RATIO * min(f_numbers):
+        raise InputError(
+            f"f-numbers {', '.join(f'{number:g}' for number in f_numbers)} are given, but a pair needs two that differ "
+            "by half a stop or more: photograph the target at both of the f-numbers that are to be used."
+        )
+    optics = [_Stop(2 * ANGLE * min(f_numbers) / number) for number in f_numbers]
+    registered = RegisteredViews.of(
+        [View(view.image, stop, ANGLE, mask=view.mask) for view, stop in zip(views, optics, strict=True)], True
+    )
+    search = Search.over(optics, ANGLE, None, None)
+    blurs = search.blurs(psf, k)
+    noise_sd, _ = noise_from_residuals(registered, blurs, WINDOW, None)
+    equalised = equalise(registered.images, blurs, noise_sd, window=WINDOW)
+    rim = min(24, min(registered.shape) // 8)
+    weight = registered.usable.astype(np.float32)
+    weight[:rim], weight[-rim:], weight[:, :rim], weight[:, -rim:] = 0, 0, 0, 0
+    energy = sum(residual.energy(weight, equalised.step) for residual in equalised.residuals)
+    count = block_sum(weight, equalised.step)
+    expected = np.sum([residual.noise for residual in equalised.residuals], axis=0)
+    cost = energy - expected[:, None, None] * count
+    rows, columns = (np.arange(n) * CELLS // n for n in count.shape)
+    cells = np.zeros((equalised.levels, CELLS * CELLS))
+    for cell in range(CELLS * CELLS):
+        inside = np.outer(rows == cell // CELLS, columns == cell % CELLS)
+        cells[:, cell] = cost[:, inside].sum(axis=1)
+    radius = search.radius(search.vergences)
+    best = _least(radius, cells.sum(axis=1))
+    without = np.array([_least(radius, cells.sum(axis=1) - cell) for cell in cells.T])
+    spread = math.sqrt((without.size - 1) / without.size * float(((without - without.mean()) ** 2).sum()))
+    least, most = float(radius.min()), float(radius.max())
+    if not least + 0.2 < best < most - 0.2:
+        raise InputError(
+            "the target shows no difference of blur between its two views, or blur of more than 16 pixels: photograph "
+            "it farther from the plane of focus, or nearer to it, or reduce the pictures."
+        )
+    left = float(np.interp(best, radius[::-1], cells.sum(axis=1)[::-1])) * float(np.prod(noise_sd))
+    return PairBlur(best, spread, left)
+
+
+def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> tuple[PsfName, float]:
+    """Shape of the blur (psf and k) that explains all `pairs` best: disc, Gaussian, or a blend of the two.
+
+    Each pair holds its views and their f-numbers.
+    """
+    shapes: list[tuple[PsfName, float]] = [("disc", DISC_K), *(("blend", k) for k in BLENDS), ("gaussian", DISC_K)]
+    costs = [sum(pair_blur(views, numbers, *shape).left for views, numbers in pairs) for shape in shapes]
+    return shapes[int(np.argmin(costs))]
+
+
+def calibrate_pairs(
+    readings: Sequence[Reading],
+    f_numbers: Sequence[float],
+    focal_length: float,
+    pixel_pitch: float,
+    priors: Priors | None = None,
+    k: float = DISC_K,
+) -> Calibration:
+    """The most probable camera for the default method, from the blur of pairs.
+
+    Parameters
+    ----------
+    readings
+        One for each pair: `Reading.f_number` the smaller of the two, `Reading.width` the disc's radius (m, sensor).
+    f_numbers
+        All that the pairs hold, as marked: all get the one scale that the pairs give.
+    focal_length, pixel_pitch
+        In metres.
+    priors
+        By default those of `Priors`; `k` and `own_sd` are not used.
+    k
+        Of the blur's shape, for the record.
+
+    Raises
+    ------
+    InputError
+        As `calibrate` does.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(0.05, 4.4, 1.0)  # marked f/4
+    >>> radius = lambda d: float(lens.blur_radius(d)) * lens.sensor_distance
+    >>> seen = [Reading(d, 4.0, None, radius(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
+    >>> camera = calibrate_pairs(seen, [4.0, 16.0], 0.05, 5e-6, Priors(offset_sd=0.001, distance_sd=0.001))
+    >>> [round(number, 1) for number in camera.f_numbers.values()], round(1 / camera.focus[None], 2)
+    ([4.4, 17.6], 1.0)
+    """
+    priors = priors or Priors()
+    # One scale for all apertures: k stands for it in the fit, and is then stated as f-numbers.
+    spread = math.hypot(priors.f_number_sd, priors.k_sd)
+    fitted = calibrate(
+        readings,
+        focal_length,
+        pixel_pitch,
+        replace(priors, k=1.0, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4),
+    )
+    marks = sorted(set(f_numbers))
+    stops, foci = len(fitted.f_numbers), len(fitted.focus)
+    # ln k and own become 0; each ln N becomes the mark's, less ln k; offset and foci stay.
+    change = np.zeros((3 + len(marks) + foci, 3 + stops + foci))
+    change[2, 2] = 1
+    change[3 : 3 + len(marks), 0] = -1
+    change[3 + len(marks) :, 3 + stops :] = np.eye(foci)
+    share = np.concatenate([[0.0, 0.0, fitted.informed[2]], np.full(len(marks), fitted.informed[0]), fitted.informed[3 + stops :]])
+    return replace(
+        fitted,
+        k=k,
+        own=0.0,
+        f_numbers={mark: mark / fitted.k for mark in marks},
+        covariance=change @ fitted.covariance @ change.T,
+        informed=share,
+    )
+
+
+def _least(radius: FloatArray, cost: FloatArray) -> float:
+    """Where the cost is least, between levels by a parabola."""
+    at = int(np.clip(np.argmin(cost), 1, cost.size - 2))
+    before, here, after = cost[at - 1 : at + 2]
+    bend = before - 2 * here + after
+    part = float(np.clip((before - after) / (2 * bend), -1, 1)) if bend > 0 else 0.0
+    return float(radius[at] + part * (radius[at + 1] - radius[at - 1]) / 2)
