@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
@@ -254,9 +254,11 @@ def cross_validate(
     priors: Priors | None = None,
     *,
     leave: Literal["distance", "view"] = "distance",
+    fit: Callable[..., Calibration] = calibrate,
 ) -> list[Prediction | None]:
     """Predict each reading's target from the others: without its distance, or only without itself.
 
+    `fit` takes the readings, the lengths and the priors, as `calibrate` does.
     None where the others do not hold its setting, or leave the side of focus open.
     """
     predictions: list[Prediction | None] = []
@@ -267,7 +269,7 @@ def cross_validate(
             if (other.distance != reading.distance if leave == "distance" else n != number)
         ]
         try:
-            camera = calibrate(others, focal_length, pixel_pitch, priors)
+            camera = fit(others, focal_length, pixel_pitch, priors)
             predictions.append(camera.predict(reading))
         except InputError:
             predictions.append(None)

@@ -5,8 +5,8 @@ blur, and the blur at which they agree best over the frame is the answer. What `
 scene by its default method is so calibrated in that method's own terms: blur that both views share, such as the
 camera's own, cancels, and a wrong shape of the blur acts on the target as it will on the scene.
 
-The law is that of `calibrate`, with 1 for k: the radius of the widest view's disc on the sensor is
-(F / 2N) |V_f - V| v0, and the effective f-number N takes up whatever scale the blur's shape brings with it.
+The law is that of `calibrate`: the radius of the widest view's disc on the sensor is (F / 2N) |V_f - V| v0, and the
+effective f-number N takes up whatever scale the blur's shape brings with it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ ANGLE = 1e-3
 RATIO = 1.15
 """Ratio of f-numbers from which a pair is informative: below, noise rules."""
 
-BLENDS = (0.15, 0.25, 0.35, 0.45)
+BLENDS = (0.25, 0.35, 0.45)
 """Gaussian parts of the blends of disc and Gaussian that are tried."""
 
 
@@ -63,11 +63,19 @@ class PairBlur:
     """Radius of its blur disc, in pixels."""
     radius_sd: float
     """Its standard deviation, from what parts of the frame differ by."""
-    left: float
-    """Energy that the best blur leaves beyond the noise's, in the images' unit squared: to compare shapes of blur."""
+    cost: float
+    """Minus twice the log-likelihood of the best blur: to compare shapes of blur for the same noise."""
+    noise: float
+    """Standard deviation of the first view's noise that this rests on."""
 
 
-def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = "disc", k: float = DISC_K) -> PairBlur:
+def pair_blur(
+    views: Sequence[View],
+    f_numbers: Sequence[float],
+    psf: PsfName = "disc",
+    k: float = DISC_K,
+    noise: float | None = None,
+) -> PairBlur:
     """Blur that one flat target, facing the camera, shows in two views of one focus, over the whole frame.
 
     Parameters
@@ -78,6 +86,8 @@ def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = 
         Of each, as marked.
     psf, k
         Shape of the blur: see `focalgradient.psf.transfer`.
+    noise
+        Standard deviation of the noise of the first view; None: estimated.
 
     Raises
     ------
@@ -101,7 +111,9 @@ def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = 
     )
     search = Search.over(optics, ANGLE, None, None)
     blurs = search.blurs(psf, k)
-    noise_sd, _ = noise_from_residuals(registered, blurs, WINDOW, None)
+    noise_sd = noise_from_residuals(registered, blurs, WINDOW, None)[0]
+    if noise is not None:
+        noise_sd = [noise * sd / noise_sd[0] for sd in noise_sd]
     equalised = equalise(registered.images, blurs, noise_sd, window=WINDOW)
     rim = min(24, min(registered.shape) // 8)
     weight = registered.usable.astype(np.float32)
@@ -116,8 +128,8 @@ def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = 
         inside = np.outer(rows == cell // CELLS, columns == cell % CELLS)
         cells[:, cell] = cost[:, inside].sum(axis=1)
     radius = search.radius(search.vergences)
-    best = _least(radius, cells.sum(axis=1))
-    without = np.array([_least(radius, cells.sum(axis=1) - cell) for cell in cells.T])
+    best, least_cost = _least(radius, cells.sum(axis=1))
+    without = np.array([_least(radius, cells.sum(axis=1) - cell)[0] for cell in cells.T])
     spread = math.sqrt((without.size - 1) / without.size * float(((without - without.mean()) ** 2).sum()))
     least, most = float(radius.min()), float(radius.max())
     if not least + 0.2 < best < most - 0.2:
@@ -125,8 +137,7 @@ def pair_blur(views: Sequence[View], f_numbers: Sequence[float], psf: PsfName = 
             "the target shows no difference of blur between its two views, or blur of more than 16 pixels: photograph "
             "it farther from the plane of focus, or nearer to it, or reduce the pictures."
         )
-    left = float(np.interp(best, radius[::-1], cells.sum(axis=1)[::-1])) * float(np.prod(noise_sd))
-    return PairBlur(best, spread, left)
+    return PairBlur(best, spread, least_cost, float(noise_sd[0]))
 
 
 def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> tuple[PsfName, float]:
@@ -135,7 +146,10 @@ def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> 
     Each pair holds its views and their f-numbers.
     """
     shapes: list[tuple[PsfName, float]] = [("disc", DISC_K), *(("blend", k) for k in BLENDS), ("gaussian", DISC_K)]
-    costs = [sum(pair_blur(views, numbers, *shape).left for views, numbers in pairs) for shape in shapes]
+    costs = np.zeros(len(shapes))
+    for views, numbers in pairs:
+        noise = min(pair_blur(views, numbers, *shapes[end]).noise for end in (0, -1))
+        costs += [pair_blur(views, numbers, *shape, noise).cost for shape in shapes]
     return shapes[int(np.argmin(costs))]
 
 
@@ -152,15 +166,16 @@ def calibrate_pairs(
     Parameters
     ----------
     readings
-        One for each pair: `Reading.f_number` the smaller of the two, `Reading.width` the disc's radius (m, sensor).
+        One for each pair: `Reading.f_number` the smaller of the two, `Reading.width` `k` x the disc's radius on the
+        sensor (m).
     f_numbers
         All that the pairs hold, as marked: all get the one scale that the pairs give.
     focal_length, pixel_pitch
         In metres.
     priors
-        By default those of `Priors`; `k` and `own_sd` are not used.
+        By default those of `Priors`; their `k` and `own_sd` are not used.
     k
-        Of the blur's shape, for the record.
+        sigma / radius of the blur's shape, by which it is named: the scale that the pairs give is the f-numbers'.
 
     Raises
     ------
@@ -171,11 +186,11 @@ def calibrate_pairs(
     --------
     >>> from focalgradient import Lens
     >>> lens = Lens(0.05, 4.4, 1.0)  # marked f/4
-    >>> radius = lambda d: float(lens.blur_radius(d)) * lens.sensor_distance
-    >>> seen = [Reading(d, 4.0, None, radius(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
+    >>> width = lambda d: 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance
+    >>> seen = [Reading(d, 4.0, None, width(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
     >>> camera = calibrate_pairs(seen, [4.0, 16.0], 0.05, 5e-6, Priors(offset_sd=0.001, distance_sd=0.001))
     >>> [round(number, 1) for number in camera.f_numbers.values()], round(1 / camera.focus[None], 2)
-    ([4.4, 17.6], 1.0)
+    ([4.4, 17.5], 1.0)
     """
     priors = priors or Priors()
     # One scale for all apertures: k stands for it in the fit, and is then stated as f-numbers.
@@ -184,7 +199,7 @@ def calibrate_pairs(
         readings,
         focal_length,
         pixel_pitch,
-        replace(priors, k=1.0, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4),
+        replace(priors, k=k, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4),
     )
     marks = sorted(set(f_numbers))
     stops, foci = len(fitted.f_numbers), len(fitted.focus)
@@ -193,21 +208,24 @@ def calibrate_pairs(
     change[2, 2] = 1
     change[3 : 3 + len(marks), 0] = -1
     change[3 + len(marks) :, 3 + stops :] = np.eye(foci)
-    share = np.concatenate([[0.0, 0.0, fitted.informed[2]], np.full(len(marks), fitted.informed[0]), fitted.informed[3 + stops :]])
+    share = np.concatenate(
+        [[0.0, 0.0, fitted.informed[2]], np.full(len(marks), fitted.informed[0]), fitted.informed[3 + stops :]]
+    )
     return replace(
         fitted,
         k=k,
         own=0.0,
-        f_numbers={mark: mark / fitted.k for mark in marks},
+        f_numbers={mark: mark * k / fitted.k for mark in marks},
         covariance=change @ fitted.covariance @ change.T,
         informed=share,
     )
 
 
-def _least(radius: FloatArray, cost: FloatArray) -> float:
-    """Where the cost is least, between levels by a parabola."""
+def _least(radius: FloatArray, cost: FloatArray) -> tuple[float, float]:
+    """Where the cost is least, and how much it is there, between levels by a parabola."""
     at = int(np.clip(np.argmin(cost), 1, cost.size - 2))
     before, here, after = cost[at - 1 : at + 2]
     bend = before - 2 * here + after
     part = float(np.clip((before - after) / (2 * bend), -1, 1)) if bend > 0 else 0.0
-    return float(radius[at] + part * (radius[at + 1] - radius[at - 1]) / 2)
+    place = float(radius[at] + part * (radius[at + 1] - radius[at - 1]) / 2)
+    return place, float(here + part * ((after - before) / 2 + part * bend / 2))

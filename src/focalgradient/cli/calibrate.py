@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -15,8 +16,8 @@ from focalgradient.errors import FocalGradientWarning
 from focalgradient.files import printable, refuse_overwriting, replacing
 
 if TYPE_CHECKING:
-    from focalgradient.calibration import Calibration, Prediction, Reading
-    from focalgradient.photographs import Targets
+    from focalgradient.calibration import Calibration, Prediction, Priors, Reading
+    from focalgradient.photographs.targets import TargetShot
 
 __all__ = ["calibrate"]
 
@@ -30,12 +31,21 @@ UNTOLD = 0.5
 @click.command(short_help="Measure a camera's blur from a target at known distances.")
 @click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
-def calibrate(targets: Path, out: Path) -> None:
+@click.option(
+    "--method",
+    type=click.Choice(["edges", "equalise"]),
+    default="edges",
+    show_default=True,
+    help="How the target's blur is measured: along its edges, or by equalising pairs of different f-number over the "
+    "whole frame, in the default method's own terms, where any texture will do.",
+)
+def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) -> None:
     """Measure a camera's blur from photographs of a target at known distances.
 
-    The target is a flat sheet with sharp black and white edges (printed squares, a checkerboard, a slanted edge) that
-    faces the camera. Take it at two distances or more, three to learn the offset, at each f-number that is to be used,
-    without touching the focus; more exposures of each tell what one exposure is worth.
+    The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
+    a slanted edge), or, with --method equalise, of any texture. Take it at two distances or more, three to learn the
+    offset, at each f-number that is to be used, without touching the focus; more exposures of each tell what one
+    exposure is worth.
 
     Writes CAMERA.toml: effective f-numbers, true focus, the offset of the plane that distances were measured from,
     the blur along edges and what the camera adds of its own, with their uncertainties. Depth takes it with
@@ -71,17 +81,25 @@ def calibrate(targets: Path, out: Path) -> None:
     settings = load_targets(targets)
     refuse_overwriting((path for shot in settings.shots for path in (shot.image, shot.flat) if path), [out])
     readings: list[Reading] = []
-    with progress(len(settings.shots) + 1) as say, warnings_told():
-        for shot in settings.shots:
+    shots, fit, shape = settings.shots, room.calibrate, ""
+    pairs = settings.pairs if method == "equalise" else []
+    with progress(len(pairs or shots) + 1 + bool(pairs)) as say, warnings_told():
+        if pairs:
+            say("comparing shapes of blur")
+            psf, k = settings.shape(pairs)
+            shape = f"Shape of the blur: {psf}" + ("" if psf == "disc" else f", blur_k {k:g}") + f" (--psf {psf})"
+            shots = [wide for wide, _ in pairs]
+            fit = partial(_fit_pairs, f_numbers=[shot.f_number for pair in pairs for shot in pair], k=k)
+        for number, shot in enumerate(shots):
             say(printable(shot.image.name))
-            readings.append(settings.read(shot))
+            readings.append(settings.read_pair(pairs[number], psf, k) if pairs else settings.read(shot))
         say("fitting the camera")
         sensor = settings.camera
         known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
-        camera = room.calibrate(*known)
-        by_distance = room.cross_validate(*known)
-        by_view = room.cross_validate(*known, leave="view")
-        _warn_of_the_odd(settings, readings)
+        camera = fit(*known)
+        by_distance = room.cross_validate(*known, fit=fit)
+        by_view = room.cross_validate(*known, leave="view", fit=fit)
+        _warn_of_the_odd(shots, readings)
     plain = Sensor.model_validate({name: getattr(sensor, name) for name in Sensor.model_fields})
     text = camera_toml(Calibrated(sensor=plain, calibration=camera))
     with replacing([out], out) as hidden:
@@ -89,15 +107,31 @@ def calibrate(targets: Path, out: Path) -> None:
     for line in [
         *_told(camera, len({reading.distance for reading in readings})),
         "",
-        *_predicted(settings, readings, camera, by_view, by_distance),
+        *_predicted(shots, readings, camera, by_view, by_distance),
+        *([shape] if shape else []),
     ]:
         click.echo(line)
     click.echo(f"Written: {out}")
 
 
-def _warn_of_the_odd(settings: Targets, readings: Sequence[Reading]) -> None:
+def _fit_pairs(
+    readings: Sequence[Reading],
+    focal_length: float,
+    pixel_pitch: float,
+    priors: Priors,
+    *,
+    f_numbers: Sequence[float],
+    k: float,
+) -> Calibration:
+    """As `focalgradient.calibration.calibrate`, for pairs."""
+    from focalgradient.calibration import calibrate_pairs
+
+    return calibrate_pairs(readings, f_numbers, focal_length, pixel_pitch, priors, k)
+
+
+def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -> None:
     """Name photographs whose blur is not that of the others of their kind: shaken, or refocused."""
-    for shot, reading in zip(settings.shots, readings, strict=True):
+    for shot, reading in zip(shots, readings, strict=True):
         kind = (reading.distance, reading.f_number, reading.focus_distance)
         alike = sorted(r.width for r in readings if (r.distance, r.f_number, r.focus_distance) == kind)
         odd = reading.width / alike[len(alike) // 2] - 1
@@ -137,7 +171,7 @@ def _told(camera: Calibration, distances: int) -> list[str]:
 
 
 def _predicted(
-    settings: Targets,
+    shots: Sequence[TargetShot],
     readings: Sequence[Reading],
     camera: Calibration,
     by_view: Sequence[Prediction | None],
@@ -148,7 +182,7 @@ def _predicted(
         f"{'Predicted from the others':34}{'blur px':>8}{'true m':>8}{'without it':>20}{'without its distance':>24}"
     ]
     squares: dict[str, list[float]] = {"without it": [], "without its distance": []}
-    for shot, reading, *predictions in zip(settings.shots, readings, by_view, by_distance, strict=True):
+    for shot, reading, *predictions in zip(shots, readings, by_view, by_distance, strict=True):
         cells = []
         for name, prediction in zip(squares, predictions, strict=True):
             cells.append("-" if prediction is None else f"{prediction.distance:.3f} +- {prediction.distance_sd:.3f}")

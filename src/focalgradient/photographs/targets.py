@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Priors, Reading, read_target
+from focalgradient.calibration import Priors, Reading, likeliest_shape, pair_blur, read_target
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.tables import ImagePath, Sensor
+from focalgradient.psf import PsfName
 from focalgradient.tables import Table, load_table
 from focalgradient.view import View
 
@@ -86,17 +88,68 @@ class Targets(Table):
         InputError
             If it cannot be read, or shows too few sharp edges.
         """
-        photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
-        pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
-        # Blur is measured in pixels here: the optics, to be found, do not enter.
-        lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
+        view = self._view(shot)
+        pitch = view.pixel_angle * self.camera.focal_length_mm * 1e-3
         try:
-            width, width_sd = read_target(
-                View(photograph.luminance, lens, pitch / lens.focal_length, mask=photograph.mask)
-            )
+            width, width_sd = read_target(view)
         except InputError as error:
             raise InputError(f"{shot.image}: {error}") from error
         return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, width * pitch, width_sd * pitch)
+
+    @property
+    def pairs(self) -> list[tuple[TargetShot, TargetShot]]:
+        """Shots of one distance and focus at the smallest f-number, each with one at the largest, in order.
+
+        Raises
+        ------
+        InputError
+            If there are none.
+        """
+        kinds: dict[tuple[float, float | None], list[TargetShot]] = {}
+        for shot in self.shots:
+            kinds.setdefault((shot.distance_m, shot.focus_distance_m), []).append(shot)
+        found: list[tuple[TargetShot, TargetShot]] = []
+        for shots in kinds.values():
+            least, most = (limit(shot.f_number for shot in shots) for limit in (min, max))
+            if least < most:
+                wide, narrow = ([shot for shot in shots if shot.f_number == number] for number in (least, most))
+                found += [(shot, narrow[n % len(narrow)]) for n, shot in enumerate(wide)]
+        if not found:
+            raise InputError(
+                "no two views show the target at one distance and focus with different f-numbers, but the default "
+                "method is calibrated from such pairs: add them, or use --method edges."
+            )
+        return found
+
+    def read_pair(self, pair: tuple[TargetShot, TargetShot], psf: PsfName, k: float) -> Reading:
+        """Measure the wider of two photographs by equalising them, for `focalgradient.calibration.calibrate_pairs`.
+
+        Raises
+        ------
+        InputError
+            If one cannot be read, or they show no difference of blur.
+        """
+        views = [self._view(shot) for shot in pair]
+        try:
+            blur = pair_blur(views, [shot.f_number for shot in pair], psf, k)
+        except InputError as error:
+            raise InputError(f"{pair[0].image}, {pair[1].image}: {error}") from error
+        unit = k * views[0].pixel_angle * self.camera.focal_length_mm * 1e-3
+        wide = pair[0]
+        return Reading(wide.distance_m, wide.f_number, wide.focus_distance_m, blur.radius * unit, blur.radius_sd * unit)
+
+    def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> tuple[PsfName, float]:
+        """Shape of blur that explains the pairs best."""
+        return likeliest_shape(
+            [([self._view(shot) for shot in pair], [shot.f_number for shot in pair]) for pair in pairs]
+        )
+
+    def _view(self, shot: TargetShot) -> View:
+        """A photograph as a view. Blur is measured in pixels: the optics, to be found, do not enter."""
+        photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
+        pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
+        lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
+        return View(photograph.luminance, lens, pitch / lens.focal_length, mask=photograph.mask)
 
 
 def load_targets(path: str | os.PathLike[str]) -> Targets:

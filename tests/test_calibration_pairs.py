@@ -1,0 +1,91 @@
+"""Calibration by equalising pairs: a sheet of any texture at some distances predicts another distance."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError, Lens
+from focalgradient.calibration import Priors, Reading, calibrate_pairs, likeliest_shape, pair_blur
+
+sys.path.insert(0, str(Path(__file__).parent / "depth"))
+from blurred import PIXEL, wall
+
+MARKS = (16.0, 5.6)
+SCALE = 1.06  # the marks are off by this
+FOCUS = 0.8  # m, not told
+PITCH = 8e-6
+
+
+def sheet(distance: float, *, psf: str = "disc", seed: int = 1):
+    return wall([Lens(0.025, SCALE * mark, FOCUS) for mark in MARKS], distance, seed=seed, psf=psf, noise=0.005)
+
+
+def reading(distance: float, psf: str = "disc") -> Reading:
+    blur = pair_blur(sheet(distance, psf=psf, seed=int(100 * distance)), MARKS, psf)
+    unit = 0.5 * PIXEL * Lens(0.025, 5.6, FOCUS).sensor_distance
+    return Reading(distance, min(MARKS), None, blur.radius * unit, blur.radius_sd * unit)
+
+
+@pytest.mark.parametrize("psf", ["disc", "gaussian"])
+def test_the_blur_of_a_whole_sheet(psf):
+    blur = pair_blur(sheet(1.2, psf=psf), MARKS, psf)
+    true = float(Lens(0.025, SCALE * 5.6, FOCUS).blur_radius(1.2)) / PIXEL
+    assert blur.radius == pytest.approx(true, abs=max(0.01, 4 * blur.radius_sd))
+    assert blur.radius_sd < 0.02
+
+
+def test_distances_predict_another_to_a_fiftieth_of_a_dioptre():
+    priors = Priors(offset_sd=0.001, distance_sd=0.001)
+    camera = calibrate_pairs([reading(d) for d in (1.0, 1.6)], MARKS, 0.025, PITCH, priors)
+    held = camera.predict(reading(2.4))
+    assert held.vergence == pytest.approx(1 / 2.4, abs=0.02)
+    assert abs(held.vergence - 1 / 2.4) < 3 * held.vergence_sd
+    # f-numbers and focus come out as they are, and the narrow mark shares the wide one's scale.
+    assert camera.f_numbers[5.6] == pytest.approx(SCALE * 5.6, rel=0.02)
+    assert camera.f_numbers[16.0] / camera.f_numbers[5.6] == pytest.approx(16 / 5.6)
+    assert 1 / camera.focus[None] == pytest.approx(FOCUS, abs=0.03)
+    assert camera.covariance.shape == (6, 6)
+
+
+@pytest.mark.parametrize(
+    ("psf", "found"), [("disc", {("disc", 0.5)}), ("gaussian", {("gaussian", 0.5), ("blend", 0.45)})]
+)
+def test_the_shape_is_found(psf, found):
+    assert likeliest_shape([(sheet(1.3, psf=psf), MARKS)]) in found
+
+
+def test_pairs_that_show_nothing_are_refused():
+    with pytest.raises(InputError, match="half a stop"):
+        pair_blur(sheet(1.3), (5.6, 5.6))
+    with pytest.raises(InputError, match="no difference of blur"):
+        pair_blur(sheet(FOCUS), MARKS)
+
+
+SQUARES = Path(__file__).parents[1].parent / "shared" / "data" / "printed_squares"
+
+
+@pytest.mark.skipif(not SQUARES.exists(), reason="the photographs are not beside the repository (shared/data)")
+def test_printed_squares_predict_exposures_that_were_left_out(tmp_path):
+    from click.testing import CliRunner
+
+    from focalgradient.cli import main
+
+    text = "[camera]\nfocal_length_mm = 18.0\npixel_pitch_um = 4.7\nencoding = 'srgb'\n"
+    for cm in (50, 150):
+        for number in (10, 16):
+            for exposure in (1, 2, 3):
+                text += f"[[view]]\nimage = '{SQUARES / f'{cm}cm-f{number}-{exposure}.jpg'}'\n"
+                text += f"distance_m = {cm / 100}\nf_number = {number}\n"
+    (tmp_path / "targets.toml").write_text(text)
+    done = CliRunner().invoke(
+        main, ["calibrate", str(tmp_path / "targets.toml"), "--out", str(tmp_path / "c.toml"), "--method", "equalise"]
+    )
+    assert done.exit_code == 0, done.output
+    line = next(line for line in done.output.splitlines() if line.endswith("D") and "without it:" in line)
+    assert float(line.split()[-2]) <= 0.06
+    assert "Shape of the blur" in done.output
+    assert np.isfinite(float(line.split()[-2]))
