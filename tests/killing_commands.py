@@ -31,6 +31,8 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "fuzz")]
 
 from recorded import record_necker, record_ratings  # noqa: E402
 
+from focalgradient import Lens  # noqa: E402
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -signal.SIGKILL}
 LIMITS = (0, 100, 3000, 20_000)
@@ -80,14 +82,15 @@ def prepare(folder: Path) -> None:
         writer.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
     writer.release()
     lines = ["[camera]", "focal_length_mm = 25", "pixel_pitch_um = 8"]
-    for distance, sigma in ((0.6, 2.0), (1.1, 3.0)):
+    lens = Lens(0.025, 8, 0.35)
+    for distance in (0.5, 0.7, 1.1, 2.0):
+        sigma = 0.5 * float(lens.blur_radius(distance)) * lens.sensor_distance / 8e-6
         square = np.full((128, 160), 0.75)
         square[35:90, 38:105] = 0.06
         cv2.imwrite(
             str(folder / f"{distance}.png"), np.rint(65535 * cv2.GaussianBlur(square, (0, 0), sigma)).astype("u2")
         )
         lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
-        lines += ["focus_distance_m = 0.35"]
     (folder / "targets.toml").write_text("\n".join(lines))
     (folder / "necker.toml").write_text(DESIGN)
     (folder / "rating.toml").write_text(RATING)

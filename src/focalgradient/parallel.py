@@ -53,6 +53,11 @@ def processes(workers: int) -> Iterator[Executor | None]:
     """Give an executor of so many processes on this machine; None for one, which is this process.
 
     Whatever ends the block early ends the processes at once.
+
+    Raises
+    ------
+    InputError
+        If a process died, as where memory runs out.
     """
     if workers == 1:
         yield None
@@ -60,7 +65,8 @@ def processes(workers: int) -> Iterator[Executor | None]:
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_begin)
     try:
-        yield pool
+        with _deaths():
+            yield pool
     except BaseException:
         for process in set(multiprocessing.active_children()) - before:
             process.kill()
@@ -105,45 +111,31 @@ def scheduler(address: str) -> Iterator[Executor]:
             f"--scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
             "'tcp://10.0.0.1:8786'."
         ) from error
-    with client:
+    with client, _deaths():
         yield client.get_executor()  # type: ignore[no-untyped-call]
 
 
 def in_order(executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]) -> Iterator[Result]:
-    """`function` of each job, in the jobs' order.
-
-    Raises
-    ------
-    InputError
-        If a process died, as where memory runs out.
-    """
+    """`function` of each job, in the jobs' order."""
     if executor is None:
         yield from map(function, jobs)
         return
     futures = _submitted(executor, function, jobs)
-    with _deaths():
-        for number, future in enumerate(futures):
-            yield future.result()
-            futures[number] = Future()  # what was taken need not be kept
+    for number, future in enumerate(futures):
+        yield future.result()
+        futures[number] = Future()  # what was taken need not be kept
 
 
 def completed(
     executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]
 ) -> Iterator[tuple[int, Result]]:
-    """Number of each job and `function` of it, as they are done.
-
-    Raises
-    ------
-    InputError
-        If a process died, as where memory runs out.
-    """
+    """Number of each job and `function` of it, as they are done."""
     if executor is None:
         yield from enumerate(map(function, jobs))
         return
     numbers = {future: number for number, future in enumerate(_submitted(executor, function, jobs))}
-    with _deaths():
-        for future in as_completed(numbers):
-            yield numbers[future], future.result()
+    for future in as_completed(numbers):
+        yield numbers[future], future.result()
 
 
 def _submitted(executor: Executor, function: Callable[[Any], Result], jobs: Sequence[Any]) -> list[Future[Result]]:
