@@ -50,7 +50,7 @@ ROOMS = {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),
         *("parallel", "photographs"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "video", "view"),
+        *("display", "progress", "video", "view"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched

@@ -7,6 +7,7 @@ first, written beside their place, and moved there together. Heavy rooms are imp
 import click
 
 from focalgradient import __version__
+from focalgradient.cli.blur import blur
 from focalgradient.cli.calibrate import calibrate
 from focalgradient.cli.depth import depth
 from focalgradient.cli.doctor import doctor
@@ -33,6 +34,7 @@ def main() -> None:
     """Depth from blur: the focal gradient as a source of depth (after Pentland 1987)."""
 
 
+main.add_command(blur)
 main.add_command(calibrate)
 main.add_command(depth)
 main.add_command(doctor)

@@ -135,11 +135,11 @@ def read_photograph(
         If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out.
     """
     path = Path(path)
-    pixels, encoding = _read(path, encoding)
+    pixels, encoding = read_pixels(path, encoding)
     mask = _usable(path, pixels)
     saturated = _check(path, pixels, mask)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
-        pixels = _filled(pixels, mask)
+        pixels = filled(pixels, mask)
     luminance = _luminance(pixels, encoding)
     if flat is not None:
         luminance = _flattened(path, luminance, pixels, Path(flat), encoding)
@@ -176,7 +176,7 @@ def read_photographs(
     return photographs
 
 
-def _read(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding]:
+def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding]:
     """The file's pixels and how they are encoded."""
     if is_raw(path):
         return read_raw(path, read_image_bytes(path)), "linear"
@@ -322,7 +322,7 @@ def _usable(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
 
 
-def _filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
+def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
     """`pixels` with each one outside the mask replaced by the nearest inside it."""
     from scipy.ndimage import distance_transform_edt
 
@@ -366,21 +366,19 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     return bad if integer else 0.0
 
 
-def _luminance(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:
+def decoded(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:
+    """Linear light of a file's pixels, of any shape: 1 is the maximum of an integer type."""
     linear = srgb_to_linear if encoding == "srgb" else np.asarray
     if np.issubdtype(pixels.dtype, np.integer):
         # Decode the 256 or 65536 levels once, exactly, and look the pixels up.
-        levels = np.linspace(0, 1, np.iinfo(pixels.dtype).max + 1)
-        table = linear(levels).astype(np.float32)
-    else:
-        table = None
+        return linear(np.linspace(0, 1, np.iinfo(pixels.dtype).max + 1)).astype(np.float32)[pixels]
+    return linear(pixels).astype(np.float32)
 
-    def decoded(channel: NDArray[Any]) -> NDArray[np.float32]:
-        return linear(channel).astype(np.float32) if table is None else table[channel]
 
+def _luminance(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:
     if pixels.ndim == 2:
-        return decoded(pixels)
+        return decoded(pixels, encoding)
     luminance = np.zeros(pixels.shape[:2], np.float32)
     for weight, channel in zip(LUMINANCE, np.moveaxis(pixels, 2, 0), strict=True):
-        luminance += np.float32(weight) * decoded(channel)
+        luminance += np.float32(weight) * decoded(channel, encoding)
     return luminance

@@ -26,8 +26,8 @@ __all__ = ["blur", "blur_picture"]
 LARGEST = 250.0
 """Radius of blur in pixels up to which pictures are made: the kernels of larger ones fill memory."""
 
-STEP = 0.1
-"""Pixels of vergence between the point spread functions of optics that tell their own."""
+STEP = 0.25
+"""Pixels of vergence between the point spread functions of optics that have their own: the nearest is wrong by half."""
 
 SKIRT = 12
 """Pixels, and half the disc's radius, to which such a function is followed beyond the disc."""
@@ -135,7 +135,9 @@ def blur_picture(
         if progress is not None:
             progress(share, "blurring")
 
-    return spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
+    seen = spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
+    # Interpolation overshoots beside bright points; light is never negative.
+    return np.maximum(seen, 0) if image.min() >= 0 else seen
 
 
 def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_angle: float) -> Kernels:
@@ -144,8 +146,9 @@ def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_
     pictures = []
     for blur in blurs.tolist():
         reach = math.ceil(1.5 * abs(blur)) + SKIRT
-        # Twice as wide, so that what leaves the frame on one side does not come in on the other.
-        side = 4 * reach + 1
+        # Wider, so that what leaves the frame on one side does not come in on the other.
+        edge = reach // 2
+        side = 2 * (reach + edge) + 1
         down = np.fft.fftfreq(side)[:, None] / pixel_angle
         right = np.fft.rfftfreq(side)[None, :] / pixel_angle
         vergence = blur / scale + optics.focus_vergence if scale else optics.focus_vergence
@@ -155,7 +158,7 @@ def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_
         else:
             assert isinstance(optics, HasOpticalTransfer)
             transfer = optics.optical_transfer(down, right, vergence)
-        picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[reach:-reach, reach:-reach]
+        picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
     return kernels_of(blurs, pictures)
 

@@ -1,0 +1,183 @@
+"""``focalgradient blur`` from files to files, and what it says of bad ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient import Lens
+from focalgradient.cli import main
+from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
+from focalgradient.render import blur_picture
+
+LENS = ["--f-number", "2", "--focal-length", "50"]
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, ["blur", *map(str, arguments)])
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    random = np.random.default_rng(1)
+    cv2.imwrite(str(tmp_path / "picture.png"), random.integers(20, 235, (48, 64, 3), np.uint8))
+    np.save(tmp_path / "depth.npy", np.linspace(1, 3, 64) * np.ones((48, 1)))
+    return tmp_path
+
+
+def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) -> None:
+    out = folder / "out"
+    result = run(
+        folder / "picture.png",
+        folder / "depth.npy",
+        "--out",
+        out,
+        *LENS,
+        "--focus",
+        "1.0",
+        "--focus",
+        "2.5",
+        "--field",
+        4,
+    )
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in out.iterdir()} == {
+        *("blurred-1.0m.png", "blurred-1.0m.npy", "blurred-2.5m.png", "blurred-2.5m.npy", "summary.json")
+    }
+    light = np.load(out / "blurred-1.0m.npy")
+    picture = cv2.imread(str(folder / "picture.png"))[..., ::-1]
+    angle = 2 * np.tan(np.radians(2)) / 64
+    expected = blur_picture(
+        srgb_to_linear(picture / 255), np.load(folder / "depth.npy"), Lens(0.05, 2, 1.0), pixel_angle=angle
+    )
+    assert np.allclose(light, expected, atol=1e-5)
+    shown = cv2.imread(str(out / "blurred-1.0m.png"))[..., ::-1]
+    assert np.abs(srgb_to_linear(shown / 255) - light).max() < 0.006  # half a step of 8 bits
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["pictures"][0]["pixel_arcmin"] == pytest.approx(60 * np.degrees(angle))
+    assert summary["pictures"][0]["largest_blur_px"][0] == pytest.approx(0.0125 * (1 - 1 / 3) / angle, rel=1e-6)
+
+
+def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: Path) -> None:
+    (folder / "eye.toml").write_text("pupil_mm = 2.0\naberrations = [[4, 0, 0.2]]\n")
+    np.save(folder / "wall.npy", np.full((48, 64), 1.0))
+    light = []
+    for number, given in enumerate((["--pupil", 2], ["--pupil", 2, "--chromatic"], ["--eye", folder / "eye.toml"])):
+        out = folder / str(number)
+        result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given, "--focus", 1, "--field", 1)
+        assert result.exit_code == 0, result.output
+        light.append(np.load(out / "blurred-1.0m.npy"))
+    plain, chromatic, aberrated = (one.std(axis=(0, 1)) for one in light)
+    assert chromatic[2] < 0.9 * plain[2]  # blue is out of focus where the eye is focused
+    assert (aberrated < 0.95 * plain).all()
+
+
+def test_the_size_of_a_pixel_comes_from_the_display_or_the_sensor(folder: Path) -> None:
+    screen = ["--screen", "1000x800", "--screen-width", "40", "--distance", "0.8"]
+    for given, minutes in ((screen, 0.4e-3 / 0.8), (["--pixel-pitch", "50"], 0.05 / 50)):
+        result = run(folder / "picture.png", folder / "depth.npy", "--out", folder / "out", *LENS, "--focus", 1, *given)
+        assert result.exit_code == 0, result.output
+        summary = json.loads((folder / "out" / "summary.json").read_text())
+        assert summary["pictures"][0]["pixel_arcmin"] == pytest.approx(60 * np.degrees(minutes))
+
+
+def test_folders_of_frames_go_on_where_they_were_cut_off(folder: Path) -> None:
+    frames, depths, out = folder / "frames", folder / "depths", folder / "out"
+    frames.mkdir(), depths.mkdir()
+    for number in range(3):
+        cv2.imwrite(str(frames / f"{number}.png"), np.full((40, 40), 50 + number, np.uint8))
+        np.save(depths / f"{number}.npy", np.full((40, 40), 2.0))
+    arguments = (frames, depths, "--out", out, *LENS, "--focus", 1, "--field", 4)
+    assert run(*arguments).exit_code == 0
+    assert len(list(out.iterdir())) == 7
+    kept = (out / "0-1.0m.npy").stat().st_mtime_ns
+    (out / "1-1.0m.npy").unlink()
+    assert run(*arguments).exit_code == 0
+    assert (out / "0-1.0m.npy").stat().st_mtime_ns == kept
+    assert np.load(out / "1-1.0m.npy").shape == (40, 40)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (["--f-number", "2"], "give the one that is missing"),
+        (["--pupil", "4", *LENS, "--field", "4"], "give one of the three"),
+        (["--pupil", "40", "--field", "4"], "pupil"),
+        ([*LENS], "the size of a pixel is not known"),
+        ([*LENS, "--field", "4", "--pixel-pitch", "8"], "give one of them"),
+        ([*LENS, "--field", "200"], "--field"),
+        ([*LENS, "--field", "4", "--chromatic"], "an eye"),
+        ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
+        ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
+        ([*LENS, "--field", "1e-4"], "reduce the picture"),
+        ([*LENS, "--field", "4", "--eye", "no.toml"], "give one of the three"),
+        (["--eye", "no.toml", "--field", "4"], "no.toml"),
+        ([*LENS, "--field", "4", "--focus", "1"], "twice"),
+        ([*LENS, "--field", "4", "--focus", "0.01"], "focal length"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(folder: Path, changed: list[str], words: str) -> None:
+    out = folder / "out"
+    result = run(folder / "picture.png", folder / "depth.npy", "--out", out, "--focus", 1, *changed)
+    assert result.exit_code == 2
+    assert words in result.output
+    assert result.output.count("\n") == 1
+    assert not out.exists()
+
+
+def test_inputs_are_never_outputs(folder: Path) -> None:
+    np.save(folder / "blurred-1.0m.npy", np.full((48, 64), 2.0))
+    result = run(
+        folder / "picture.png", folder / "blurred-1.0m.npy", "--out", folder, *LENS, "--focus", 1, "--field", 4
+    )
+    assert result.exit_code == 2
+    assert np.load(folder / "blurred-1.0m.npy")[0, 0] == 2.0
+
+
+METRES = np.linspace(1, 3, 12).reshape(3, 4)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "options"),
+    [
+        ("d.npy", METRES, {}),
+        ("d.npy", 1e3 * METRES, {"unit": "mm"}),
+        ("d.npy", 1 / METRES, {"unit": "dioptres"}),
+        ("d.npy", 0.2 / 1e-3 / METRES - 7, {"unit": "disparity", "baseline": 0.2, "pixel_angle": 1e-3, "offset": 7}),
+        ("d.png", (1e4 * METRES).round().astype(np.uint16), {"scale": 1e-4}),
+        ("d.tiff", METRES.astype(np.float32), {}),
+        ("d.pfm", METRES.astype(np.float32), {}),
+    ],
+)
+def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: np.ndarray, options: dict) -> None:
+    path = tmp_path / name
+    if path.suffix == ".npy":
+        np.save(path, values)
+    else:
+        cv2.imwrite(str(path), values)
+    found = read_distances(path, **options)
+    assert np.allclose(found.metres, METRES, rtol=1e-4)
+    assert found.filled == 0
+
+
+def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:
+    exr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
+    colours = np.random.default_rng(2).random((5, 6, 3)).astype(np.float32)
+    exr.File(dict(header), {"RGB": colours}).write(str(tmp_path / "c.exr"))
+    exr.File(dict(header), {"Z": METRES.astype(np.float32)}).write(str(tmp_path / "z.exr"))
+    assert np.allclose(read_picture(tmp_path / "c.exr").light, colours)
+    assert np.allclose(read_distances(tmp_path / "z.exr").metres, METRES)
+
+
+def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None:
+    depth = np.array([[1.0, np.nan, 0.0, 2.0], [np.nan, -1.0, 3.0, 3.0], [np.nan] * 4])
+    np.save(tmp_path / "d.npy", depth)
+    with pytest.warns(match="66.67% of the pixels have no depth"):
+        found = read_distances(tmp_path / "d.npy")
+    assert found.metres.tolist() == [[1, 2, 2, 2], [3, 3, 3, 3], [3, 3, 3, 3]]
