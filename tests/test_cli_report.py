@@ -68,3 +68,27 @@ def test_a_folder_without_data_set(tmp_path):
     result = run(tmp_path, "--out", tmp_path / "report")
     assert result.exit_code == 2
     assert "give the folder of a data set" in result.stderr
+
+
+def test_a_table_of_ones_own(tmp_path):
+    file = tmp_path / "ratings.csv"
+    rows = [f"{who};{stop};{focus};1,{who}" for who in (1, 2, 3) for stop in ("0", "5,6") for focus in ("vorn", "far")]
+    file.write_text("\n".join(["subject;fstop;focus;resp", *rows]))
+    columns = "participant=subject,aperture=fstop,fixation=focus,rating=resp"
+    result = run(file, "--columns", columns, "--conditions", "vorn=nearest", "--out", tmp_path / "report")
+    assert result.exit_code == 0, result.output
+    assert {"headline.R", "depth_rating_trials.csv"} <= set(os.listdir(tmp_path / "report"))
+    result = run(file, "--columns", "rating", "--out", tmp_path / "other")
+    assert result.exit_code == 2
+    assert "must be pairs like participant=subject" in result.stderr
+
+
+def test_rules_and_a_preregistration(tmp_path):
+    (tmp_path / "design.toml").write_text('task = "depthrating"\n')
+    result = run(tmp_path / "design.toml", "--preregister", "--out", tmp_path / "plan")
+    assert result.exit_code == 0, result.output
+    assert set(os.listdir(tmp_path / "plan")) == {"preregistration.html", "preregistration.md", "rules.toml"}
+    (tmp_path / "rules.toml").write_text("lapse = 3\n")
+    result = run(tmp_path, "--rules", tmp_path / "rules.toml", "--out", tmp_path / "report")
+    assert result.exit_code == 2
+    assert "lapse is not a known rule" in result.stderr

@@ -243,17 +243,17 @@ class _Marginal:
         """Each subject's most likely effects, and the curvature there; None where the search leaves all bounds."""
         q = random.shape[1]
 
-        def eta(v: FloatArray) -> FloatArray:
-            return np.asarray((random * v[self.subject]).sum(axis=1))
+        def joint(v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            """Log density of each subject's answers and effects, but for a constant; and both logistics."""
+            eta = (random * v[self.subject]).sum(axis=1)
+            log_p, below, above, _ = _chances(low - eta, high - eta)
+            return self._of_subjects(log_p) - (v**2).sum(axis=1) / 2, below, above
 
-        def joint(v: FloatArray) -> FloatArray:
-            """Log density of each subject's answers and effects, but for a constant."""
-            return np.asarray(self._of_subjects(_log_difference(low - eta(v), high - eta(v))) - (v**2).sum(axis=1) / 2)
-
-        mode, best = self.mode, joint(self.mode)
+        mode = self.mode
+        best, below, above = joint(mode)
         for _ in range(50):  # Newton: the joint density is log-concave in the effects, yet whole steps may swing about
-            first, second = _derivatives(low - eta(mode), high - eta(mode))
-            gradient = self._of_subjects(first[:, None] * random) - mode
+            second = below * (1 - below) + above * (1 - above)
+            gradient = self._of_subjects((below + above - 1)[:, None] * random) - mode
             curvature = self._of_subjects(second[:, None, None] * random[:, :, None] * random[:, None, :]) + np.eye(q)
             step = np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
             if not np.isfinite(step).all():
@@ -262,7 +262,8 @@ class _Marginal:
             if np.abs(step).max() < 1e-8:  # what it still leaves is its square
                 break
             for _ in range(60):
-                worse = (reached := joint(mode + step)) < best - 1e-9
+                reached, below, above = joint(mode + step)
+                worse = reached < best - 1e-9
                 if not worse.any():
                     break
                 step[worse] /= 2
@@ -281,18 +282,6 @@ def _chances(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray,
     one, two = special.expit(np.where(turned, -high, low)), special.expit(np.where(turned, -low, high))
     chance = two - one
     return np.log(chance), np.where(turned, 1 - two, one), np.where(turned, 1 - one, two), chance
-
-
-def _log_difference(low: FloatArray, high: FloatArray) -> FloatArray:
-    """log(logistic(high) - logistic(low)), without cancellation."""
-    # logistic(b) - logistic(a) = logistic(b) logistic(-a) (1 - exp(a - b))
-    return -np.logaddexp(0, -high) - np.logaddexp(0, low) + np.log(-np.expm1(low - high))
-
-
-def _derivatives(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of `_log_difference` by a shift eta subtracted from both: the first, and minus the second."""
-    below, above = 1 / (1 + np.exp(-low)), 1 / (1 + np.exp(-high))
-    return below + above - 1, below * (1 - below) + above * (1 - above)
 
 
 def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:
