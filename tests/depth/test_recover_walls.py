@@ -182,7 +182,7 @@ def test_threads_do_not_meddle(pair: list[View], reading: DepthMap) -> None:
 
 def test_progress_is_told_in_words(pair: list[View]) -> None:
     said: list[str] = []
-    recover_depth(pair, near=0.85, progress=said.append)
+    recover_depth(pair, near=0.85, progress=lambda share, words: said.append(words))
     assert len(said) >= 3
     assert len(set(said)) == len(said)
 
