@@ -11,7 +11,7 @@ from scipy import special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
-from focalgradient.statistics.crossed import crossed_effect, moments, over_subjects
+from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 
@@ -355,3 +355,9 @@ def test_holms_p_decides() -> None:
     assert effect.p < 0.05
     assert effect.significant
     assert not replace(effect, p_holm=3 * effect.p).significant
+
+
+def test_residuals_of_many_subjects_are_checked_by_a_part_of_them() -> None:
+    """Shapiro and Wilk's test is good for 5000; warnings are errors here."""
+    rng = np.random.default_rng(4)
+    assert components(rng.normal(0, 0.3, (500, 12)), "log_ratio").shapiro_p > 1e-4

@@ -197,7 +197,7 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     residual = math.sqrt(float(found.residual))
     if residual <= 1e-12 or len(left) < 4:  # Shapiro and Wilk need a few
         return NotComputed("Nothing is left beside subjects and scenes: there are no residuals to check.")
-    w, p = stats.shapiro(left[:: max(1, len(left) // 4000)])  # beyond 5000 its p is not accurate
+    w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
     of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
     of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
