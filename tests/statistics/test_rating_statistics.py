@@ -361,3 +361,15 @@ def test_residuals_of_many_subjects_are_checked_by_a_part_of_them() -> None:
     """Shapiro and Wilk's test is good for 5000; warnings are errors here."""
     rng = np.random.default_rng(4)
     assert components(rng.normal(0, 0.3, (500, 12)), "log_ratio").shapiro_p > 1e-4
+
+
+def test_results_print_in_short_and_tell_their_tests() -> None:
+    result = analyse(ratings(6, 0.5, 0.0))
+    assert repr(result) == "<DepthRatingResult: 6 subjects, 192 ratings, scale 'ratio'>"
+    lines = result.summary().splitlines()
+    assert [line.partition(":")[0] for line in lines[1:]] == [
+        "log rise, nearest in focus",
+        "log rise, farthest in focus",
+        "difference",
+    ]
+    assert all("p (Holm)" in line for line in lines[1:])

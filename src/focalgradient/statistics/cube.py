@@ -162,7 +162,7 @@ class GradientEffect:
     odds_of_reports: Effect | NotComputed
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class NeckerResult:
     """What the reports on the cube say.
 

@@ -135,7 +135,7 @@ class FixationResult:
     components: Components | NotComputed
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class DepthRatingResult:
     """Results of the depth ratings.
 
@@ -189,11 +189,19 @@ class DepthRatingResult:
     ordinal: OrdinalResult | NotComputed
     remarks: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<DepthRatingResult: {len(self.participants)} subjects, {self.trials} ratings, scale {self.scale!r}>"
+
     def summary(self) -> str:
         """The rises and their difference, a line each."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
         tests = [(f"log rise, {each.fixation} in focus", each.rise) for each in self.fixations]
-        for name, test in [*tests, ("difference", self.interaction)]:
+        difference = self.interaction
+        if isinstance(self.ordinal, OrdinalResult):
+            names = (f"log odds, {name} in focus" for name in self.ordinal.fixations)
+            tests, difference = list(zip(names, self.ordinal.rises, strict=True)), self.ordinal.interaction
+        for name, test in [*tests, ("difference", difference)]:
             lines.append(f"{name}: {test.reason if isinstance(test, NotComputed) else test.summary()}")
         return "\n".join(lines)
 
