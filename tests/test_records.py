@@ -19,7 +19,7 @@ CALIBRATION = Calibration(
     focus={None: 1.02},
     model_error=0.05,
     covariance=np.diag([0.01, 0.25, 1e-4, 4e-4, 4e-4, 1e-4]),
-    told=np.ones(6),
+    informed=np.ones(6),
 )
 
 
