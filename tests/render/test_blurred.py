@@ -81,8 +81,7 @@ def test_the_disc_has_the_transfer_of_theory(radius: float) -> None:
     expected = np.abs(disc_transfer(np.fft.rfftfreq(128), radius))
     error = np.abs(found - expected)
     assert error[:16].max() < 0.005  # up to 1/8 cycle a pixel
-    # Cubic convolution takes 2 % at 1/5 cycle a pixel (Keys 1981, Fig. 2).
-    assert error[:26].max() < 0.02
+    assert error[:38].max() < 0.012  # up to 0.3: what interpolation between pixels takes or adds
 
 
 def test_an_eye_blurs_by_its_own_waves() -> None:

@@ -27,7 +27,7 @@ JUMP = 3.0
 """Pixels by which vergence differs across an outline. 2 takes the steep rim of a sphere for an outline, 5 misses some
 (on the scenes of `benchmarks/blurred_pictures.py` the error near outlines is 1.75, 1.74 and 2.0 % of the mean)."""
 
-MARGIN = 2.0
+MARGIN = 3.0
 """Pixels beyond the reach of blur to which surfaces are completed: the reach of interpolation."""
 
 SAME = 2.0

@@ -88,7 +88,7 @@ def disc_kernels(largest: float) -> Kernels:
     radii = np.arange(0, min(largest, 2) + 0.02, 0.02)
     if largest > 2:
         radii = np.concatenate([radii[radii < 2], np.geomspace(2, largest, 2 + int(100 * math.log(largest / 2)))])
-    reaches = np.where(radii < 0.01, 0, np.ceil(radii + 1)).astype(int)
+    reaches = np.where(radii < 0.01, 0, np.ceil(radii + 2)).astype(int)
     pictures = [np.zeros((2 * reach + 1, 2 * reach + 1)) for reach in reaches]
     for radius, picture in zip(radii.tolist(), pictures, strict=True):
         _add_disc(radius, picture)
@@ -97,7 +97,7 @@ def disc_kernels(largest: float) -> Kernels:
 
 @_compiled
 def _add_disc(radius, picture):  # type: ignore[no-untyped-def]
-    """Add the disc, as points on rings of equal area, each shared among 4 x 4 pixels by cubic convolution."""
+    """Add the disc, as points on rings of equal area, each shared among 6 x 6 pixels by interpolation."""
     reach = len(picture) // 2
     if reach == 0:
         picture[0, 0] = 1.0
@@ -109,22 +109,22 @@ def _add_disc(radius, picture):  # type: ignore[no-untyped-def]
         for spoke in range(spokes):
             angle = 2 * math.pi * (spoke + 0.5 * (ring % 2)) / spokes
             y, x = length * math.sin(angle), length * math.cos(angle)
-            top, left = math.floor(y) - 1, math.floor(x) - 1
-            for i in range(max(top, -reach), min(top + 4, reach + 1)):
-                down = _cubic(y - i) / spokes
-                for j in range(max(left, -reach), min(left + 4, reach + 1)):
-                    picture[i + reach, j + reach] += down * _cubic(x - j)
+            top, left = math.floor(y) - 2, math.floor(x) - 2
+            for i in range(max(top, -reach), min(top + 6, reach + 1)):
+                down = _lanczos(y - i) / spokes
+                for j in range(max(left, -reach), min(left + 6, reach + 1)):
+                    picture[i + reach, j + reach] += down * _lanczos(x - j)
 
 
 @_compiled
-def _cubic(t):  # type: ignore[no-untyped-def]
-    """Cubic convolution (Keys 1981), exact for parabolas."""
-    t = abs(t)
-    if t < 1:
-        return (1.5 * t - 2.5) * t * t + 1.0
-    if t < 2:
-        return ((-0.5 * t + 2.5) * t - 4.0) * t + 2.0
-    return 0.0
+def _lanczos(t):  # type: ignore[no-untyped-def]
+    """Lanczos's windowed sinc over 6 pixels: level to 1 % up to 0.3 cycles a pixel (cubic convolution loses 11 %)."""
+    if abs(t) < 1e-9:
+        return 1.0
+    if abs(t) >= 3:
+        return 0.0
+    x = math.pi * t
+    return 3 * math.sin(x) * math.sin(x / 3) / (x * x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
