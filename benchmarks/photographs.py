@@ -123,9 +123,9 @@ def wall(lenses: Sequence[Lens], distance: float, psf: PsfName, k: float, noise:
     """Views of a textured wall, by filtering."""
     pixel, size, margin = 3.2e-4, 448, 64
     frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size))
-    frequency[0, 0] = np.inf
     random = np.random.default_rng(seed)
-    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / frequency
+    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / np.maximum(frequency, 1 / size)
+    spectrum[0, 0] = 0
     scale = 0.2 / np.fft.irfft2(spectrum).std()
 
     def image(lens: Lens) -> NDArray[np.float32]:
