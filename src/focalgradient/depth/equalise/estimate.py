@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
+from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import LENIENCE, noise_from_residuals
-from focalgradient.depth.numerics import GROWTH
+from focalgradient.depth.numerics import GROWTH, NODES
 from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Blurs
+from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 
 __all__ = ["estimate"]
@@ -47,6 +49,12 @@ SUPPORT = 0.1
 REACH = 2.0
 """How far into the frame the light from beyond it is felt, in radii of blur."""
 
+BAND = 4_000_000
+"""Pixels that are worked out at a time."""
+
+COMMON = 1024
+"""Side in pixels of the part of a large frame from which is estimated what all its tiles have in common."""
+
 ROUNDS = 6
 """Times that contradicting pixels are looked for, at most."""
 
@@ -62,50 +70,66 @@ def estimate(problem: Problem) -> Estimate:
     noise_sd, raisable, gains = _noise_and_gains(problem, blurs)
     settings.progress(0.4, "equalising blur")
     shared = None if gains is None else gains.shared
-    equalised = equalise(registered.images, blurs, noise_sd, window=settings.window, shared=shared)
-    settings.progress(0.6, "estimating depth")
-    blur = search.radius(search.vergences)
-    levels_per_pixel = 1 / (search.slope * search.spacing)
-    robust = _estimate_robustly(equalised, registered, settings.false_alarm, blur, levels_per_pixel, raisable)
-    nodes, split = robust.nodes, robust.split
+    frame = _by_tiles(problem, blurs, noise_sd, raisable, shared)
+    settings.progress(0.9, "estimating depth")
+    equalised, nodes, agrees, split, noise_sd = frame.equalised, frame.nodes, frame.agrees, frame.split, frame.noise_sd
     if gains is not None:
         moved = np.interp(nodes.level, np.arange(search.levels), shift_by_gain(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
-    level = equalised.to_pixels(nodes.level, nodes.sd, registered.shape)
-    sd_level = equalised.to_pixels(nodes.sd, nodes.sd, registered.shape)
-    vergence = (search.lowest + level * search.spacing).astype(np.float32)
-    vergence_sd = (sd_level * search.spacing).astype(np.float32)
-    radius = search.radius(vergence.astype(float))
-    known = blur_is_known(vergence_sd * search.slope, radius)
+    vergence, vergence_sd, known = _to_pixels(equalised, nodes, search, split, registered.shape)
     informative = _informative(nodes)
     power = np.maximum(nodes.texture, 0) * nodes.support
     explained = float(power[informative].sum() / max(power.sum(), 1e-30))
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
     trusted = explained >= EXPLAINED and split.tau <= LARGEST_TAU
-    valid = trusted & known & robust.agrees & equalised.to_blocks(informative, registered.shape)
-    # Only now: what the model's error adds is common to all pixels, and makes none of them invalid.
-    model_sd = split.tau * np.maximum(LEAST_BLUR, radius) / search.slope
+    valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
     if valid.any() and gains is None and settings.psf != "optics":
         shape = Shape(settings.model if settings.psf != "blend" else "blend", settings.k)
-        shapes, texts = judge_shape(split, problem, shape, noise_sd, robust.scale)
+        shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
     return Estimate(
         vergence,
-        np.hypot(vergence_sd, model_sd).astype(np.float32),
+        vergence_sd,
         valid=valid,
-        noise=[sd * gain * math.sqrt(robust.scale) for sd, gain in zip(noise_sd, registered.gains, strict=True)],
+        noise=[sd * gain for sd, gain in zip(noise_sd, registered.gains, strict=True)],
         details={
             **({} if gains is None else gains.stated(search.wavebands)),
             "misfit": float(np.median(nodes.misfit)),
             "split_band": split.stated(),
             **({"fit_by_shape": shapes} if shapes else {}),
             "share_of_texture_explained": explained,
-            "share_disagreeing": float(1 - robust.agrees.mean()),
+            "share_disagreeing": float(1 - agrees.mean()),
         },
         warnings=texts,
     )
+
+
+def _to_pixels(
+    equalised: Equalised, nodes: Nodes, search: Search, split: SplitBand, shape: tuple[int, int]
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
+
+    The model's error is part of the sd, but makes no pixel invalid: it is common to all.
+    """
+    height, width = shape
+    step = equalised.step
+    vergence, vergence_sd = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    known = np.empty(shape, np.bool_)
+    rows = step * max(1, BAND // (step * width))
+    for top in range(0, height, rows):  # by bands, for large frames
+        first, last = max(0, top // step - 1), -(-min(height, top + rows) // step) + 1
+        part = slice(first, last)
+        size = (min(height, last * step) - first * step, width)
+        cut = slice(top - first * step, min(height, top + rows) - first * step)
+        level, sd = (equalised.to_pixels(v[part], nodes.sd[part], size)[cut] for v in (nodes.level, nodes.sd))
+        band = slice(top, top + rows)
+        vergence[band] = search.lowest + level * search.spacing
+        radius = search.radius(vergence[band].astype(float))
+        known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
+        vergence_sd[band] = np.hypot(sd * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
+    return vergence, vergence_sd, known
 
 
 def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:
@@ -121,6 +145,50 @@ def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Frame:
+    """Depth of the whole frame at nodes, with what it was estimated from."""
+
+    equalised: Equalised  # of the last tile: its step and window are all tiles'
+    nodes: Nodes
+    agrees: NDArray[np.bool_]  # H x W
+    split: SplitBand
+    noise_sd: list[float]  # of each view
+
+
+def _by_tiles(
+    problem: Problem, blurs: Blurs, noise_sd: list[float], raisable: float | None, shared: SharedPower | None
+) -> _Frame:
+    """Depth of registered views, a large frame's by tiles."""
+    search, registered, settings = problem.search, problem.registered, problem.settings
+    blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
+    step = max(1, round(settings.window / NODES))
+    parts = list(tiles(registered.shape, step))
+    power = None
+    if len(parts) > 1:  # what is common to all tiles
+        crop = registered.most_textured_crop(COMMON)
+        power = scene_power(crop.images, noise_sd)
+        first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        if raisable is not None:
+            scale = min(raisable, first.noise_found(first.read(crop.usable.astype(np.float32))))
+            noise_sd, raisable = [math.sqrt(scale) * sd for sd in noise_sd], None
+        del first
+    agrees, found, splits = np.empty(registered.shape, np.bool_), [], []
+    for number, tile in enumerate(parts):
+        if len(parts) > 1:
+            settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
+        views = tile.of(registered) if len(parts) > 1 else registered
+        equalised = equalise(views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        inward = tile.inward(registered.shape)
+        robust = _estimate_robustly(equalised, views, inward, settings.false_alarm, blur, levels_per_pixel, raisable)
+        agrees[tile.core] = robust.agrees[tile.within]
+        found.append((tile, robust.nodes))
+        splits.append(robust.split)
+    nodes = equalised.beside_jumps(join_nodes(found, registered.shape, step))
+    noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
+    return _Frame(equalised, nodes, agrees, join_splits(splits), noise_sd)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Robust:
     """Depth as estimated without contradicting pixels."""
 
@@ -133,6 +201,7 @@ class _Robust:
 def _estimate_robustly(
     equalised: Equalised,
     registered: RegisteredViews,
+    inward: NDArray[Any],
     false_alarm: float,
     blur: FloatArray,
     levels_per_pixel: float,
@@ -140,14 +209,14 @@ def _estimate_robustly(
 ) -> _Robust:
     """Estimate depth without contradicting pixels, and without what blur from beyond the frame reaches.
 
-    `blur` is the largest blur radius in pixels at each level, with `levels_per_pixel` of it.
+    `inward` is each pixel's distance from the frame's border (H x W); `blur` the largest blur radius in pixels at each
+    level, with `levels_per_pixel` of it.
     Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
     """
     tolerance = BLUR_ERROR * blur * levels_per_pixel
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
     rim = min(round(equalised.window), min(registered.shape) // 8)
     middle = (slice(rim, -rim), slice(rim, -rim))
-    inward = np.minimum.outer(*(np.minimum(np.arange(n), np.arange(n)[::-1]) for n in registered.shape))
     agrees, used = registered.usable, registered.usable & (inward >= rim)
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
     mean, support = equalised.averages(used.astype(np.float32))
@@ -173,7 +242,7 @@ def _estimate_robustly(
     kept = within.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in images]
     split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
-    return _Robust(equalised.beside_jumps(nodes), agrees, scale, split)
+    return _Robust(nodes, agrees, scale, split)
 
 
 def _informative(nodes: Nodes) -> NDArray[np.bool_]:

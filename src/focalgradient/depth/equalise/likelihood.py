@@ -287,6 +287,7 @@ def equalise(
     *,
     window: float,
     shared: SharedPower | None = None,
+    power: FloatArray | None = None,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
@@ -302,16 +303,26 @@ def equalise(
         Standard deviation of the averaging window in pixels.
     shared
         What the views share where they are in different wavebands.
+    power
+        Of the sharp scene at RADII, in the images' unit squared; estimated from the images where it is not given.
     """
     reach = int(np.clip(2 * blurs.radius.max(), 16, 64))  # pixels of mirrored surround
     spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
-    filters, own = comparing_filters(blurs, noise_sd, _scene_power(spectra, noise_sd), shared)
+    power = _scene_power(spectra, noise_sd) if power is None else power
+    filters, own = comparing_filters(blurs, noise_sd, power, shared)
     residuals = [Residuals.of(spectra, rows) for rows in filters]
     change = np.zeros(blurs.radius.shape[1])
     if len(own):
         both = [_in_noise(residual, rows, own) for residual, rows in zip(residuals, filters, strict=True)]
         residuals, change = [residual for residual, _ in both], np.sum([part for _, part in both], axis=0)
     return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
+
+
+def scene_power(images: Sequence[Image], noise_sd: Sequence[float]) -> FloatArray:
+    """Power at RADII of the sharp scene of `images`, as `equalise` estimates it."""
+    return _scene_power(
+        Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], 16), noise_sd
+    )
 
 
 def comparing_filters(

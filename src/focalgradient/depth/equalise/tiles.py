@@ -1,0 +1,115 @@
+"""Large frames in tiles: memory is that of one tile, and time grows with the pixels.
+
+Tiles overlap by more than any filter or window reaches, and what is common to the frame (noise, the scene's spectrum)
+is estimated once, so that what either tile gives at their seam differs by far less than its standard deviation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from focalgradient.depth.equalise.likelihood import Nodes
+from focalgradient.depth.equalise.split_band import SplitBand
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.registration import RegisteredViews
+
+__all__ = ["Tile", "join_nodes", "join_splits", "tiles"]
+
+CORE = 1920
+"""Side in pixels of a tile without its overlap, about: one holds the frame of a video, and takes half a gigabyte."""
+
+OVERLAP = 160
+"""Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tile:
+    """A part of a frame: rows and columns of its core, and of the core with its overlap."""
+
+    core: tuple[slice, slice]
+    outer: tuple[slice, slice]
+
+    def inner(self, step: int) -> tuple[slice, slice]:
+        """The core's blocks of `step` pixels among those of the tile with its overlap."""
+        return tuple(  # type: ignore[return-value]
+            slice((core.start - outer.start) // step, -(-(core.stop - outer.start) // step))
+            for core, outer in zip(self.core, self.outer, strict=True)
+        )
+
+    @property
+    def within(self) -> tuple[slice, slice]:
+        """The core's pixels among those of the tile with its overlap."""
+        return tuple(  # type: ignore[return-value]
+            slice(core.start - outer.start, core.stop - outer.start)
+            for core, outer in zip(self.core, self.outer, strict=True)
+        )
+
+    def of(self, views: RegisteredViews) -> RegisteredViews:
+        """The tile of registered views, with its overlap."""
+        images = [np.ascontiguousarray(image[self.outer]) for image in views.images]
+        return RegisteredViews(images, views.usable[self.outer], views.gains, views.placements)
+
+    def inward(self, shape: tuple[int, int]) -> FloatArray:
+        """Pixels from each of the tile's pixels to the border of the whole frame of `shape`."""
+        rows, columns = (
+            np.minimum(np.arange(n), np.arange(n)[::-1])[part] for n, part in zip(shape, self.outer, strict=True)
+        )
+        return np.minimum.outer(rows, columns)
+
+
+def tiles(shape: tuple[int, int], step: int) -> Iterator[Tile]:
+    """Tiles that cover a frame of `shape`; all begin on whole blocks of `step` pixels. A small frame is one tile.
+
+    >>> [tile.core[1] for tile in tiles((1000, 5000), 5)]
+    [slice(0, 1670, None), slice(1670, 3340, None), slice(3340, 5000, None)]
+    """
+    edges = []
+    for n in shape:
+        count = max(1, round(n / CORE))
+        size = step * -(-n // (count * step))
+        edges.append([(start, min(n, start + size)) for start in range(0, n, size)])
+    overlap = step * -(-OVERLAP // step)
+    for top, bottom in edges[0]:
+        for left, right in edges[1]:
+            core = (slice(top, bottom), slice(left, right))
+            outer = tuple(
+                slice(max(0, part.start - overlap), min(n, part.stop + overlap))
+                for part, n in zip(core, shape, strict=True)
+            )
+            yield Tile(core, (outer[0], outer[1]))
+
+
+def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step: int) -> Nodes:
+    """Nodes of a whole frame of `shape` from those of its tiles."""
+    size = tuple(-(-n // step) for n in shape)
+    first = parts[0][1]
+    names = ("level", "sd", "misfit", "texture", "unambiguous", "inside", "support")
+    whole = {name: np.empty(size, getattr(first, name).dtype) for name in names}
+    for tile, nodes in parts:
+        place = tuple(slice(core.start // step, -(-core.stop // step)) for core in tile.core)
+        for name, values in whole.items():
+            values[place] = getattr(nodes, name)[tile.inner(step)]
+    return Nodes(**whole)
+
+
+def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
+    """The model error of a whole frame from those of its tiles, each with the weight of its nodes."""
+    some = [split for split in splits if split.taus]
+    if len(some) < 2:
+        return some[0] if some else splits[0]
+    weight = np.array([split.nodes for split in some], float)
+
+    def mean(values: list[tuple[float, ...]]) -> tuple[float, ...]:
+        return tuple(float(value) for value in weight @ np.array(values) / weight.sum())
+
+    taus = tuple(float(np.sqrt(v)) for v in mean([tuple(tau**2 for tau in split.taus) for split in some]))
+    return SplitBand(
+        max(taus),
+        mean([split.cuts for split in some]),
+        taus,
+        mean([split.differences for split in some]),
+        int(weight.sum()),
+    )

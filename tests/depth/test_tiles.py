@@ -1,0 +1,55 @@
+"""Large frames by tiles: as whole, but for far less than a standard deviation at the seams."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from focalgradient import Lens, View, recover_depth
+from focalgradient.depth.equalise import tiles
+from focalgradient.psf import transfer
+
+PIXEL = 3.2e-4
+
+
+def wall(shape: tuple[int, int], distance: float = 1.3) -> list[View]:
+    """Views of a textured wall, whose texture does not repeat."""
+    size = [n + 64 for n in shape]
+    frequency = np.hypot(np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1]))
+    random = np.random.default_rng(4)
+    spectrum = np.fft.rfft2(random.standard_normal(size)) / np.maximum(frequency, 1 / 256)
+    spectrum[0, 0] = 0
+    scale = 0.2 / np.fft.irfft2(spectrum, size).std()
+    views = []
+    for lens in (Lens(0.025, 16, 0.85), Lens(0.025, 5.6, 0.85)):
+        image = np.fft.irfft2(spectrum * transfer(frequency, lens.blur_radius(distance) / PIXEL, "disc"), size)
+        noisy = 1 + scale * image[32:-32, 32:-32] + 0.01 * random.standard_normal(shape)
+        views.append(View(noisy.astype(np.float32), lens, PIXEL))
+    return views
+
+
+def test_tiles_cover_the_frame_once():
+    seen = np.zeros((1003, 4001), int)
+    for tile in tiles.tiles(seen.shape, 5):
+        seen[tile.core] += 1
+        assert all(part.start % 5 == 0 for part in (*tile.core, *tile.outer))
+    assert (seen == 1).all()
+
+
+def test_a_frame_by_tiles_is_as_whole(monkeypatch):
+    views = wall((330, 640))
+    whole = recover_depth(views, near=0.85, noise=0.01)
+    monkeypatch.setattr(tiles, "CORE", 330)
+    said: list[tuple[float, str]] = []
+    parts = recover_depth(views, near=0.85, noise=0.01, progress=lambda share, words: said.append((share, words)))
+    assert any("tile 2 of 2" in words for _, words in said)
+    assert [share for share, _ in said] == sorted(share for share, _ in said)
+    off = np.abs(parts.vergence - whole.vergence) / whole.vergence_sd
+    seam = off[:, 300:340][whole.valid[:, 300:340]]
+    assert np.median(seam) <= 0.1
+    assert (parts.valid == whole.valid).mean() > 0.98
+    # Across the seam depth does not jump by more than it does elsewhere.
+    jump = np.abs(np.diff(parts.vergence, axis=1)) / parts.vergence_sd[:, 1:]
+    assert np.median(jump[:, 319]) <= 0.1
+    error = np.abs(parts.vergence - 1 / 1.3) / parts.vergence_sd
+    assert (error[parts.valid] < 2).mean() == pytest.approx(0.95, abs=0.06)
