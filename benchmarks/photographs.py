@@ -25,6 +25,8 @@ from focalgradient.errors import InputError
 from focalgradient.photographs import read_photographs
 from focalgradient.psf import PsfName, transfer
 
+Map = tuple[list[View], DepthMap]
+
 HEAD = f"{'case':44}{'valid':>6}{'median':>9}{'scatter':>9}{'sd':>8}{'< 2 sd':>8}{'> 5 sd':>8}{'tau':>7}"
 
 
@@ -65,15 +67,15 @@ def halves(views: Sequence[View]) -> dict[str, list[View]]:
     }
 
 
-def sheet(folder: Path) -> dict[str, DepthMap]:
+def sheet(folder: Path) -> dict[str, Map]:
     """A flat sheet at f/4 and f/20, and how well one half of it predicts the other."""
     views = photographed(
         [folder / "f20.png", folder / "f4.png"], [Lens(0.0496, n, 0.945) for n in (20, 4)], 46.9e-6, "srgb"
     )
-    maps = {}
+    maps: dict[str, Map] = {}
     for name, align in (("sheet", False), ("sheet, aligned", True)):
-        maps[name] = recover_depth(views, near=0.3, far=0.945, align=align)
-        print(row(f"{name} (about its median)", maps[name]))
+        maps[name] = views, recover_depth(views, near=0.3, far=0.945, align=align)
+        print(row(f"{name} (about its median)", maps[name][1]))
     per_dioptre = 0.0496 / 4 / 2 / views[1].pixel_angle
     radius = {name: pair_blur(part, (20, 4)).radius for name, part in halves(views).items()}
     for one, other in (("left", "right"), ("top", "bottom")):
@@ -82,9 +84,10 @@ def sheet(folder: Path) -> dict[str, DepthMap]:
     return maps
 
 
-def squares(folder: Path) -> dict[str, DepthMap]:
+def squares(folder: Path) -> dict[str, Map]:
     """Printed squares at two distances: depth by default, and exposures left out of a calibration from pairs."""
-    pitch, maps = 4.7e-6, {}
+    pitch = 4.7e-6
+    maps: dict[str, Map] = {}
     lenses = [Lens(0.018, n, 0.25) for n in (16, 10)]
     readings: dict[tuple[int, int], Reading] = {}
     for cm in (50, 150):
@@ -92,8 +95,8 @@ def squares(folder: Path) -> dict[str, DepthMap]:
             paths = [folder / f"{cm}cm-f{n}-{exposure}.jpg" for n in (16, 10)]
             views = photographed(paths, lenses, pitch, "srgb")
             name = f"squares {cm} cm, exposure {exposure}"
-            maps[name] = recover_depth(views, near=0.25, align=True)
-            print(row(name, maps[name]))
+            maps[name] = views, recover_depth(views, near=0.25, align=True)
+            print(row(name, maps[name][1]))
             blur = pair_blur(views, (16, 10))
             readings[cm, exposure] = Reading(
                 cm / 100, 10, None, 0.5 * blur.radius * pitch, 0.5 * blur.radius_sd * pitch
@@ -109,14 +112,14 @@ def squares(folder: Path) -> dict[str, DepthMap]:
     return maps
 
 
-def breakfast(folder: Path) -> dict[str, DepthMap]:
+def breakfast(folder: Path) -> dict[str, Map]:
     """Two focus distances of one aperture, telecentric; no dense truth."""
     lenses = [Lens(0.025, 8.3, focus) for focus in (0.869, 0.529)]
     photographs = read_photographs([folder / f"breakfast_{name}.png" for name in ("far", "near")], "linear")
     views = [View(p.luminance, lens, 25e-6 / 0.025, mask=p.mask) for p, lens in zip(photographs, lenses, strict=True)]
     depth = recover_depth(views)
     print(row("breakfast (no truth)", depth, flat=False))
-    return {"breakfast": depth}
+    return {"breakfast": (views, depth)}
 
 
 def wall(lenses: Sequence[Lens], distance: float, psf: PsfName, k: float, noise: float, seed: int) -> list[View]:
@@ -147,21 +150,13 @@ def walls() -> None:
                 print(row(f"wall at {distance:g} m, {real} as {supposed}", depth, 1 / distance))
 
 
-def draw(maps: dict[str, DepthMap], folder: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
+def draw(maps: dict[str, Map], folder: Path) -> None:
+    from focalgradient.plotting import depth_figure
 
     folder.mkdir(parents=True, exist_ok=True)
-    for name, depth in maps.items():
-        figure, axes = plt.subplots(1, 2, figsize=(12, 4.5), layout="constrained")
-        for ax, values, title in zip(axes, (depth.vergence, depth.vergence_sd), ("vergence, D", "sd, D"), strict=True):
-            figure.colorbar(ax.imshow(np.where(depth.valid, values, np.nan)), ax=ax, label=title)
-            ax.set_axis_off()
-        figure.suptitle(name)
-        figure.savefig(folder / f"{name.replace(' ', '_').replace(',', '')}.png", dpi=80)
-        plt.close(figure)
+    for name, (views, depth) in maps.items():
+        figure = depth_figure(views, depth, names=[f"{name}, view {n}" for n in range(1, len(views) + 1)])
+        figure.savefig(folder / f"{name.replace(' ', '_').replace(',', '')}.png")
 
 
 def main() -> None:
@@ -171,7 +166,7 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     print(HEAD)
-    maps: dict[str, DepthMap] = {}
+    maps: dict[str, Map] = {}
     for name, case in (("canon_rf50_flat", sheet), ("printed_squares", squares), ("breakfast", breakfast)):
         if (options.data / name).is_dir():
             try:
