@@ -135,9 +135,7 @@ def blur_picture(
         if progress is not None:
             progress(share, "blurring")
 
-    seen = spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
-    # Interpolation overshoots beside bright points; light is never negative.
-    return np.maximum(seen, 0) if image.min() >= 0 else seen
+    return spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
 
 
 def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_angle: float) -> Kernels:
