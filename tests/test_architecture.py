@@ -31,7 +31,9 @@ ROOMS = {
     "render": {"errors", "optics", "progress", "psf", "scenes", "view"},
     "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
     "display": {"errors"},
-    "stimuli": {"errors", "files", "eye", "optics", "plotting", "render", "scenes", "display"},
+    "stimuli": {
+        *("display", "errors", "eye", "files", "optics", "photographs", "plotting", "progress", "render", "scenes"),
+    },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},
     "dataset": {"design", "errors", "files"},

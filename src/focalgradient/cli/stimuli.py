@@ -14,6 +14,7 @@ from focalgradient.errors import InputError
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
+    from focalgradient.stimuli import StimulusSet
 
 __all__ = ["stimuli"]
 
@@ -113,6 +114,14 @@ def _display(
     return Display((width, height), (pixel_pitch or 0.2767) * 1e-3, **others)
 
 
+def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
+    """Make f-numbers of a list like ``16,8,4``, with or without f/."""
+    try:
+        return tuple(float(part.strip().removeprefix("f/")) for part in given.split(","))
+    except ValueError as error:
+        raise InputError(f"--apertures is {given!r}, but must be f-numbers like 16,8,4.") from error
+
+
 @stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @click.option("--seed", required=True, type=int, metavar="N", help="The same seed gives the same files.")
@@ -127,16 +136,32 @@ def _display(
 )
 @click.option("--samples", default=256, show_default=True, metavar="N", help="Rays a pixel.")
 @click.option("--chromatic", is_flag=True, help="Focus red, green and blue as an eye does.")
+@click.option(
+    "--apertures",
+    default="22,11,5.6",
+    show_default=True,
+    metavar="N,N,...",
+    callback=_f_numbers,
+    help="f-numbers of the lens; the pinhole is added.",
+)
 @_display_options
 def depth_rating(
-    out: Path, seed: int, scenes: int, size: int, engine: Any, samples: int, chromatic: bool, **display: Any
+    out: Path,
+    seed: int,
+    scenes: int,
+    size: int,
+    engine: Any,
+    samples: int,
+    chromatic: bool,
+    apertures: tuple[float, ...],
+    **display: Any,
 ) -> None:
     """Make the pictures of the depth-rating experiment.
 
-    Each scene through a pinhole, f/22, f/11 and f/5.6, with its nearest and its farthest object in focus: as PNG for
-    the display, as linear light (.npy), with its depth. DIR/manifest.json tells every parameter, what was controlled,
-    and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command goes on where
-    it was; a finished set is verified.
+    Each scene through a pinhole and through each of the --apertures, with its nearest and its farthest object in focus:
+    as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json tells every parameter, what was
+    controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command
+    goes on where it was; a finished set is verified.
 
     \b
     Example:
@@ -155,11 +180,59 @@ def depth_rating(
             engine=engine,
             samples=samples,
             chromatic=chromatic,
+            apertures=apertures,
             progress=say,
         )
+    _tell(made, out)
+
+
+@stimuli.command("import", short_help="A set made of pictures of your own.")
+@click.argument("folder", type=click.Path(path_type=Path), metavar="FOLDER")
+@click.option(
+    "--table", required=True, type=click.Path(path_type=Path), metavar="CSV", help="What each picture shows: see above."
+)
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
+@click.option(
+    "--focal-length",
+    default=50.0,
+    show_default=True,
+    metavar="MM",
+    callback=positive(" of millimetres", most=1000),
+    help="Of the lens: f/N is a diameter of it / N.",
+)
+@_display_options
+def import_(folder: Path, table: Path, out: Path, focal_length: float, **display: Any) -> None:
+    """Make a set for depth rating of the pictures in FOLDER.
+
+    CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number like
+    f/5.6) and fixation (nearest or farthest; empty for a pinhole picture that serves both). It may have x_px and y_px
+    (where the fixated object is, from the upper left corner), depth (a file in FOLDER with distances in metres) and
+    focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of one size, with even
+    width and height, and are shown with the values they have.
+
+    DIR/manifest.json tells all of it, and every file's SHA-256. Interrupted, the same command goes on where it was.
+
+    \b
+    Example:
+      focalgradient stimuli import photos --table photos/pictures.csv --out stimuli --screen-width 53.1
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    writable(out, (), [table])
+    from focalgradient.stimuli import import_pictures
+
+    with warnings_told(), resumable(LEFT) as say:
+        made = import_pictures(
+            folder, table, out, display=_display(**display), focal_length=1e-3 * focal_length, progress=say
+        )
+    _tell(made, out)
+
+
+def _tell(made: StimulusSet, out: Path) -> None:
+    """Print what a finished set has, what was controlled in it, and what a design says to show it."""
     click.echo(f"Scenes: {len(made.scenes)}")
     click.echo(f"Pictures: {len({one.png for one in made.pictures})}")
     for name, text in CONTROLS.items():
+        if name not in made.manifest["controls"]:
+            continue
         told = made.manifest["controls"][name]
         beyond = "" if told["met"] else ": NOT met"
         click.echo(f"{text.format(told['worst'])} at most (limit {told['limit']:g}){beyond}")

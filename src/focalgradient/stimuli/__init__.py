@@ -2,6 +2,7 @@
 
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
+from focalgradient.stimuli.imported import import_pictures
 from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSet, Target, read_set
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "ShownScene",
     "StimulusSet",
     "Target",
+    "import_pictures",
     "make_depth_rating",
     "make_necker",
     "read_necker",

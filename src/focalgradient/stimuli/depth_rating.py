@@ -34,7 +34,8 @@ from focalgradient.stimuli.sheet import sheet_png
 __all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
 
 FOCAL_LENGTH = 0.050  # m
-APERTURES: dict[str, float] = {"pinhole": math.inf, "f/22": 22.0, "f/11": 11.0, "f/5.6": 5.6}
+F_NUMBERS = (22.0, 11.0, 5.6)
+APERTURES: dict[str, float] = {"pinhole": math.inf} | {f"f/{number:g}": number for number in F_NUMBERS}
 FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
 FIELD = 0.35  # width of the picture, a tangent
 LIGHTS = (611.0, 549.0, 464.0)  # nm, the wavelengths that look like the primaries of sRGB
@@ -63,6 +64,7 @@ def make_depth_rating(
     engine: Engine = "auto",
     samples: int = 256,
     chromatic: bool = False,
+    apertures: Sequence[float] = F_NUMBERS,
     progress: Callable[[float, str], object] | None = None,
 ) -> StimulusSet:
     """Make a set of pictures, or go on with one that was interrupted, or verify a finished one.
@@ -86,6 +88,8 @@ def make_depth_rating(
         Rays a pixel.
     chromatic
         Whether red, green and blue are each focused as by an eye, which puts the sign of defocus into the picture.
+    apertures
+        f-numbers of the lens, each once; the pinhole is added.
     progress
         Called now and then with the share done, 0 to 1, and what is being made.
 
@@ -102,12 +106,13 @@ def make_depth_rating(
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
     _check(seed, scenes, size, samples, display)
+    lenses = named_apertures(apertures)
     how = _engine(engine)
-    display.check_steps([FOCAL_LENGTH / number * LEAST_DEPTH / (FIELD / size) for number in APERTURES.values()])
+    display.check_steps([FOCAL_LENGTH / number * LEAST_DEPTH / (FIELD / size) for number in lenses.values()])
     parameters = {
         "scenes": scenes,
         "scene_kind": "plain spheres" if how == "cast" else "natural",
-        "apertures": list(APERTURES),
+        "apertures": list(lenses),
         "focal_length_mm": FOCAL_LENGTH * 1e3,
         "engine": how,
         "samples": samples,
@@ -127,7 +132,7 @@ def make_depth_rating(
             def share(done: float, what: str, before: int = index) -> None:
                 say((before + done) / scenes, f"spheres-{before:02} {what}")
 
-            recipe = Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic)
+            recipe = Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic, lenses)
             _make_scene(folder, f"spheres-{index:02}", recipe, display, share)
         measured = folder.content["controls"]["scenes"]
         folder.content["controls"] |= judged(
@@ -140,6 +145,28 @@ def make_depth_rating(
     return read_set(out)
 
 
+def named_apertures(numbers: Sequence[float]) -> dict[str, float]:
+    """The pinhole and the f-numbers, the smallest aperture first, by the names that a design gives them.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one is not from 0.5 to 1000, or stands there twice.
+
+    Examples
+    --------
+    >>> named_apertures([4, 8, 5.6])
+    {'pinhole': inf, 'f/8': 8.0, 'f/5.6': 5.6, 'f/4': 4.0}
+    """
+    values = [float(number) for number in numbers]
+    if not values or not all(0.5 <= value <= 1000 for value in values):
+        raise InputError(f"apertures is {list(numbers)}, but must be f-numbers from 0.5 to 1000, like 16, 8 and 4.")
+    found = {f"f/{value:g}": value for value in sorted(values, reverse=True)}
+    if len(found) < len(values):
+        raise InputError(f"apertures is {list(numbers)}, but must name each f-number once: leave out the second.")
+    return {"pinhole": math.inf} | found
+
+
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """How the pictures of one scene are rendered."""
@@ -149,6 +176,7 @@ class Recipe:
     engine: Engine
     samples: int
     chromatic: bool
+    apertures: Mapping[str, float]
 
     @property
     def pixel_angle(self) -> float:
@@ -166,7 +194,7 @@ class Recipe:
 
     def optics(self, aperture: str, focus: float) -> tuple[Pupil, ...]:
         """The lens through that aperture with that focus (D): once for all light, or for red, green and blue."""
-        diameter = FOCAL_LENGTH / APERTURES[aperture]
+        diameter = FOCAL_LENGTH / self.apertures[aperture]
         if not self.chromatic or diameter == 0:
             return (Pupil(diameter, focus),)
         # What refracts less is focused at a lesser vergence.
@@ -196,7 +224,7 @@ def _make_scene(
     folder: Folder, name: str, recipe: Recipe, display: Display, progress: Callable[[float, str], object]
 ) -> None:
     """Make what is lacking of a scene: its pictures, its depth, and its part of the folder's content."""
-    conditions = {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in APERTURES}
+    conditions = {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
     content = folder.content
     content.setdefault("scenes", {})
     content.setdefault("pictures", [])
@@ -245,7 +273,7 @@ def _make_scene(
     content["pictures"] = [entry for entry in content["pictures"] if entry["scene"] != name] + [
         _entry(name, aperture, end, recipe, depth, targets[end]["distance_m"], display)
         for end in FIXATIONS
-        for aperture in APERTURES
+        for aperture in recipe.apertures
     ]
 
 
@@ -268,7 +296,7 @@ def _entry(
         "png": f"{stem}.png",
         "linear": f"{stem}.npy",
         "focus_m": focus,
-        "aperture_mm": 1e3 * FOCAL_LENGTH / APERTURES[aperture],
+        "aperture_mm": 1e3 * FOCAL_LENGTH / recipe.apertures[aperture],
         "blur_px": blur,
         "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +33,7 @@ class Target:
     name
         ``"nearest"`` or ``"farthest"``.
     distance_m
-        Along the camera's axis.
+        Along the camera's axis; NaN where it is not known, as of imported pictures.
     position_px
         In pixels from the picture's upper left corner, to the right and down.
     """
@@ -44,11 +45,11 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class ShownScene:
-    """A scene of the set: its seed, its file of depth, and what is fixated in it."""
+    """A scene of the set: its seed and its file of depth, None where it has none, and what is fixated in it."""
 
     name: str
-    seed: int
-    depth: str
+    seed: int | None
+    depth: str | None
     nearest: Target
     farthest: Target
 
@@ -71,6 +72,7 @@ class Picture:
         Distance in focus; diameter of the aperture, 0 for the pinhole.
     blur_px, blur_arcmin
         Diameter of the blur disc, least and most in the picture: in pixels, and on the display.
+        What is not known of imported pictures is NaN.
     """
 
     scene: str
@@ -117,7 +119,7 @@ class StimulusSet:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
         entry = known[name]
         near, far = (
-            Target(entry[end]["name"], entry[end]["distance_m"], tuple(entry[end]["position_px"]))
+            Target(entry[end]["name"], _number(entry[end]["distance_m"]), tuple(entry[end]["position_px"]))
             for end in ("nearest", "farthest")
         )
         return ShownScene(name, entry["seed"], entry["depth"], near, far)
@@ -146,8 +148,20 @@ class StimulusSet:
         return self._array(picture.linear)
 
     def depth(self, scene: str) -> NDArray[np.float32]:
-        """Distance in metres along the camera's axis of what each pixel of a scene shows, H x W; ``inf`` for sky."""
-        return self._array(self.scene(scene).depth)
+        """Distance in metres along the camera's axis of what each pixel of a scene shows, H x W; ``inf`` for sky.
+
+        Raises
+        ------
+        InputError
+            If the set has no depth of that scene, or its file cannot be read.
+        """
+        name = self.scene(scene).depth
+        if name is None:
+            raise InputError(
+                f"the set in {self.folder} has no depth of {scene!r}: give the column depth when its pictures are "
+                "imported."
+            )
+        return self._array(name)
 
     def _array(self, name: str) -> NDArray[np.float32]:
         try:
@@ -166,7 +180,7 @@ def read_set(folder: str | Path) -> StimulusSet:
     """
     folder = Path(folder)
     path = folder / MANIFEST
-    remedy = "make it with 'focalgradient stimuli depth-rating'"
+    remedy = "make it with 'focalgradient stimuli depth-rating' or 'focalgradient stimuli import'"
     try:
         manifest = json.loads(path.read_bytes())
     except OSError as error:
@@ -181,8 +195,9 @@ def read_set(folder: str | Path) -> StimulusSet:
         display = _display(manifest["display"])
         pictures = tuple(
             Picture(
-                *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear", "focus_m", "aperture_mm")),
-                *((entry[key][0], entry[key][1]) for key in ("blur_px", "blur_arcmin")),
+                *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear")),
+                *(_number(entry[key]) for key in ("focus_m", "aperture_mm")),
+                *((_number(entry[key][0]), _number(entry[key][1])) for key in ("blur_px", "blur_arcmin")),
             )
             for entry in manifest["pictures"]
         )
@@ -226,6 +241,10 @@ def _display(said: Mapping[str, Any]) -> Display:
         said["white_cd_m2"],
         said["dither"],
     )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _lost(path: Path) -> InputError:

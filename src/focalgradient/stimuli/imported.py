@@ -1,0 +1,370 @@
+"""A set of pictures of one's own: a table tells what each file shows, and the set is made as ours are."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+import platform
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps
+
+from focalgradient.display import Display
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import inner_name, plain_name, printable, read_bytes, read_text
+from focalgradient.photographs.pictures import read_distances
+from focalgradient.progress import Progress
+from focalgradient.render.rendered import LUMINANCE
+from focalgradient.stimuli.controls import LIMITS
+from focalgradient.stimuli.fixated import target_of
+from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+
+__all__ = ["import_pictures"]
+
+REQUIRED = ("file", "scene", "aperture", "fixation")
+OPTIONAL = ("x_px", "y_px", "depth", "focus_m")
+FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
+APERTURE = re.compile(r"(?:f/)?(\d+(?:\.\d+)?)")
+MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of the table: `where` names it; `fixations` has both where one pinhole picture serves both."""
+
+    where: str
+    file: str
+    scene: str
+    aperture: str
+    fixations: tuple[Fixation, ...]
+    position: tuple[float, float] | None
+    depth: str | None
+    focus: float | None
+    further: Mapping[str, str]
+
+    @property
+    def stem(self) -> str:
+        """Of the picture's files in the set."""
+        end = "" if len(self.fixations) > 1 else f"-{self.fixations[0]}"
+        return f"{self.scene}/{self.aperture.replace('/', '')}{end}"
+
+
+def import_pictures(
+    folder: str | Path,
+    table: str | Path,
+    out: str | Path,
+    *,
+    display: Display | None = None,
+    focal_length: float = 0.050,
+    progress: Progress | None = None,
+) -> StimulusSet:
+    """Make a set of pictures that are there already; go on with one that was interrupted, verify a finished one.
+
+    Parameters
+    ----------
+    folder
+        That holds the pictures: 8-bit PNG, JPEG or TIFF files, all of one size, as the display is to show them.
+    table
+        CSV with the columns ``file`` (in `folder`), ``scene``, ``aperture`` (``pinhole`` or an f-number) and
+        ``fixation`` (``nearest`` or ``farthest``; may be empty for a pinhole picture, which then serves both). It may
+        have ``x_px`` and ``y_px`` (where the fixated object is, from the upper left corner), ``depth`` (a file in
+        `folder`, in metres) and ``focus_m``; every other column is kept in the manifest.
+    out
+        Folder for the set.
+    display
+        What they are shown on.
+    focal_length
+        Of the lens in metres, by which f/N is a diameter: the design's ``focal_length_mm`` must be the same.
+    progress
+        Called with the share done, 0 to 1, and a few words.
+
+    Returns
+    -------
+    StimulusSet
+        As `read_set` reads it. What the table does not tell is NaN.
+
+    Raises
+    ------
+    InputError
+        If the table is wrong (row and column are named), or a picture cannot be read or shown.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If it is not told where a fixated object is: its mark is put in the middle of the picture.
+    """
+    folder, table, out = Path(folder), Path(table), Path(out)
+    display, say = display or Display(), progress or (lambda share, words: None)
+    if not 0 < focal_length <= 1:
+        raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
+    rows = _rows(table)
+    hashes, size = _checked(folder, rows, display)
+    parameters = {
+        "kind": "imported",
+        "apertures": _apertures(rows),
+        "focal_length_mm": focal_length * 1e3,
+        "picture_px": list(size),
+        "picture_deg": [display.degrees(side) for side in size],
+        "table_sha256": hashlib.sha256(read_bytes(table, "a table of pictures")).hexdigest(),
+        "sources_sha256": hashes,
+    }
+    asked = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
+    versions = {"python": platform.python_version()}
+    made = Folder(out, asked, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    if not made.complete:
+        made.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
+        scenes = list(dict.fromkeys(row.scene for row in rows))
+        middles = [name for name in scenes if _scene(made, folder, [one for one in rows if one.scene == name], size)]
+        if middles:
+            warnings.warn(
+                f"the table does not tell where the fixated objects of {', '.join(middles[:5])} are: their marks are "
+                "put in the middle of the pictures; give the columns x_px and y_px, or depth.",
+                FocalGradientWarning,
+                stacklevel=2,
+            )
+        for number, row in enumerate(rows):
+            say(number / len(rows), row.file)
+            _picture(made, folder, row, display, focal_length)
+        _compare(made.content)
+        made.put({})
+        made.finish()
+    say(1.0, "finished")
+    return read_set(out)
+
+
+def _rows(table: Path) -> list[Row]:
+    """The rows, each checked by itself and against those before it."""
+    text, name = read_text(table, "a table of pictures"), printable(table)
+    first = text.partition("\n")[0]
+    delimiter = next((mark for mark in ",;\t" if mark in first), ",")
+    try:
+        lines = list(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True))
+    except csv.Error as error:
+        raise InputError(f"{name} is no CSV table ({error}): save it as CSV.") from error
+    header = [cell.strip() for cell in lines[0]] if lines else []
+    missing = [column for column in REQUIRED if column not in header]
+    if missing:
+        raise InputError(f"{name} has no column {missing[0]!r}, but must have {', '.join(REQUIRED)}: add it.")
+    twice = [column for column in header if header.count(column) > 1]
+    if twice:
+        raise InputError(f"{name} row 1: the column {twice[0]!r} stands there twice: leave one out.")
+    rows: list[Row] = []
+    known: dict[tuple[str, str, str], str] = {}
+    for number, cells in enumerate(lines[1:], start=2):
+        if not any(cell.strip() for cell in cells):
+            continue
+        where = f"{name} row {number}"
+        if len(cells) != len(header):
+            raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: mend the row.")
+        row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)))
+        for end in row.fixations:
+            before = known.setdefault((row.scene, row.aperture, end), where)
+            if before != where:
+                raise InputError(
+                    f"{where}, columns scene, aperture and fixation: the same stand in row {before.split()[-1]}; give "
+                    "pictures that differ in something else scenes of different names."
+                )
+        rows.append(row)
+    if not rows:
+        raise InputError(f"{name} has no row below its header: give one for each picture.")
+    return rows
+
+
+def _row(where: str, cells: dict[str, str]) -> Row:
+    def wrong(column: str, expected: str) -> InputError:
+        return InputError(f"{where}, column {column}: is {cells[column]!r}, but must be {expected}.")
+
+    def number(column: str, most: float = math.inf) -> float | None:
+        if not cells.get(column):
+            return None
+        try:
+            value = float(cells[column])
+        except ValueError as error:
+            raise wrong(column, "a number") from error
+        if not 0 <= value < most or (column == "focus_m" and value == 0):
+            raise wrong(column, "a positive finite number")
+        return value
+
+    found = APERTURE.fullmatch(cells["aperture"])
+    if cells["aperture"] != "pinhole" and not (found and float(found[1]) > 0):
+        raise wrong("aperture", "'pinhole' or an f-number like 'f/5.6'")
+    aperture = f"f/{float(found[1]):g}" if found else "pinhole"
+    both = aperture == "pinhole" and not cells["fixation"]
+    if not (both or cells["fixation"] in FIXATIONS):
+        raise wrong("fixation", "'nearest' or 'farthest', or empty for a pinhole picture that serves both")
+    fixations = tuple(end for end in FIXATIONS if both or end == cells["fixation"])
+    x, y = number("x_px"), number("y_px")
+    if (x is None) != (y is None):
+        column = "x_px" if x is None else "y_px"
+        raise InputError(f"{where}, column {column}: is empty, but x_px and y_px belong together: give both.")
+    if both and x is not None:
+        raise InputError(f"{where}, column x_px: which object it is of is not told: give it where fixation stands.")
+    return Row(
+        where,
+        inner_name(cells["file"], f"{where}, column file"),
+        plain_name(cells["scene"], f"{where}, column scene"),
+        aperture,
+        fixations,
+        None if x is None or y is None else (x, y),
+        inner_name(cells["depth"], f"{where}, column depth") if cells.get("depth") else None,
+        number("focus_m"),
+        {name: text for name, text in cells.items() if name not in (*REQUIRED, *OPTIONAL)},
+    )
+
+
+def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[str, str], tuple[int, int]]:
+    """SHA-256 of every source, and width and height of all pictures."""
+    hashes: dict[str, str] = {}
+    size: tuple[int, int] | None = None
+    for row in rows:
+        for column, name in (("file", row.file), ("depth", row.depth)):
+            if name is not None and name not in hashes:
+                try:
+                    data = read_bytes(folder / name)
+                except InputError as error:
+                    raise InputError(f"{row.where}, column {column}: {error}") from error
+                hashes[name] = hashlib.sha256(data).hexdigest()
+        height, width = _values(folder, row).shape[:2]
+        size = size or (width, height)
+        told = f"{row.where}, column file: {row.file} has {width} x {height} pixels, but"
+        if (width, height) != size:
+            raise InputError(f"{told} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
+        if width % 2 or height % 2:
+            raise InputError(f"{told} both must be even, as odd pictures are smeared on displays: crop it.")
+        if width > display.size_px[0] or height > display.size_px[1]:
+            raise InputError(
+                f"{told} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or take another display."
+            )
+        if row.position is not None:
+            for column, value, side in zip(("x_px", "y_px"), row.position, size, strict=True):
+                if value >= side:
+                    raise InputError(
+                        f"{row.where}, column {column}: is {value:g}, but must lie within the picture's {side} pixels."
+                    )
+    assert size is not None
+    return hashes, size
+
+
+def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
+    """The 8-bit values of a picture, H x W x 3."""
+    where = f"{row.where}, column file: {row.file}"
+    try:
+        with Image.open(io.BytesIO(read_bytes(folder / row.file, "a picture"))) as image:
+            if image.mode not in MODES:
+                raise InputError(f"{where} is of the kind {image.mode}, but must be 8-bit grey or RGB: convert it.")
+            turned = ImageOps.exif_transpose(image).convert("RGBA")
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where} cannot be read: expected an intact PNG, JPEG or TIFF file.") from error
+    values = np.array(turned)
+    if (values[..., 3] < 255).any():
+        raise InputError(f"{where} is transparent in places, but a display shows opaque pictures: flatten it.")
+    return values[..., :3]
+
+
+def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int]) -> bool:
+    """Put a scene with its depth into the set's content; whether a mark had to be put in the middle."""
+    name = rows[0].scene
+    told = [row for row in rows if row.depth is not None]
+    other = next((row for row in told if row.depth != told[0].depth), None)
+    if other is not None:
+        raise InputError(
+            f"{other.where}, column depth: is {other.depth!r}, but {told[0].depth!r} for the scene before."
+        )
+    depth = None
+    if told:
+        where = f"{told[0].where}, column depth"
+        try:
+            depth = read_distances(folder / str(told[0].depth)).metres.astype(np.float32)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from error
+        if depth.shape != size[::-1]:
+            raise InputError(f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size}.")
+        buffer = io.BytesIO()
+        np.save(buffer, depth)
+        made.put({f"{name}/depth.npy": buffer.getvalue()})
+    entry: dict[str, Any] = {"seed": None, "depth": None if depth is None else f"{name}/depth.npy"}
+    middle = False
+    for end in FIXATIONS:
+        own = [row for row in rows if row.fixations == (end,)]
+        places = [row for row in own if row.position is not None]
+        other = next((row for row in places if row.position != places[0].position), None)
+        if other is not None:
+            raise InputError(f"{other.where}, column x_px: another position stands above for this scene and fixation.")
+        position = places[0].position if places else None
+        distance = next((row.focus for row in own if row.focus is not None), None)
+        if depth is not None:
+            try:
+                position, distance = target_of(depth, end, position)
+            except InputError as error:
+                raise InputError(f"{told[0].where}, column depth: {error}") from error
+        elif position is None:
+            position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
+        entry[end] = {"name": end, "distance_m": distance, "position_px": list(position)}
+    made.content["scenes"][name] = entry
+    return middle
+
+
+def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_length: float) -> None:
+    """Put a picture into the set, and what its content says of it."""
+    values = _values(folder, row)
+    light = display.decode(values).astype(np.float32)
+    buffer = io.BytesIO()
+    np.save(buffer, light)
+    if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
+        made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": buffer.getvalue()})
+    for end in row.fixations:
+        focus = row.focus or made.content["scenes"][row.scene][end]["distance_m"]
+        made.content["pictures"].append(
+            {
+                "scene": row.scene,
+                "aperture": row.aperture,
+                "fixation": end,
+                "png": f"{row.stem}.png",
+                "linear": f"{row.stem}.npy",
+                "focus_m": focus,
+                "aperture_mm": 0.0 if row.aperture == "pinhole" else 1e3 * focal_length / float(row.aperture[2:]),
+                "blur_px": [None, None],
+                "blur_arcmin": [None, None],
+                "source": row.file,
+                "further": dict(row.further),
+            }
+        )
+    known = made.content["controls"]["scenes"].setdefault(row.scene, {"pictures": {}})
+    known["pictures"][row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
+
+
+def _compare(content: dict[str, Any]) -> None:
+    """Mean luminance against the pinhole picture's, for every scene that has one."""
+    worst = []
+    for scene in content["controls"]["scenes"].values():
+        sharp = [one for stem, one in scene["pictures"].items() if stem.startswith("pinhole")]
+        for one in scene["pictures"].values():
+            if sharp and sharp[0]["mean_luminance"] > 0 and one is not sharp[0]:
+                one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp[0]["mean_luminance"] - 1)
+                worst.append(abs(one["mean_luminance_percent"]))
+    limit = LIMITS["mean_luminance_percent"]
+    if worst:
+        content["controls"]["mean_luminance_percent"] = {
+            "worst": max(worst),
+            "limit": limit,
+            "met": max(worst) <= limit,
+        }
+
+
+def _apertures(rows: Sequence[Row]) -> list[str]:
+    """The apertures from the smallest to the largest, the pinhole first."""
+    found = {row.aperture for row in rows}
+    return sorted(found, key=lambda name: -math.inf if name == "pinhole" else -float(name[2:]))
