@@ -124,7 +124,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
 
 @stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
-@click.option("--seed", required=True, type=int, metavar="N", help="The same seed gives the same files.")
+@click.option("--seed", type=int, metavar="N", help="The same seed gives the same files; needed without --picture.")
 @click.option("--scenes", default=13, show_default=True, metavar="K", help="Number of scenes.")
 @click.option("--size", default=512, show_default=True, metavar="PX", help="Width and height of the pictures.")
 @click.option(
@@ -144,16 +144,54 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     callback=_f_numbers,
     help="f-numbers of the lens; the pinhole is added.",
 )
+@click.option(
+    "--picture",
+    "pictures",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    metavar="FILE",
+    help="A sharp photograph, in place of our scenes; as many as wanted, each with its --depth.",
+)
+@click.option(
+    "--depth",
+    "depths",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    metavar="FILE",
+    help="Distance of every pixel of the photograph.",
+)
+@click.option(
+    "--field",
+    type=float,
+    metavar="DEG",
+    callback=positive(" of degrees", most=179),
+    help="Width of the photographs, in degrees at the camera.",
+)
+@click.option(
+    "--depth-unit",
+    type=click.Choice(["m", "mm", "dioptres", "disparity"]),
+    default="m",
+    show_default=True,
+    help="What the depth's values are.",
+)
+@click.option("--depth-scale", type=float, metavar="S", callback=positive(), help="Units in a step of the depth.")
+@click.option("--baseline", type=float, metavar="M", callback=positive(" of metres"), help="For disparity in pixels.")
 @_display_options
 def depth_rating(
     out: Path,
-    seed: int,
+    seed: int | None,
     scenes: int,
     size: int,
     engine: Any,
     samples: int,
     chromatic: bool,
     apertures: tuple[float, ...],
+    pictures: tuple[Path, ...],
+    depths: tuple[Path, ...],
+    field: float | None,
+    depth_unit: Any,
+    depth_scale: float | None,
+    baseline: float | None,
     **display: Any,
 ) -> None:
     """Make the pictures of the depth-rating experiment.
@@ -163,13 +201,37 @@ def depth_rating(
     controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command
     goes on where it was; a finished set is verified.
 
-    \b
-    Example:
-      focalgradient stimuli depth-rating --out stimuli --seed 1 --screen-width 53.1 --distance 0.57
-    """  # noqa: D301  click's mark against rewrapping is a real backspace
-    writable(out, ())
-    from focalgradient.stimuli import make_depth_rating
+    With --picture and --depth the scenes are photographs, named as their files are: their nearest and farthest things
+    are found in the depth, and the blur of the lens is put in. --field tells the size of their pixels at the camera.
 
+    \b
+    Examples:
+      focalgradient stimuli depth-rating --out stimuli --seed 1 --screen-width 53.1 --distance 0.57
+      focalgradient stimuli depth-rating --out stimuli --picture room.png --depth room.npy --field 30
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    writable(out, (), [*pictures, *depths])
+    from focalgradient.stimuli import make_depth_rating, make_from_photographs
+
+    if pictures or depths:
+        if len(pictures) != len(depths) or field is None:
+            raise InputError("photographs need as many --depth as --picture, and --field: give what is missing.")
+        if seed is not None or chromatic:
+            raise InputError("--seed and --chromatic are for scenes of ours: leave them out with --picture.")
+        shown = {"unit": depth_unit, "scale": depth_scale, "baseline": baseline}
+        with warnings_told(), resumable(LEFT) as say:
+            photographs, angle = _photographs(pictures, depths, field, shown)
+            made = make_from_photographs(
+                out,
+                photographs,
+                pixel_angle=angle,
+                apertures=apertures,
+                display=_display(**display),
+                progress=say,
+            )
+        _tell(made, out)
+        return
+    if seed is None:
+        raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
     with warnings_told(), resumable(LEFT) as say:
         made = make_depth_rating(
             out,
@@ -184,6 +246,25 @@ def depth_rating(
             progress=say,
         )
     _tell(made, out)
+
+
+def _photographs(
+    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, depth: dict[str, Any]
+) -> tuple[dict[str, Any], float]:
+    """Light and distances of photographs, by the names of their files, and the radians of a pixel."""
+    import math
+
+    from focalgradient.photographs.pictures import read_distances, read_picture
+
+    found: dict[str, Any] = {}
+    angle = 0.0
+    for picture, file in zip(pictures, depths, strict=True):
+        if picture.stem in found:
+            raise InputError(f"two pictures are named {picture.stem!r}, which names the scene: rename one.")
+        light = read_picture(picture).light
+        angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
+        found[picture.stem] = (light, read_distances(file, pixel_angle=angle, **depth).metres)
+    return found, angle
 
 
 @stimuli.command("import", short_help="A set made of pictures of your own.")

@@ -25,7 +25,7 @@ from focalgradient.files import inner_name, plain_name, printable, read_bytes, r
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import LIMITS
+from focalgradient.stimuli.controls import judged
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
@@ -348,20 +348,14 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
 
 def _compare(content: dict[str, Any]) -> None:
     """Mean luminance against the pinhole picture's, for every scene that has one."""
-    worst = []
     for scene in content["controls"]["scenes"].values():
         sharp = [one for stem, one in scene["pictures"].items() if stem.startswith("pinhole")]
         for one in scene["pictures"].values():
             if sharp and sharp[0]["mean_luminance"] > 0 and one is not sharp[0]:
                 one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp[0]["mean_luminance"] - 1)
-                worst.append(abs(one["mean_luminance_percent"]))
-    limit = LIMITS["mean_luminance_percent"]
-    if worst:
-        content["controls"]["mean_luminance_percent"] = {
-            "worst": max(worst),
-            "limit": limit,
-            "met": max(worst) <= limit,
-        }
+    content["controls"] |= judged(
+        [one for scene in content["controls"]["scenes"].values() for one in scene["pictures"].values()]
+    )
 
 
 def _apertures(rows: Sequence[Row]) -> list[str]:

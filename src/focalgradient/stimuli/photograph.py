@@ -1,0 +1,221 @@
+"""The conditions of depth rating made from photographs whose depth is known: the blur of a lens put into them."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.files import plain_name
+from focalgradient.progress import Progress
+from focalgradient.render.blurred import blur_picture
+from focalgradient.render.rendered import LUMINANCE
+from focalgradient.stimuli.controls import against_discs, judged
+from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures
+from focalgradient.stimuli.fixated import target_of
+from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+from focalgradient.stimuli.sheet import sheet_png
+
+__all__ = ["make_from_photographs"]
+
+Photograph = tuple[NDArray[np.floating], NDArray[np.floating]]
+"""Sharp linear light, H x W or H x W x 3, and the distance of each pixel in metres, H x W."""
+
+
+def make_from_photographs(
+    out: str | Path,
+    photographs: Mapping[str, Photograph],
+    *,
+    pixel_angle: float,
+    apertures: Sequence[float] = F_NUMBERS,
+    display: Display | None = None,
+    progress: Progress | None = None,
+) -> StimulusSet:
+    """Make a set for depth rating from photographs; go on with one that was interrupted, verify a finished one.
+
+    Parameters
+    ----------
+    out
+        Folder for the set.
+    photographs
+        By the name of the scene: the sharp picture in *linear* light, and its depth in metres. All of one size. 1 is
+        the display's white; brighter pictures are scaled so that their brightest pixel is.
+    pixel_angle
+        Angle in radians of a pixel at the camera that took them.
+    apertures
+        f-numbers of a lens of 50 mm; the pinhole, which is the photograph itself, is added.
+    display
+        What they are shown on.
+    progress
+        Called with the share done, 0 to 1, and a few words.
+
+    Returns
+    -------
+    StimulusSet
+        As `read_set` reads it. The nearest and the farthest things are found in the depth, each in focus in turn.
+
+    Raises
+    ------
+    InputError
+        If a picture and its depth do not agree, do not fit the display, or the display cannot carry the blur.
+    """
+    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    lenses = named_apertures(apertures)
+    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
+        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    shape = _checked(photographs, display)
+    targets = {
+        name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
+    }
+    for ends in targets.values():
+        depth_range = 1 / ends["nearest"][1] - 1 / ends["farthest"][1]
+        display.check_steps([FOCAL_LENGTH / number * depth_range / pixel_angle for number in lenses.values()])
+    parameters = {
+        "kind": "photographs",
+        "scenes": len(photographs),
+        "apertures": list(lenses),
+        "focal_length_mm": FOCAL_LENGTH * 1e3,
+        "picture_px": [shape[1], shape[0]],
+        "picture_deg": [display.degrees(shape[1]), display.degrees(shape[0])],
+        "pixel_angle_rad": pixel_angle,
+        "natural_viewing_distance_m": display.pixel_pitch / pixel_angle,
+        "sources_sha256": {name: [_sha256(array) for array in pair] for name, pair in photographs.items()},
+    }
+    asked = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
+    versions = {"python": platform.python_version()}
+    folder = Folder(out, asked, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    if not folder.complete:
+        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
+        for number, (name, pair) in enumerate(photographs.items()):
+
+            def share(done: float, words: str, before: int = number) -> None:
+                say((before + done) / len(photographs), words)
+
+            _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, share)
+        measured = folder.content["controls"]["scenes"].values()
+        folder.content["controls"] |= judged(
+            [one for scene in measured for stem, one in scene["pictures"].items() if stem != "pinhole"]
+        )
+        light = folder.content["controls"]["mean_luminance_percent"]["worst"]
+        note = (
+            f"Rings: what is in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
+            f"Mean luminance differs between conditions of a scene by {light:.2g} % at most."
+        )
+        folder.put({"sheet.png": sheet_png(out, folder.content, note)})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(out)
+
+
+def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:
+    """Height and width of all pictures."""
+    if not photographs:
+        raise InputError("photographs is empty, but must have a picture with its depth: give one.")
+    first: tuple[int, int] | None = None
+    for name, (light, distance) in photographs.items():
+        plain_name(name, "the name of a scene")
+        if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or light.shape[:2] != distance.shape:
+            raise InputError(
+                f"{name} has a picture of shape {light.shape} and a depth of {distance.shape}, but must have H x W or "
+                "H x W x 3 and H x W: give the depth of every pixel."
+            )
+        height, width = distance.shape
+        first = first or (height, width)
+        if (height, width) != first:
+            raise InputError(
+                f"{name} has {width} x {height} pixels, but those before it {first[1]} x {first[0]}: crop all to one "
+                "size."
+            )
+        if height % 2 or width % 2:
+            raise InputError(
+                f"{name} has {width} x {height} pixels, but both must be even, as odd pictures are smeared on displays."
+            )
+        if width > display.size_px[0] or height > display.size_px[1]:
+            raise InputError(
+                f"{name} has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
+                "reduce picture and depth, or take another display."
+            )
+        if not (np.isfinite(light).all() and light.min() >= 0 and light.max() > 0):
+            raise InputError(f"{name} holds light that is negative, not finite or zero everywhere: mend the picture.")
+        if not (distance > 0).all():
+            raise InputError(f"{name} holds distances that are not positive: fill the holes of its depth.")
+    assert first is not None
+    return first
+
+
+def _scene(
+    folder: Folder,
+    name: str,
+    photograph: Photograph,
+    targets: Mapping[Fixation, tuple[tuple[float, float], float]],
+    lenses: Mapping[str, float],
+    pixel_angle: float,
+    display: Display,
+    say: Progress,
+) -> None:
+    """Make the pictures of one photograph, and their part of the folder's content."""
+    sharp, distance = photograph
+    sharp = np.asarray(sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2), np.float32)
+    sharp = sharp / max(1.0, float(sharp.max()))
+    folder.put({f"{name}/depth.npy": _npy(distance.astype(np.float32))})
+    known: dict[str, Any] = {}
+    entries = []
+    weights = np.array(LUMINANCE)
+    count = len(lenses) * len(FIXATIONS)
+    for number, (end, aperture) in enumerate((end, aperture) for end in FIXATIONS for aperture in lenses):
+        stem = "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
+        say(number / count, f"{name} {stem}")
+        focus = targets[end][1]
+        optics = Pupil(FOCAL_LENGTH / lenses[aperture], 1 / focus)
+        if stem not in known:
+            seen = sharp if aperture == "pinhole" else blur_picture(sharp, distance, optics, pixel_angle=pixel_angle)
+            light = np.maximum(seen, 0).astype(np.float32)
+            known[stem] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
+            if aperture != "pinhole":
+                known[stem]["mean_luminance_percent"] = 100 * (
+                    known[stem]["mean_luminance"] / known["pinhole"]["mean_luminance"] - 1
+                )
+                known[stem] |= against_discs(light @ weights, sharp @ weights, distance, optics, pixel_angle)
+            folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": _npy(light)})
+        diameters = 2 * optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
+        blur = [float(diameters.min()), float(diameters.max())]
+        entries.append(
+            {
+                "scene": name,
+                "aperture": aperture,
+                "fixation": end,
+                "png": f"{name}/{stem}.png",
+                "linear": f"{name}/{stem}.npy",
+                "focus_m": focus,
+                "aperture_mm": 1e3 * optics.aperture_diameter,
+                "blur_px": blur,
+                "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
+            }
+        )
+    folder.content["controls"]["scenes"][name] = {"pictures": known}
+    folder.content["pictures"] += entries
+    folder.content["scenes"][name] = {"seed": None, "depth": f"{name}/depth.npy"} | {
+        end: {"name": end, "distance_m": metres, "position_px": list(position)}
+        for end, (position, metres) in targets.items()
+    }
+
+
+def _npy(array: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
+
+
+def _sha256(array: NDArray[Any]) -> str:
+    return hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()

@@ -1,0 +1,93 @@
+"""The conditions made from a photograph with its depth, and the controls that measure them by another way."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from focalgradient import InputError, Lens
+from focalgradient.dataset import check_stimuli
+from focalgradient.display import Display
+from focalgradient.render import blur_picture
+from focalgradient.stimuli import StimulusSet, make_from_photographs
+from focalgradient.stimuli.controls import against_discs
+from focalgradient.stimuli.depth_rating import Pupil
+
+ANGLE = 2e-3
+TEXTURE = gaussian_filter(np.random.default_rng(2).standard_normal((96, 128, 3)), (1, 1, 0))
+LIGHT = np.clip(0.4 + 0.5 * TEXTURE, 0.01, 1).astype(np.float32)
+SLANT = np.broadcast_to(1 / np.linspace(1.6, 0.5, 128), (96, 128))  # metres, from the left to the right
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> StimulusSet:
+    return make_from_photographs(
+        tmp_path_factory.mktemp("set"),
+        {"wall": (LIGHT, SLANT)},
+        pixel_angle=ANGLE,
+        apertures=(4, 8),
+        display=Display(pixel_pitch=1e-3),
+    )
+
+
+def test_each_condition_is_the_photograph_through_that_lens(made: StimulusSet) -> None:
+    check_stimuli(made.folder)
+    assert [(one.aperture, one.fixation) for one in made.pictures] == [
+        (aperture, end) for end in ("nearest", "farthest") for aperture in ("pinhole", "f/8", "f/4")
+    ]
+    np.testing.assert_array_equal(made.linear(made.picture("wall", "pinhole", "nearest")), LIGHT)
+    np.testing.assert_allclose(made.depth("wall"), SLANT, rtol=1e-6)
+    near, far = made.scene("wall").nearest, made.scene("wall").farthest
+    assert near.distance_m == pytest.approx(1 / 1.6, rel=0.03)
+    assert far.distance_m == pytest.approx(2, rel=0.06)
+    one = made.picture("wall", "f/4", "farthest")
+    lens = Lens(0.05, 4.0, far.distance_m)
+    np.testing.assert_allclose(made.linear(one), blur_picture(LIGHT, SLANT, lens, pixel_angle=ANGLE), atol=1e-5)
+    assert one.blur_px[1] == pytest.approx(2 * lens.blur_radius(1 / 1.6) / ANGLE, rel=1e-6)
+
+
+def test_controls_are_measured_and_met(made: StimulusSet) -> None:
+    controls = made.manifest["controls"]
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert controls["shift_px"]["met"]
+    # The rasterised discs of `blur_picture` are averaged over pixels, which the analytic ones are not.
+    assert 5 < controls["spectrum_percent"]["worst"] < 15
+    assert not controls["spectrum_percent"]["met"]  # said, not hidden
+    for one in controls["scenes"]["wall"]["pictures"].values():
+        np.testing.assert_allclose(one.get("spectrum", [1])[1:], 1, atol=0.02)  # coarser octaves
+
+
+def test_controls_find_what_is_wrong() -> None:
+    lens, grey = Pupil(0.0125, 1 / 2.0), LIGHT.mean(axis=2)
+    right = blur_picture(grey, SLANT, lens, pixel_angle=ANGLE)
+    told = against_discs(right, grey, SLANT, lens, ANGLE)
+    np.testing.assert_allclose(told["shift_px"], 0, atol=0.02)
+    np.testing.assert_allclose(told["spectrum"], 1, atol=0.1)  # the finest octave; see above
+    np.testing.assert_allclose(told["spectrum"][1:], 1, atol=0.02)
+    moved = against_discs((right + np.roll(right, 1, axis=1)) / 2, grey, SLANT, lens, ANGLE)
+    assert moved["shift_px"][0] == pytest.approx(0.5, abs=0.15)  # half a pixel to the right
+    sharper = against_discs(blur_picture(grey, SLANT, Pupil(0.00625, 0.5), pixel_angle=ANGLE), grey, SLANT, lens, ANGLE)
+    assert max(sharper["spectrum"]) > 1.1
+    steps = np.where(np.arange(128) % 4 < 2, 1.0, 2.0) * np.ones((96, 1))
+    assert against_discs(right, grey, steps, lens, ANGLE) == {}  # outlines everywhere
+
+
+@pytest.mark.parametrize(
+    ("photographs", "said"),
+    [
+        ({}, "photographs is empty"),
+        ({"a": (LIGHT, SLANT[:, 1:])}, "a has a picture of shape"),
+        ({"a": (LIGHT[:, 1:], SLANT[:, 1:])}, "127 x 96 pixels, but both must be even"),
+        ({"a": (LIGHT, SLANT), "b": (LIGHT[2:], SLANT[2:])}, "b has 128 x 94 pixels, but those before"),
+        ({"a": (LIGHT, 0 * SLANT)}, "distances that are not positive"),
+        ({"a": (-LIGHT, SLANT)}, "light that is negative"),
+        ({"a": (LIGHT, np.full(SLANT.shape, np.inf))}, "infinite everywhere"),
+        ({"a/b": (LIGHT, SLANT)}, "plain file name"),
+    ],
+)
+def test_wrong_photographs_are_refused(tmp_path: Path, photographs: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said) as raised:
+        make_from_photographs(tmp_path / "set", photographs, pixel_angle=ANGLE)
+    assert "\n" not in str(raised.value)
+    assert not (tmp_path / "set").exists()
