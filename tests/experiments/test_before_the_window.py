@@ -52,7 +52,7 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
         ("--participant", "argument --participant: expected one argument: see --help"),
         ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
-        ("--participant 01 --design set", "set cannot be read (Is a directory)"),
+        ("--participant 01 --design set", "set is a folder: give the path of a settings file"),
         ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but 'necker' is to be run"),
         (
             "--participant 01 --consent no.txt",

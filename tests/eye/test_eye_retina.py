@@ -28,7 +28,7 @@ def test_more_wavelengths_come_nearer_to_the_whole_band(band) -> None:
         short[lines] = max(
             np.abs(
                 Cones.of(EYE, band, lines=lines).transfer(np.degrees(CPD), vergence)
-                - blur_transfer(0, CPD, EYE, vergence, light=light)
+                - blur_transfer(0, np.degrees(CPD), EYE, vergence, light=light)
             ).max()
             for vergence in (1.0, 2.3, 3.5)
         )

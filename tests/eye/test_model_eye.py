@@ -96,10 +96,10 @@ def test_depth_from_blur_with_diffraction(vergence: float) -> None:
     )
     texture[0, 0] = 0
     texture *= 0.2 / np.fft.irfft2(texture).std()
-    per_degree = 1 / np.degrees(PIXEL)
+    per_rad = 1 / PIXEL
     views = []
     for eye in eyes:
-        blurred = np.fft.irfft2(texture * blur_transfer(down * per_degree, right * per_degree, eye, vergence))
+        blurred = np.fft.irfft2(texture * blur_transfer(down * per_rad, right * per_rad, eye, vergence))
         views.append(View(1 + blurred[:160, :160] + 0.01 * random.standard_normal((160, 160)), eye, PIXEL))
     depth = recover_depth(views)
     error = depth.vergence[depth.valid] - vergence

@@ -116,7 +116,7 @@ def amplitude(layout: float, blur: float, observer: Observer) -> float:
     --------
     >>> observer = Observer()
     >>> [round(amplitude(0.6, blur, observer), 2) for blur in (0.0, 0.2, 0.6, 1.8)]
-    [0.14, 0.19, 0.28, 0.37]
+    [0.16, 0.19, 0.22, 0.26]
     """
     log = np.log(AMPLITUDES)
     cost = ((log - math.log(layout)) / observer.layout_spread) ** 2 + (AMPLITUDES / observer.flatness) ** 2

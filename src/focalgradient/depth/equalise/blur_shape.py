@@ -22,8 +22,9 @@ from focalgradient.psf import DISC_K, PsfName
 
 __all__ = ["Fit", "Shape", "fit_shapes", "judge_shape"]
 
-DOUBTFUL = 0.03
-"""Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01."""
+DOUBTFUL = 0.05
+"""Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01, and up to 0.04
+where a part of one view was replaced."""
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared."""

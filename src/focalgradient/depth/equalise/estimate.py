@@ -35,7 +35,8 @@ MISFIT = 4.0
 """Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
 
 EXPLAINED = 0.5
-"""Share of the texture's power whose views must agree for anything to be claimed: a choice."""
+"""Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
+power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
 
 LARGEST_TAU = 0.25
 """Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
@@ -78,15 +79,17 @@ def estimate(problem: Problem) -> Estimate:
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
     vergence, vergence_sd, known = _to_pixels(equalised, nodes, search, split, registered.shape)
-    informative = _informative(nodes)
-    power = np.maximum(nodes.texture, 0) * nodes.support
-    explained = float(power[informative].sum() / max(power.sum(), 1e-30))
+    informative = _informative(nodes, gains is None)
+    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+    explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
-    trusted = explained >= EXPLAINED and split.tau <= LARGEST_TAU
+    # Views in different wavebands have texture of their own, which is modelled: it is no contradiction.
+    trusted = gains is not None or (explained >= EXPLAINED and split.tau <= LARGEST_TAU)
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
-    if valid.any() and gains is None and settings.psf != "optics":
+    # A displacement, of which the user is warned, looks like blur of another shape.
+    if valid.any() and gains is None and settings.psf != "optics" and not registered.warnings:
         shape = Shape(settings.model if settings.psf != "blend" else "blend", settings.k)
         shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
     return Estimate(
@@ -245,15 +248,16 @@ def _estimate_robustly(
     return _Robust(nodes, agrees, scale, split)
 
 
-def _informative(nodes: Nodes) -> NDArray[np.bool_]:
+def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
     """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
-    its strongest and its weakest places can look like texture: blank paper is no signal.
+    its strongest and its weakest places can look like texture: blank paper is no signal. In different wavebands
+    texture of their own, which is modelled, is uneven by nature.
     """
     residual = nodes.misfit[nodes.support > 0.5]
     uneven = 1.0
-    if residual.size:
+    if residual.size and one_waveband:
         weak, strong = np.quantile(residual, [0.05, 0.95])
         uneven = float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
     textured = nodes.texture >= uneven * np.maximum(1, nodes.misfit)
