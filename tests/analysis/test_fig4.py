@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from fig4 import LENS, Sorted, noisy_bits
 
 from focalgradient import View
 
 
+@pytest.mark.slow
 def test_segments_are_sorted_by_their_blur_and_by_nothing_else():
     blurred = Sorted.of(LENS, (480, 480), 32)
     scores = blurred.scores()

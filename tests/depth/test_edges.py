@@ -38,6 +38,7 @@ def test_bound_is_the_one_stated():
     assert bound(2.0, 0.5, 0.01) == pytest.approx(0.01 / np.sqrt(16 * np.sum(slope**2) * 0.01), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
 def test_likelihood_is_near_the_bound_at_any_orientation(sigma):
     found, sd, good = measured(sigma)
