@@ -43,6 +43,7 @@ __all__ = [
     "alternation",
     "luminance",
     "pairs",
+    "write_frames",
 ]
 
 Grey = NDArray[np.uint8]
@@ -377,6 +378,25 @@ class VideoFile:
     def close(self) -> None:
         """Finish the file."""
         self._writer.release()
+
+
+def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
+    """Write grey frames, H x W, uint8, as a video without loss (FFV1), at `fps` frames a second.
+
+    Raises
+    ------
+    InputError
+        If the encoder refuses.
+    """
+    height, width = frames[0].shape
+    writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), fps, (width, height))
+    if not writer.isOpened():
+        raise InputError(f"{printable(path)} cannot be written as a video: choose a name that ends in .mkv or .avi.")
+    try:
+        for frame in frames:
+            writer.write(np.repeat(frame[..., None], 3, axis=2))
+    finally:
+        writer.release()
 
 
 def check_ending(path: Path) -> None:

@@ -1,0 +1,281 @@
+"""``focalgradient demo``: a folder with one small example of everything that the other commands read."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from focalgradient.cli.depth import depth
+from focalgradient.cli.program import progress, writable
+from focalgradient.files import replace_set
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from focalgradient.scenes import Scene
+    from focalgradient.view import View
+
+__all__ = ["demo"]
+
+FOCAL_LENGTH_MM, PITCH_UM = 25.0, 8.0
+STOPS = (5.6, 16.0)
+FOCUS_M = 0.85
+"""The camera of all these pictures: a thin lens of 25 mm, 8 um pixels, focused at 0.85 m unless a file says otherwise."""
+
+FOCI_M = (0.8, 1.6)
+"""Focus of the two photographs: nearer and farther than the middle of the scene, so that they tell the side of focus."""
+
+TARGETS_M = (0.45, 0.65, 1.5)
+"""Distances of the target: three, so that the offset is determined; its blur is 2 to 8 pixels in radius at f/5.6."""
+
+CARDS_M = (1.0, 1.25, 1.7)
+"""Distances of the dark cards in the photograph of hard edges, left to right; the wall behind them is at 2.5 m."""
+
+SHAPE, SMALL = (240, 320), (144, 192)
+FRAMES, FPS = 24, 12.0
+SLANT_M = (0.95, 2.0)
+"""Distances of the two edges of the plane in the video, which turns until they have changed places."""
+
+NOISE = 0.003
+"""Standard deviation of the sensor's noise, white being 1: that of a camera at its base sensitivity."""
+
+SUBJECTS, EFFECT = 8, 1.3
+"""Simulated subjects of the ratings table, and the rise of their ratings at the largest aperture, as a ratio."""
+
+VIEWS_TOML = """\
+# Two photographs of one scene, focused at different distances.
+[camera]
+focal_length_mm = 25.0
+pixel_pitch_um = 8.0
+encoding = "srgb"         # 8-bit files; "linear" for raw converted without a tone curve
+
+[[view]]
+image = "near.png"        # relative to this file
+f_number = 5.6
+focus_distance_m = 0.8
+
+[[view]]
+image = "far.png"
+f_number = 5.6
+focus_distance_m = 1.6
+"""
+
+TARGETS_HEAD = """\
+# A sheet with hard edges, photographed at three distances through each aperture, without touching the focus.
+[camera]
+focal_length_mm = 25.0
+pixel_pitch_um = 8.0
+encoding = "srgb"
+offset_sd_m = 0.02        # how well the place of the lens's centre is known beforehand
+distance_sd_m = 0.002     # of each measured distance
+f_number_tolerance = 0.07
+"""
+
+README = """\
+A folder of examples, made by `focalgradient demo`. Nothing here was photographed or answered by a person:
+the pictures are ray cast, the ratings are drawn at random from a model.
+
+near.png, far.png, views.toml   two photographs, focused at 0.8 m and 1.6 m, and their settings
+depth/                          the depth that they give: depth.png, depth.npz, summary.json
+targets.toml, target_*.png      a target at 0.45, 0.65 and 1.5 m, at f/5.6 and f/16, for `focalgradient calibrate`
+camera.toml                     what `focalgradient calibrate targets.toml` makes of them
+cards.png                       dark cards at 1, 1.25 and 1.7 m before a white wall, at f/5.6
+video.mkv                       24 frames of a turning plane; even frames at f/16, odd frames at f/5.6
+picture.png, distance.npy       a picture all in focus, and its distances in metres, for `focalgradient blur`
+ratings.csv                     SIMULATED ratings of depth, 8 subjects, effect 1.3 with the nearest object in focus
+
+The true camera: a thin lens of 25 mm at f/5.6 or f/16, 8 um pixels, focused at 0.85 m unless said otherwise.
+"""
+
+TRUST = (
+    "What to trust: distances where the map is not black, to within the stated uncertainty; "
+    "along outlines and on blank surfaces blur says little, and such pixels are left out."
+)
+
+
+@click.command(short_help="Write a folder of examples for every command.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the examples.")
+@click.pass_context
+def demo(context: click.Context, out: Path) -> None:
+    """Write a small example of everything that the other commands read, and make a first depth map.
+
+    The pictures are ray cast: two photographs with their settings file, a target for calibration, a photograph of cards
+    with hard edges, a video that alternates between two apertures, and a picture with its distances. The table of
+    ratings is simulated. DIR/README.txt says what each file is, and what is true in it.
+
+    About 10 s on two cores; longer the first time, when code is compiled.
+
+    \b
+    Example:
+      focalgradient demo --out demo
+      focalgradient depth demo/views.toml --out mine
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    targets = {f"target_{m}m_f{stop:g}.png": (m, stop) for m in TARGETS_M for stop in STOPS}
+    names = ("near.png", "far.png", "views.toml", "cards.png", "video.mkv", "picture.png", "distance.npy")
+    everything = (*names, *targets, "targets.toml", "ratings.csv", "camera.toml", "README.txt", "depth")
+    writable(out, [name for name in everything if name != "depth"])
+    with progress(7) as say:
+        say("two photographs")
+        files: dict[str, bytes | Callable[[Path], object]] = {**_photographs(), "views.toml": VIEWS_TOML.encode()}
+        say("a target")
+        for seed, (name, (metres, stop)) in enumerate(targets.items()):
+            files[name] = _png(_seen(_target(metres), SMALL, stop, FOCUS_M, seed=seed))
+        files["targets.toml"] = _targets_toml(targets).encode()
+        say("cards")
+        files["cards.png"] = _png(_seen(_cards(), SMALL, STOPS[0], FOCUS_M))
+        say("a video")
+        frames = _frames()
+        files["video.mkv"] = lambda path: _write_video(path, frames)
+        say("a picture and its distances")
+        files |= _picture()
+        say("ratings")
+        files["ratings.csv"] = _ratings()
+        replace_set(out, files, "views.toml")
+        say("a calibrated camera")
+        replace_set(out, {"camera.toml": _camera(out / "targets.toml"), "README.txt": README.encode()}, "README.txt")
+    click.echo(f"Written: {len(files) + 2} files in {out}; README.txt says what each is.")
+    click.echo(f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}")
+    context.invoke(depth, inputs=(out / "views.toml",), out=out / "depth", f_numbers=(), focus_distances=())
+    click.echo(f"Look at {out / 'depth' / 'depth.png'}. {TRUST}")
+
+
+def _seen(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:
+    """The scene as the camera sees it, with noise."""
+    from focalgradient import Lens
+    from focalgradient.render import cast, noisy
+
+    lens = Lens(1e-3 * FOCAL_LENGTH_MM, stop, focus)
+    return noisy(cast(scene, lens, shape, 1e-6 * PITCH_UM / lens.sensor_distance, samples=rays).view, NOISE, seed)
+
+
+def _shown(view: View) -> NDArray[np.uint8]:
+    """8-bit values as sRGB has them."""
+    from focalgradient.display import Display
+
+    return Display(gamma="sRGB").encode(view.image)
+
+
+def _png(view: View) -> bytes:
+    from focalgradient.photographs.pictures import png_of
+
+    return png_of(_shown(view))
+
+
+def _field(focus: float) -> float:
+    """Width of the larger pictures, as a tangent."""
+    from focalgradient import Lens
+
+    return SHAPE[1] * 1e-6 * PITCH_UM / Lens(1e-3 * FOCAL_LENGTH_MM, STOPS[0], focus).sensor_distance
+
+
+def _photographs() -> dict[str, bytes]:
+    """Spheres before a wall, focused near and far."""
+    from focalgradient.scenes import spheres
+
+    scene = spheres(3, field=_field(FOCI_M[0]))
+    return {
+        name: _png(_seen(scene, SHAPE, STOPS[0], focus, seed=seed))
+        for seed, (name, focus) in enumerate(zip(("near.png", "far.png"), FOCI_M, strict=True))
+    }
+
+
+def _target(z: float) -> Scene:
+    """A white sheet with a large dark square and a small one, as large on every photograph."""
+    from focalgradient.scenes.objects import Scene
+
+    return Scene((_wall(z), _card(-0.0093, 0.0014, 0.0272, z), _card(-0.0301, 0.0009, 0.0031, z)))
+
+
+def _cards() -> Scene:
+    """Three dark cards before a white wall."""
+    from focalgradient.scenes.objects import Scene
+
+    places = zip((-0.0215, -0.0065, 0.0095), CARDS_M, strict=True)
+    return Scene((_wall(2.5), *(_card(x, -0.006, 0.0115, z) for x, z in places)))
+
+
+def _wall(z: float) -> Any:
+    from focalgradient.scenes.objects import Plane
+    from focalgradient.scenes.texture import Texture
+
+    return Plane((0.0, 0.0, z), (0.0, 0.0, -1.0), Texture(mean=0.7, contrast=0.0))
+
+
+def _card(x: float, y: float, side: float, z: float) -> Any:
+    """A dark square at a distance: its place and size are tangents; just before what else is as far."""
+    from focalgradient.scenes.objects import Plane
+    from focalgradient.scenes.texture import Texture
+
+    near = z * (1 - 1e-5)
+    return Plane((x * z, y * z, near), (0.0, 0.0, -1.0), Texture(mean=0.05, contrast=0.0), size=(side * z, side * z))
+
+
+def _targets_toml(targets: dict[str, tuple[float, float]]) -> str:
+    views = [
+        f'\n[[view]]\nimage = "{name}"\ndistance_m = {metres}\nf_number = {stop:g}\nfocus_distance_m = {FOCUS_M}\n'
+        for name, (metres, stop) in targets.items()
+    ]
+    return TARGETS_HEAD + "".join(views)
+
+
+def _camera(targets_toml: Path) -> bytes:
+    """The camera as the target gives it."""
+    from focalgradient.calibration import calibrate
+    from focalgradient.photographs import Calibrated, camera_toml, load_targets
+    from focalgradient.photographs.tables import Sensor
+
+    targets = load_targets(targets_toml)
+    readings = [targets.read(shot) for shot in targets.shots]
+    found = calibrate(readings, 1e-3 * FOCAL_LENGTH_MM, 1e-6 * PITCH_UM, targets.priors)
+    sensor = Sensor.model_validate({name: getattr(targets.camera, name) for name in Sensor.model_fields})
+    return camera_toml(Calibrated(sensor=sensor, calibration=found)).encode()
+
+
+def _frames() -> list[NDArray[np.uint8]]:
+    """A plane that turns about its middle, through both apertures by turns."""
+    from focalgradient.scenes import slant
+
+    middle, half = (sum(1 / m for m in SLANT_M) / 2, (1 / SLANT_M[0] - 1 / SLANT_M[1]) / 2)
+    field = _field(FOCUS_M) * SMALL[1] / SHAPE[1]
+    frames = []
+    for n in range(FRAMES):
+        turned = half * math.cos(math.pi * n / (FRAMES - 1))
+        scene = slant(1 / (middle + turned), 1 / (middle - turned), field, seed=1)
+        frames.append(_shown(_seen(scene, SMALL, STOPS[(n + 1) % 2], FOCUS_M, rays=128, seed=n)))
+    return frames
+
+
+def _write_video(path: Path, frames: list[NDArray[np.uint8]]) -> None:
+    from focalgradient.video import write_frames
+
+    write_frames(path, frames, FPS)
+
+
+def _picture() -> dict[str, bytes]:
+    """The spheres through a pinhole, and how far off each pixel is."""
+    from focalgradient import Lens
+    from focalgradient.render import cast
+    from focalgradient.scenes import spheres
+
+    pinhole = Lens(1e-3 * FOCAL_LENGTH_MM, 1000.0, FOCUS_M)
+    seen = cast(spheres(3, field=_field(FOCI_M[0])), pinhole, SHAPE, _field(FOCUS_M) / SHAPE[1], samples=64)
+    buffer = io.BytesIO()
+    np.save(buffer, seen.distance.astype(np.float32))
+    return {"picture.png": _png(seen.view), "distance.npy": buffer.getvalue()}
+
+
+def _ratings() -> bytes:
+    """Ratings by a model, in the columns of a table of one's own."""
+    from focalgradient.design import DepthRatingDesign
+    from focalgradient.power import Model, simulated_ratings
+
+    table = simulated_ratings(DepthRatingDesign(), SUBJECTS, Model(effect=EFFECT), np.random.default_rng(1))
+    names = {"participant_id": "subject", "aperture": "aperture", "fixation": "focus", "scene": "scene"}
+    own = table[~table["catch"].astype(bool)][[*names, "rating"]].rename(columns=names).round({"rating": 3})
+    return own.assign(kind="simulated").to_csv(index=False, lineterminator="\n").encode()
