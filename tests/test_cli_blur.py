@@ -88,7 +88,8 @@ def test_the_size_of_a_pixel_comes_from_the_display_or_the_sensor(folder: Path) 
 
 def test_folders_of_frames_go_on_where_they_were_cut_off(folder: Path) -> None:
     frames, depths, out = folder / "frames", folder / "depths", folder / "out"
-    frames.mkdir(), depths.mkdir()
+    frames.mkdir()
+    depths.mkdir()
     for number in range(3):
         cv2.imwrite(str(frames / f"{number}.png"), np.full((40, 40), 50 + number, np.uint8))
         np.save(depths / f"{number}.npy", np.full((40, 40), 2.0))

@@ -26,10 +26,10 @@ __all__ = ["demo"]
 FOCAL_LENGTH_MM, PITCH_UM = 25.0, 8.0
 STOPS = (5.6, 16.0)
 FOCUS_M = 0.85
-"""The camera of all these pictures: a thin lens of 25 mm, 8 um pixels, focused at 0.85 m unless a file says otherwise."""
+"""The camera of all these pictures: a thin lens of 25 mm, 8 um pixels, focused at 0.85 m unless a file says so."""
 
 FOCI_M = (0.8, 1.6)
-"""Focus of the two photographs: nearer and farther than the middle of the scene, so that they tell the side of focus."""
+"""Focus of the two photographs: nearer and farther than the middle of the scene, so that the side of focus is known."""
 
 TARGETS_M = (0.45, 0.65, 1.5)
 """Distances of the target: three, so that the offset is determined; its blur is 2 to 8 pixels in radius at f/5.6."""
@@ -94,7 +94,7 @@ The true camera: a thin lens of 25 mm at f/5.6 or f/16, 8 um pixels, focused at 
 """
 
 TRUST = (
-    "What to trust: distances where the map is not black, to within the stated uncertainty; "
+    "What to trust: distances where the map is not hatched, to within the stated uncertainty; "
     "along outlines and on blank surfaces blur says little, and such pixels are left out."
 )
 
