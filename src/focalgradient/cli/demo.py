@@ -94,8 +94,8 @@ The true camera: a thin lens of 25 mm at f/5.6 or f/16, 8 um pixels, focused at 
 """
 
 TRUST = (
-    "What to trust: distances where the map is not hatched, to within the stated uncertainty; "
-    "along outlines and on blank surfaces blur says little, and such pixels are left out."
+    "What to trust: distances where the map is not hatched, to about twice the stated uncertainty; "
+    "along outlines a third of them are farther off than that."
 )
 
 
@@ -109,7 +109,7 @@ def demo(context: click.Context, out: Path) -> None:
     with hard edges, a video that alternates between two apertures, and a picture with its distances. The table of
     ratings is simulated. DIR/README.txt says what each file is, and what is true in it.
 
-    About 10 s on two cores; longer the first time, when code is compiled.
+    About 20 s; longer the first time, when code is compiled.
 
     \b
     Example:
@@ -196,8 +196,8 @@ def _cards() -> Scene:
     """Three dark cards before a white wall."""
     from focalgradient.scenes.objects import Scene
 
-    places = zip((-0.0215, -0.0065, 0.0095), CARDS_M, strict=True)
-    return Scene((_wall(2.5), *(_card(x, -0.006, 0.0115, z) for x, z in places)))
+    places = zip((-0.019, 0.0, 0.019), CARDS_M, strict=True)
+    return Scene((_wall(2.5), *(_card(x, 0.0, 0.0125, z) for x, z in places)))
 
 
 def _wall(z: float) -> Any:
