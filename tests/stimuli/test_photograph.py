@@ -51,9 +51,7 @@ def test_controls_are_measured_and_met(made: StimulusSet) -> None:
     controls = made.manifest["controls"]
     assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
     assert controls["shift_px"]["met"]
-    # The rasterised discs of `blur_picture` are averaged over pixels, which the analytic ones are not.
-    assert 5 < controls["spectrum_percent"]["worst"] < 15
-    assert not controls["spectrum_percent"]["met"]  # said, not hidden
+    assert controls["spectrum_percent"]["met"]
     for one in controls["scenes"]["wall"]["pictures"].values():
         np.testing.assert_allclose(one.get("spectrum", [1])[1:], 1, atol=0.02)  # coarser octaves
 
