@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from focalgradient.cli.options import positive
+from focalgradient.cli.options import gamma_of, positive, screen_size
 from focalgradient.cli.program import resumable, summary_json, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_toml, refuse_overwriting, replace_set
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from focalgradient.optics import Optics
 
 __all__ = ["blur"]
-
-LIGHTS_NM = (611.0, 549.0, 464.0)
-"""Wavelengths that look like the primaries of sRGB (their dominant wavelengths, CIE 1931)."""
 
 UNITS = ("m", "mm", "dioptres", "disparity")
 
@@ -218,6 +215,8 @@ class _Job:
 
         if not self.options["chromatic"]:
             return blur_picture(light, metres, optics, pixel_angle=angle, progress=tell)
+        from focalgradient.stimuli.depth_rating import LIGHTS
+
         eye: Any = optics
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
         seen = [
@@ -228,7 +227,7 @@ class _Job:
                 pixel_angle=angle,
                 progress=_share_of(tell, n, 3),
             )
-            for n, nm in enumerate(LIGHTS_NM)
+            for n, nm in enumerate(LIGHTS)
         ]
         return np.stack(seen, axis=-1)
 
@@ -265,7 +264,7 @@ class _Job:
                 FocalGradientWarning,
                 stacklevel=2,
             )
-        screen = self.display or Display(gamma=_curve(self.options["gamma"]))
+        screen = self.display or Display(gamma=gamma_of(self.options["gamma"]))
         return png_of(screen.encode(np.clip(shares, 0, 1)))
 
 
@@ -321,13 +320,6 @@ def _eye(options: dict[str, Any], accommodation: float) -> Eye:
         ) from error
 
 
-def _curve(gamma: str) -> Any:
-    try:
-        return "sRGB" if gamma.lower() == "srgb" else float(gamma)
-    except ValueError as error:
-        raise InputError(f"--gamma is {gamma}, but must be a number between 1 and 4, or sRGB.") from error
-
-
 def _display(options: dict[str, Any]) -> Display | None:
     """The display, where it is known."""
     from focalgradient.display import Display
@@ -351,14 +343,11 @@ def _display(options: dict[str, Any]) -> Display | None:
                 f"{printable(path)} does not describe a display: give size_px = [width, height], pixel_pitch_mm, "
                 "distance_m and gamma."
             ) from error
-    curve = _curve(options["gamma"])
+    curve = gamma_of(options["gamma"])
     if options["screen_width"] is None or options["distance"] is None:
         if options["screen_width"] is not None or options["distance"] is not None:
             raise InputError("--screen-width and --distance belong together: give both.")
         Display(gamma=curve)  # refuses a gamma out of range before the long work
         return None
-    try:
-        width, height = (int(side) for side in options["screen"].lower().split("x"))
-    except ValueError as error:
-        raise InputError(f"--screen is {options['screen']}, but must be a width and height in pixels.") from error
-    return Display.of_width(1e-2 * options["screen_width"], (width, height), distance=options["distance"], gamma=curve)
+    size = screen_size(options["screen"])
+    return Display.of_width(1e-2 * options["screen_width"], size, distance=options["distance"], gamma=curve)

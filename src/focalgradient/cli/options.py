@@ -16,9 +16,11 @@ from focalgradient.errors import InputError
 __all__ = [
     "NEAREST",
     "OPENEST",
+    "gamma_of",
     "optics_options",
     "options_named",
     "positive",
+    "screen_size",
     "search_options",
     "shared_options",
     "shared_work",
@@ -55,6 +57,23 @@ def positive(
         return given
 
     return check
+
+
+def screen_size(screen: str) -> tuple[int, int]:
+    """Width and height of a display in pixels, of a word like 1920x1080."""
+    try:
+        width, height = (int(side) for side in screen.lower().split("x"))
+    except ValueError as error:
+        raise InputError(f"--screen is {screen}, but must be a width and height in pixels, like 1920x1080.") from error
+    return width, height
+
+
+def gamma_of(word: str) -> Any:
+    """A display's gamma: ``"sRGB"``, or a number."""
+    try:
+        return "sRGB" if word.lower() == "srgb" else float(word)
+    except ValueError as error:
+        raise InputError(f"--gamma is {word}, but must be a number between 1 and 4, or sRGB.") from error
 
 
 def search_options(command: Command) -> Command:

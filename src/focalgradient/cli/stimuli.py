@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from focalgradient.cli.options import positive
+from focalgradient.cli.options import gamma_of, positive, screen_size
 from focalgradient.cli.program import resumable, warnings_told, writable
 from focalgradient.errors import InputError
 
@@ -98,20 +98,13 @@ def _display(
 ) -> Display:
     from focalgradient.display import Display
 
-    try:
-        width, height = (int(side) for side in screen.lower().split("x"))
-    except ValueError as error:
-        raise InputError(f"--screen is {screen}, but must be a width and height in pixels, like 1920x1080.") from error
-    try:
-        curve: Any = "sRGB" if gamma.lower() == "srgb" else float(gamma)
-    except ValueError as error:
-        raise InputError(f"--gamma is {gamma}, but must be a number between 1 and 4, or sRGB.") from error
+    size, curve = screen_size(screen), gamma_of(gamma)
     if pixel_pitch is not None and screen_width is not None:
         raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
     others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
     if screen_width is not None:
-        return Display.of_width(screen_width * 1e-2, (width, height), **others)
-    return Display((width, height), (pixel_pitch or 0.2767) * 1e-3, **others)
+        return Display.of_width(screen_width * 1e-2, size, **others)
+    return Display(size, (pixel_pitch or 0.2767) * 1e-3, **others)
 
 
 def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
