@@ -26,6 +26,7 @@ from focalgradient.files import (
     replace_set,
     sweep,
     write_whole,
+    writing,
 )
 
 posix = pytest.mark.skipif(os.name != "posix", reason="links, devices and pipes are those of POSIX")
@@ -197,7 +198,7 @@ def test_a_set_is_replaced_as_a_whole_or_has_no_summary(
         moved.append(place)
         really(source, place)
 
-    monkeypatch.setattr(files, "move", move)
+    monkeypatch.setattr(writing, "move", move)
     if at == len(names):
         replace_set(out, dict.fromkeys(names, b"new"), "summary.json")
         assert {(out / name).read_bytes() for name in names} == {b"new"}

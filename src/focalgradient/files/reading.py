@@ -1,0 +1,247 @@
+"""Reading of files from outside: regular files only, of a stated size at most; what is wrong is one `InputError`."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import stat
+import tomllib
+import zipfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, BinaryIO, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.files.names import printable
+
+__all__ = [
+    "LARGEST",
+    "opened",
+    "parse_json",
+    "read_array",
+    "read_arrays",
+    "read_bytes",
+    "read_json",
+    "read_text",
+    "read_toml",
+]
+
+MB = 1024**2
+
+LARGEST = 2048 * MB
+"""Bytes of a file that is read at once, unless its reader states another limit."""
+
+LARGEST_TEXT = 256 * MB
+"""Bytes of a text: a data set of thousands of sessions has tables of some 10 MB."""
+
+LARGEST_TOML = 1 * MB
+"""Bytes of a settings file: those of hundreds of views have some 10 KB."""
+
+DEEPEST = 32
+"""Parts of a dotted TOML key: what reading takes grows with their square."""
+
+_DOTTED = re.compile(rf"(?<![\w-])(?:(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LARGEST) -> Iterator[BinaryIO]:
+    """Open a regular file for reading; neither a FIFO nor a device is waited for.
+
+    Parameters
+    ----------
+    path
+        Where it is.
+    what
+        What it should be, with its article: ends the message "give the path of ...".
+    largest
+        Bytes that it may have.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened or read, is no regular file or is larger.
+    """
+    name = printable(path)
+    try:
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except ValueError as error:  # NUL in the name
+        raise InputError(f"{name!r} is no name of a file: give the path of {what}.") from error
+    except OSError as error:
+        folder = os.path.isdir(path)  # Windows says of these that access is denied
+        why = "is a folder" if folder else f"cannot be read ({error.strerror or error})"
+        raise InputError(f"{name} {why}: give the path of {what}.") from error
+    with os.fdopen(number, "rb", closefd=True) if _regular(number) else _refused(number, name, what) as file:
+        size = os.fstat(number).st_size
+        if size > largest:
+            raise InputError(
+                f"{name} has {size / MB:,.0f} MB, but {what} may have at most {largest / MB:,.0f} MB: give another."
+            )
+        try:
+            yield file
+        except OSError as error:
+            if error.filename is not None or error.errno is None:  # of another file, or a decoder's
+                raise
+            raise InputError(f"{name} cannot be read ({error.strerror or error}): give {what} that can.") from error
+
+
+def _regular(number: int) -> bool:
+    return stat.S_ISREG(os.fstat(number).st_mode)
+
+
+def _refused(number: int, name: str, what: str) -> NoReturn:
+    folder = stat.S_ISDIR(os.fstat(number).st_mode)
+    os.close(number)
+    raise InputError(f"{name} is {'a folder' if folder else 'no regular file'}: give the path of {what}.")
+
+
+def read_bytes(path: str | os.PathLike[str], what: str = "a file", largest: int = LARGEST) -> bytes:
+    """Read all of a regular file.
+
+    Raises
+    ------
+    InputError
+        As `opened` does, and if there is too little memory.
+    """
+    with opened(path, what, largest) as file:
+        try:
+            data = file.read(largest + 1)
+        except MemoryError as error:
+            raise InputError(f"{printable(path)} is too large for the memory: give {what} that is smaller.") from error
+    if len(data) > largest:
+        raise InputError(f"{printable(path)} has more than {largest / MB:,.0f} MB: give {what} that is smaller.")
+    return data
+
+
+def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: int = LARGEST_TEXT) -> str:
+    """Read a text in UTF-8, with or without a byte order mark; line ends as they stand.
+
+    Raises
+    ------
+    InputError
+        As `read_bytes` does, and if it is not UTF-8.
+    """
+    try:
+        return read_bytes(path, what, largest).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8."
+        ) from error
+
+
+def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> dict[str, Any]:
+    """Read a TOML file as it stands.
+
+    Raises
+    ------
+    InputError
+        As `read_text` does, and if it is not TOML, or nested beyond reason.
+    """
+    text, name = read_text(path, what, LARGEST_TOML), printable(path)
+    if _DOTTED.search(text):
+        raise InputError(f"{name} has a key of more than {DEEPEST} dotted parts: give {what}.")
+    try:
+        return tomllib.loads(text)
+    except (RecursionError, MemoryError) as error:
+        raise InputError(f"{name} is nested too deeply: give {what}.") from error
+    except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
+        hint = "; write \\ as / in paths" if "\\" in text else ""
+        raise InputError(f"{name} is not valid TOML: {printable(str(error)).rstrip('.')}{hint}.") from error
+
+
+def read_json(path: str | os.PathLike[str], what: str = "a JSON file", largest: int = LARGEST_TEXT) -> Any:
+    """Read a file of strict JSON: NaN and infinities are none.
+
+    Raises
+    ------
+    InputError
+        As `read_text` does, and if it is not JSON, or nested beyond reason.
+    """
+    return parse_json(read_text(path, what, largest), printable(path), what)
+
+
+def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
+    """What a strict JSON text holds; `name` and `what` are for messages.
+
+    Raises
+    ------
+    InputError
+        If it is not JSON, or nested beyond reason.
+    """
+    try:
+        return json.loads(text, parse_constant=_no_constant)
+    except (RecursionError, MemoryError) as error:
+        raise InputError(f"{name} is nested too deeply: give {what}.") from error
+    except ValueError as error:
+        raise InputError(f"{name} is not valid JSON ({printable(str(error)).rstrip('.')}): give {what}.") from error
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no JSON")
+
+
+def read_array(
+    path: str | os.PathLike[str], what: str = "a .npy file of plain numbers", largest: int = LARGEST
+) -> NDArray[Any]:
+    """Read a ``.npy`` file of plain numbers: nothing in it is run, and memory is taken for what is there only.
+
+    Raises
+    ------
+    InputError
+        As `read_bytes` does, and if it is no such file.
+    """
+    return _parsed_array(read_bytes(path, what, largest), printable(path), what)
+
+
+def _parsed_array(data: bytes, name: str, what: str) -> NDArray[Any]:
+    wrong = f"{name} is not {what}, or is damaged: give one that is whole."
+    head = io.BytesIO(data)
+    try:
+        major, _ = np.lib.format.read_magic(head)  # type: ignore[no-untyped-call]
+        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
+        shape, in_columns, dtype = read(head)  # type: ignore[no-untyped-call]
+    except Exception as error:  # a header is a Python literal: it fails in many ways
+        raise InputError(wrong) from error
+    content = memoryview(data)[head.tell() :]
+    plain = not dtype.hasobject and dtype.itemsize > 0 and all(type(n) is int and n >= 0 for n in shape)
+    if not plain or len(shape) > 32 or math.prod(shape) * dtype.itemsize != len(content):
+        raise InputError(wrong)
+    array = np.frombuffer(content, dtype).copy()  # to be written to, as what numpy.load gives
+    return array.reshape(shape[::-1]).transpose() if in_columns else array.reshape(shape)
+
+
+def read_arrays(
+    path: str | os.PathLike[str], names: Iterable[str], what: str = "a .npz archive", largest: int = LARGEST
+) -> dict[str, NDArray[Any]]:
+    """Read arrays of plain numbers or texts out of a ``.npz`` archive: those of `names` that are there.
+
+    `largest` holds for the archive, and for all these together once unpacked.
+
+    Raises
+    ------
+    InputError
+        As `opened` does, and if it is no such archive.
+    """
+    name = printable(path)
+    with opened(path, what, largest) as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                held = set(archive.namelist())
+                members = {key: archive.getinfo(f"{key}.npy") for key in names if f"{key}.npy" in held}
+                if sum(member.file_size for member in members.values()) > largest:
+                    raise InputError(
+                        f"{name} unpacks to more than {largest / MB:,.0f} MB: give {what} that is smaller."
+                    )
+                found = {key: archive.read(member) for key, member in members.items()}
+        except InputError:
+            raise
+        except MemoryError as error:
+            raise InputError(f"{name} is too large for the memory: give {what} that is smaller.") from error
+        except Exception as error:  # damaged archives fail in many ways
+            raise InputError(f"{name} is not {what}, or is damaged: give one that is whole.") from error
+    return {key: _parsed_array(data, name, what) for key, data in found.items()}
