@@ -7,9 +7,11 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import click
 import numpy as np
@@ -20,14 +22,19 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, replacing
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from numpy.typing import NDArray
 
-    from focalgradient.video import Frame, Scale, Skipped
+    from focalgradient.video import Frame, Scale, Skipped, Source, ValuesFile, VideoFile
 
 __all__ = ["stream"]
 
 FIRST = 24
 """Frames looked at beforehand for which aperture is the sharper; the first four of them for noise."""
+
+MOST_NAMED = 20
+"""Skipped places named on standard error; the note beside the video lists all."""
 
 OPTICS = {
     "focal_length": "--focal-length",
@@ -146,20 +153,53 @@ def stream(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     _check(optics, near, far)
-    from focalgradient.depth.noise import noise_floor
     from focalgradient.depth.ratio import detail
-    from focalgradient.video import (
-        Frame,
-        Skipped,
-        Source,
-        ValuesFile,
-        VideoFile,
-        ahead,
-        alternation,
-        check_ending,
-        luminance,
-        pairs,
-    )  # fmt: skip
+    from focalgradient.video import Source, luminance
+
+    places = _places(video, out, values)
+    note = places[1]
+    levels = np.linspace(0, 1, 256, dtype=np.float32) if encoding == "linear" else _srgb()
+    content = partial(detail, levels=levels)
+    grey = luminance(levels)
+    with warnings_told() as told:
+        with Source(video, grey) as source:
+            step, noise = _opening(source, content)
+        to_grid, scale, said = _reader(optics, near, far, psf, window, levels, noise, step)
+        distance = bool(said["optics"])
+        with replacing(places, note) as staged, Source(video, grey) as source:
+            hidden = [staged[place] for place in places if place != note]
+            with _Output(hidden[0], hidden[1] if values else None, source.fps, scale, distance) as output:
+                counts = _recover(source, content, step, to_grid, output)
+            if not counts.depth_frames:
+                raise InputError(
+                    f"{printable(video)} has no two successive frames that make a pair: {_list(counts.skipped)}."
+                )
+            seconds = time.perf_counter() - start
+            limits = {"near_m": near, "far_m": far}
+            summary = {
+                "video": str(video),
+                "settings": {**said, **limits, "psf": psf, "encoding": encoding, "window_px": window},
+                "scale": {"what": scale.title, "dark": scale.ticks[0][1], "bright": scale.ticks[-1][1]},
+                "even_over_odd_detail": float(np.exp(step)),
+                "noise_of_stored_values": noise,
+                **counts.noted(),
+                "fps_of_video": source.fps,
+                "fps_of_processing": counts.depth_frames / seconds,
+                "seconds": seconds,
+                "warnings": list(told),
+            }
+            staged[note].write_bytes(summary_json(summary))
+    counts.report(note)
+    if not distance:
+        click.echo("No optics given: the output is focal disparity (1 in focus, less with blur), not distance.")
+    rate = counts.depth_frames / seconds
+    click.echo(f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} a second")
+    click.echo(f"Written: {', '.join(map(str, places))}")
+
+
+def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
+    """The files to write: the depth video, the note beside it, and the numbers if asked for; none of them read."""
+    from focalgradient.video import check_ending
 
     check_ending(out)
     note = out.with_suffix(".json")
@@ -170,98 +210,114 @@ def stream(
         )
     for place in places:
         writable(place.parent, (place.name,), [video])
+    return places
 
-    levels = np.linspace(0, 1, 256, dtype=np.float32) if encoding == "linear" else _srgb()
 
-    def content(image: NDArray[np.uint8]) -> float:
-        return detail(image, levels)
+def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> tuple[float, float]:
+    """Log ratio of detail of even to odd frames, and the noise of stored values, from a video's first frames."""
+    from focalgradient.depth.noise import noise_floor
+    from focalgradient.video import Frame, alternation
 
-    grey = luminance(levels)
+    first = list(islice(source.frames(), FIRST))
+    step = alternation(first, content)
+    images = [item.image for item in first if isinstance(item, Frame)][:4]
+    return step, min(noise_floor(image.astype(np.float32)) for image in images)
 
-    with warnings_told() as told:
-        with Source(video, grey) as source:
-            first = list(islice(source.frames(), FIRST))
-        step = alternation(first, content)
-        images = [item.image for item in first if isinstance(item, Frame)][:4]
-        noise = min(noise_floor(image.astype(np.float32)) for image in images)
-        del first, images
-        to_grid, scale, said = _reader(optics, near, far, psf, window, levels, noise, step)
 
-        skipped: list[Skipped] = []
-        frames = pairs_found = 0
-        with replacing(places, note) as staged, Source(video, grey) as source, ExitStack() as open_files:
-            picture: VideoFile | None = None
-            numbers: ValuesFile | None = None
-            # Decoding and writing go on beside the computation, each in a thread of its own.
-            written: Future[None] | None = None
+@dataclass
+class _Counts:
+    """What was read, estimated and skipped."""
 
-            def write(grid: NDArray[np.float32], valid: NDArray[np.bool_]) -> None:
-                assert picture is not None
-                picture.write(grid, valid)
-                if numbers is not None:
-                    numbers.write(_as_told(grid, valid, bool(said["optics"])))
+    frames: int = 0
+    depth_frames: int = 0
+    skipped: list[Skipped] = field(default_factory=list)
 
-            def counted(say: Callable[[str], None]) -> Iterator[Frame | Skipped]:
-                nonlocal frames
-                for item in ahead(source.frames()):
-                    if isinstance(item, Frame):
-                        frames += 1
-                        say(f"frame {item.number}")
-                    yield item
+    def noted(self) -> dict[str, Any]:
+        """The counts as the note beside the video states them."""
+        places = [{"first": item.first, "last": item.last, "reason": item.reason} for item in self.skipped]
+        return {"frames_read": self.frames, "depth_frames": self.depth_frames, "skipped": places}
 
-            with progress(source.declared) as say:
-                for pair in pairs(counted(say), content, step):
-                    if isinstance(pair, Skipped):
-                        skipped.append(pair)
-                        continue
-                    grid, valid = to_grid(pair.even, pair.odd)
-                    if picture is None:
-                        shape = grid.shape[0], grid.shape[1]
-                        picture = VideoFile(staged[out], source.fps, shape, scale)
-                        open_files.callback(picture.close)
-                        if values:
-                            numbers = ValuesFile(staged[values], shape)
-                            open_files.callback(numbers.close)
-                        writer = open_files.enter_context(ThreadPoolExecutor(1))
-                    if written is not None:
-                        written.result()
-                    written = writer.submit(write, grid, valid)
-                    pairs_found += 1
-            if written is None:
-                raise InputError(f"{printable(video)} has no two successive frames that make a pair: {_list(skipped)}.")
-            written.result()
-            open_files.close()
-            seconds = time.perf_counter() - start
-            summary = {
-                "video": str(video),
-                "settings": {
-                    **said,
-                    "near_m": near,
-                    "far_m": far,
-                    "psf": psf,
-                    "encoding": encoding,
-                    "window_px": window,
-                },
-                "scale": {"what": scale.title, "dark": scale.ticks[0][1], "bright": scale.ticks[-1][1]},
-                "even_over_odd_detail": float(np.exp(step)),
-                "noise_of_stored_values": noise,
-                "frames_read": frames,
-                "depth_frames": pairs_found,
-                "skipped": [{"first": s.first, "last": s.last, "reason": s.reason} for s in skipped],
-                "fps_of_video": source.fps,
-                "fps_of_processing": pairs_found / seconds,
-                "seconds": seconds,
-                "warnings": list(told),
-            }
-            staged[note].write_bytes(summary_json(summary))
-    for item in skipped[:20]:
-        click.echo(f"Skipped: {_sentence(item)}.", err=True)
-    if len(skipped) > 20:
-        click.echo(f"Skipped: {len(skipped) - 20} more places, listed in {note}.", err=True)
-    if not said["optics"]:
-        click.echo("No optics given: the output is focal disparity (1 in focus, less with blur), not distance.")
-    click.echo(f"Depth frames: {pairs_found} from {frames} frames, {pairs_found / seconds:.1f} a second")
-    click.echo(f"Written: {', '.join(map(str, places))}")
+    def report(self, note: Path) -> None:
+        """Name on standard error what was skipped."""
+        for item in self.skipped[:MOST_NAMED]:
+            click.echo(f"Skipped: {_sentence(item)}.", err=True)
+        if len(self.skipped) > MOST_NAMED:
+            click.echo(f"Skipped: {len(self.skipped) - MOST_NAMED} more places, listed in {note}.", err=True)
+
+
+class _Output:
+    """The depth video, and the numbers if asked for: opened at the first frame of depth, written in one thread."""
+
+    def __init__(self, picture: Path, values: Path | None, fps: float, scale: Scale, distance: bool) -> None:
+        self._places, self._fps, self._scale, self._distance = (picture, values), fps, scale, distance
+        self._open = ExitStack()
+        self._written: Future[None] | None = None
+        self._picture: VideoFile
+        self._numbers: ValuesFile | None = None
+
+    def __enter__(self) -> Self:
+        self._writer = self._open.enter_context(ThreadPoolExecutor(1))
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        try:
+            if self._written is not None and kind is None:
+                self._written.result()
+        finally:
+            self._open.close()
+
+    def write(self, grid: NDArray[np.float32], valid: NDArray[np.bool_]) -> None:
+        """Hand over one frame of depth; raises what went wrong with the one before."""
+        if self._written is None:
+            self._begin((grid.shape[0], grid.shape[1]))
+        else:
+            self._written.result()
+        self._written = self._writer.submit(self._write, grid, valid)
+
+    def _begin(self, shape: tuple[int, int]) -> None:
+        from focalgradient.video import ValuesFile, VideoFile
+
+        picture, values = self._places
+        self._picture = VideoFile(picture, self._fps, shape, self._scale)
+        files: list[VideoFile | ValuesFile] = [self._picture]
+        if values:
+            self._numbers = ValuesFile(values, shape)
+            files.append(self._numbers)
+        # The thread ends before the files are closed.
+        writer = self._open.pop_all()
+        for file in files:
+            self._open.callback(file.close)
+        self._open.push(writer)
+
+    def _write(self, grid: NDArray[np.float32], valid: NDArray[np.bool_]) -> None:
+        self._picture.write(grid, valid)
+        if self._numbers is not None:
+            self._numbers.write(_in_metres(grid, valid, self._distance))
+
+
+def _recover(
+    source: Source, content: Callable[[NDArray[np.uint8]], float], step: float, to_grid: ToGrid, output: _Output
+) -> _Counts:
+    """Estimate depth from all pairs of a video. Decoding and writing go on beside it, each in its own thread."""
+    from focalgradient.video import Frame, Skipped, ahead, pairs
+
+    counts = _Counts()
+    with progress(source.declared) as say:
+
+        def counted() -> Iterator[Frame | Skipped]:
+            for item in ahead(source.frames()):
+                if isinstance(item, Frame):
+                    counts.frames += 1
+                    say(f"frame {item.number}")
+                yield item
+
+        for pair in pairs(counted(), content, step):
+            if isinstance(pair, Skipped):
+                counts.skipped.append(pair)
+            else:
+                output.write(*to_grid(pair.even, pair.odd))
+                counts.depth_frames += 1
+    return counts
 
 
 def _reader(
@@ -356,8 +412,8 @@ def _srgb() -> NDArray[np.float32]:
     return srgb_to_linear(np.arange(256) / 255).astype(np.float32)
 
 
-def _as_told(grid: NDArray[np.float32], valid: NDArray[np.bool_], distance: bool) -> NDArray[np.float32]:
-    """The numbers of a frame: distance in metres, or the disparity itself; NaN where nothing is told."""
+def _in_metres(grid: NDArray[np.float32], valid: NDArray[np.bool_], distance: bool) -> NDArray[np.float32]:
+    """The numbers of a frame: distance in metres, or the disparity itself; NaN where it is not valid."""
     with np.errstate(divide="ignore"):
         shown = 1 / np.maximum(grid, 0) if distance else grid
     return np.where(valid, shown, np.nan).astype(np.float32)
