@@ -261,6 +261,13 @@ def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
 @cache
 def _parts(variant: str) -> dict[str, Any]:
     """Our sensor, texture and integrator, as classes of Mitsuba's current variant."""
+    import mitsuba as mi
+
+    mi.register_sensor("dioptres", _sensor_class())
+    return {"Skin": _texture_class(), "Light": _integrator_class(variant)}
+
+
+def _sensor_class() -> Any:
     import drjit as dr
     import mitsuba as mi
 
@@ -291,6 +298,13 @@ def _parts(variant: str) -> dict[str, Any]:
 
         def to_string(self) -> str:
             return f"Dioptres[{self.focus} D]"
+
+    return Dioptres
+
+
+def _texture_class() -> Any:
+    import drjit as dr
+    import mitsuba as mi
 
     class Skin(mi.Texture):
         """The texture of a plane or a sphere, laid on just as the ray caster lays it."""
@@ -329,6 +343,13 @@ def _parts(variant: str) -> dict[str, Any]:
         def to_string(self) -> str:
             return "Skin[]"
 
+    return Skin
+
+
+def _integrator_class(variant: str) -> Any:
+    import drjit as dr
+    import mitsuba as mi
+
     class Light(mi.SamplingIntegrator):
         """The light of a ray, shaded or path traced."""
 
@@ -348,11 +369,7 @@ def _parts(variant: str) -> dict[str, Any]:
                 si = world.ray_intersect(ray, mi.RayFlags.All, surface == 0, going)
                 hit = going & si.is_valid()
                 lost = going ^ hit
-                if self.sky:
-                    beyond = world.environment().eval(si, lost)
-                else:
-                    beyond = mi.Color3f(dr.select(direct, self.background, self.ambient))
-                seen += dr.select(lost, share * beyond, 0)
+                seen += dr.select(lost, share * self.beyond(world, si, lost, direct), 0)
                 if surface == self.surfaces or (variant == SCALAR and not hit):
                     break
                 bsdf = si.bsdf()
@@ -360,12 +377,7 @@ def _parts(variant: str) -> dict[str, Any]:
                 plain = hit ^ mirror
                 albedo, side = bsdf.eval_diffuse_reflectance(si, plain), dr.select(si.wi.z < 0, -1.0, 1.0)
                 if self.sun is not None:
-                    sun = mi.Vector3f(*self.sun)
-                    cosine = dr.dot(si.sh_frame.n, sun) * side
-                    lit = plain & (cosine > 0)
-                    lit ^= lit & world.ray_test(si.spawn_ray(sun), surface == 0, lit)
-                    light = dr.select(lit, (1 - self.ambient) * cosine, 0) * mi.Color3f(*self.tint)
-                    seen += dr.select(plain, share * albedo * light, 0)
+                    seen += dr.select(plain, share * albedo * self.sunlight(world, si, side, plain, surface == 0), 0)
                 going = hit if self.traced else mirror
                 if not self.traced:
                     seen += dr.select(plain, share * albedo * self.ambient, 0)
@@ -382,8 +394,22 @@ def _parts(variant: str) -> dict[str, Any]:
                 ray = si.spawn_ray(si.to_world(way))
             return seen, mi.Bool(True), []
 
+        def beyond(self, world: Any, si: Any, lost: Any, direct: Any) -> Any:
+            """Light of rays that meet nothing: the sky, or the background where it is seen directly."""
+            if self.sky:
+                return world.environment().eval(si, lost)
+            return mi.Color3f(dr.select(direct, self.background, self.ambient))
+
+        def sunlight(self, world: Any, si: Any, side: Any, plain: Any, first: bool) -> Any:
+            """Light that falls on a surface straight from the sun, per light of a surface that faces it."""
+            assert self.sun is not None
+            sun, tint = mi.Vector3f(*self.sun), mi.Color3f(*self.tint)
+            cosine = dr.dot(si.sh_frame.n, sun) * side
+            lit = plain & (cosine > 0)
+            lit ^= lit & world.ray_test(si.spawn_ray(sun), first, lit)
+            return dr.select(lit, (1 - self.ambient) * cosine, 0) * tint
+
         def to_string(self) -> str:
             return "Light[]"
 
-    mi.register_sensor("dioptres", Dioptres)
-    return {"Skin": Skin, "Light": Light}
+    return Light
