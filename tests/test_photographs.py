@@ -203,7 +203,8 @@ def test_settings_become_views(tmp_path):
 def test_telecentric_views_share_the_pixel_angle(tmp_path):
     (tmp_path / "views.toml").write_text(TOML.format(camera='telecentric = true\nencoding = "srgb"\nblur_k = 0.7'))
     settings = load_settings(tmp_path / "views.toml")
-    assert settings.pixel_angles() == pytest.approx([310.0e-6, 310.0e-6])
+    # Image-side telecentric: pitch / focal length in every view, 8 um / 25 mm.
+    assert settings.pixel_angles() == pytest.approx([320.0e-6, 320.0e-6])
     assert (settings.camera.encoding, settings.camera.blur_k) == ("srgb", 0.7)
 
 

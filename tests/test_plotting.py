@@ -60,12 +60,15 @@ def test_every_panel_is_named_and_has_its_unit():
     assert "b.png\nf/5.6, focus 0.85 m" in said
     for title in ("True depth", "Recovered depth", "Error", "Uncertainty"):
         panel(figure, title)
-    assert [said.count(label) for label in ("distance (m)", "error (%)", "sd (%)")] == [2, 1, 1]
+    labels = ("distance (m)", "distance from the entrance pupil (m)", "error (%)", "sd (%)")
+    assert [said.count(label) for label in labels] == [1, 1, 1, 1]
 
 
 def test_colour_bar_reads_in_metres():
     figure = depth_figure(views(16, 5.6), ramp(0.8, 5.0))
-    (bar,) = [ax for ax in figure.findobj(matplotlib.axes.Axes) if ax.get_ylabel() == "distance (m)"]
+    (bar,) = [
+        ax for ax in figure.findobj(matplotlib.axes.Axes) if ax.get_ylabel() == "distance from the entrance pupil (m)"
+    ]
     read = [
         (float(label.get_text()), place) for label, place in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)
     ]

@@ -76,6 +76,8 @@ class Calibration:
         Joint, of `parameters`.
     informed
         For each of these the share of the prior's variance that the views removed, 0 to 1.
+    telecentric
+        Whether the lens is telecentric on the image side: a pixel's angle is then pitch / focal length.
     """
 
     focal_length: float
@@ -88,6 +90,7 @@ class Calibration:
     model_error: float
     covariance: FloatArray
     informed: FloatArray
+    telecentric: bool = False
 
     def __repr__(self) -> str:
         """Focal length, k, and how many marks were calibrated."""
@@ -134,7 +137,11 @@ class Calibration:
         """
         stop, focus = self._place(f_number, focus_distance)
         lens = Lens(self.focal_length, list(self.f_numbers.values())[stop], 1 / list(self.focus.values())[focus])
-        return replace(lens, own_variance=self.own / lens.sensor_distance**2)
+        return replace(lens, own_variance=self.own / self._throw(lens) ** 2)
+
+    def _throw(self, lens: Lens) -> float:
+        """Metres on the sensor for a radian."""
+        return self.focal_length if self.telecentric else lens.sensor_distance
 
     def _place(self, f_number: float, focus_distance: float | None) -> tuple[int, int]:
         """Which of the f-numbers and of the focus vergences is meant."""
@@ -165,7 +172,7 @@ class Calibration:
         1.9
         """
         lens = self.lens(reading.f_number, reading.focus_distance)
-        per_dioptre = self.k * lens.aperture_diameter / 2 * lens.sensor_distance
+        per_dioptre = self.k * lens.aperture_diameter / 2 * self._throw(lens)
         blur = math.sqrt(max(reading.width**2 - self.own, 0.0))
         side = math.copysign(1.0, lens.focus_vergence - 1 / (reading.distance + self.offset))
         vergence = lens.focus_vergence - side * blur / per_dioptre
@@ -213,7 +220,8 @@ class Calibration:
             for (stop, focus), error in zip(places, errors, strict=True):
                 k = math.exp(parameters[0]) if psf == "gaussian" else self.k
                 lens_vergence = parameters[3 + count + focus]
-                radius = disc_radius(self.focal_length, math.exp(parameters[3 + stop]), lens_vergence, at)
+                f_number = math.exp(parameters[3 + stop])
+                radius = disc_radius(self.focal_length, f_number, lens_vergence, at, self.telecentric)
                 squares.append((k * radius * (1 + error)) ** 2 * 1e12)
             return np.stack([squares[0] + parameters[1]] if len(places) == 1 else [s - squares[0] for s in squares[1:]])
 
@@ -236,6 +244,9 @@ class Calibration:
         return np.sqrt(np.einsum("i...,ij,j...->...", jacobian, spread, jacobian))
 
 
-def disc_radius(focal_length: float, f_number: float, focus: float, vergence: ArrayLike) -> FloatArray:
+def disc_radius(
+    focal_length: float, f_number: float, focus: float, vergence: ArrayLike, telecentric: bool = False
+) -> FloatArray:
     """Radius of the blur disc on the sensor, in metres: as a Lens has it, defined for any vergence."""
-    return focal_length / (2 * f_number) * np.abs(focus - np.asarray(vergence)) / (1 / focal_length - focus)
+    throw = focal_length if telecentric else 1 / (1 / focal_length - focus)
+    return focal_length / (2 * f_number) * np.abs(focus - np.asarray(vergence)) * throw

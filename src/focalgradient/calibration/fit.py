@@ -36,11 +36,15 @@ class Priors:
     own_sd
         Standard deviation of the variance of the camera's own blur about 0, in square pixels.
     offset, offset_sd
-        From the user's reference plane to the optical centre of the lens, in metres.
+        From the user's reference plane to the entrance pupil of the lens, in metres.
+    focus_offset
+        The same for the plane that marked focus distances count from; None: the user's reference plane.
     f_number_sd
         Of an effective f-number about the marked one, relative.
     focus_sd
         Of the true focus vergence about a marked one, relative.
+    telecentric
+        Whether the lens is telecentric on the image side.
     distance_sd
         Of each distance that was measured, in metres.
     model_error, model_weight
@@ -57,6 +61,8 @@ class Priors:
     distance_sd: float = 0.005
     model_error: float = 0.015
     model_weight: float = 4.0
+    focus_offset: float | None = None
+    telecentric: bool = False
 
 
 def calibrate(
@@ -143,11 +149,13 @@ class _Fit:
         distance, stop, focus = self.place
         vergence_focus, slip = theta[first : first + len(self.marks)], theta[first + len(self.marks) :]
         optical = np.maximum(self.distances + theta[2] + slip, 1e-3)
-        radius = disc_radius(self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance])
+        radius = disc_radius(
+            self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance], b.telecentric
+        )
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
         error = 2 * self.width * np.hypot(self.width_sd, model_error * self.width)
         marked = [
-            (v * (mark + theta[2]) - 1) / b.focus_sd
+            (v * (mark + (theta[2] if b.focus_offset is None else b.focus_offset)) - 1) / b.focus_sd
             for v, mark in zip(vergence_focus, self.marks, strict=True)
             if mark is not None and math.isfinite(mark)
         ]
@@ -198,6 +206,7 @@ class _Fit:
             model_error=error,
             covariance=covariance,
             informed=np.clip(1 - np.diag(covariance) / prior_sd**2, 0, 1),
+            telecentric=b.telecentric,
         )
 
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:

@@ -62,7 +62,9 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
       focal_length_mm = 18.0
       pixel_pitch_um = 4.7       # of the sensor, also for camera raw files
       encoding = "srgb"          # or "linear", as in VIEWS.toml
-      offset_m = 0.0             # prior: from where distances were measured to the optical centre
+      distances_from = "sensor"  # or "lens_front" or "entrance_pupil"; left out where it is not known
+      focus_from = "sensor"      # the same for the marks of the focus, where it is another
+      offset_m = 0.0             # prior: from where distances were measured to the entrance pupil
       offset_sd_m = 0.1          # ... and how surely
       distance_sd_m = 0.005      # of each measured distance
       f_number_tolerance = 0.07  # of the marks on the lens
@@ -76,7 +78,6 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
     writable(out.parent, (out.name,), [targets])
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
-    from focalgradient.photographs.tables import Sensor
 
     settings = load_targets(targets)
     refuse_overwriting((path for shot in settings.shots for path in (shot.image, shot.flat) if path), [out])
@@ -100,8 +101,7 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
         by_distance = room.cross_validate(*known, fit=fit)
         by_view = room.cross_validate(*known, leave="view", fit=fit)
         _warn_of_the_odd(shots, readings)
-    plain = Sensor.model_validate({name: getattr(sensor, name) for name in Sensor.model_fields})
-    text = camera_toml(Calibrated(sensor=plain, calibration=camera))
+    text = camera_toml(Calibrated(sensor=sensor.only, calibration=camera))
     with replacing([out], out) as hidden:
         hidden[out].write_bytes(text.encode())
     for line in [

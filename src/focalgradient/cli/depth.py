@@ -39,6 +39,9 @@ FROM_EXIF = {
     "f_numbers": "--f-number N",
     "focus_distances_m": "--focus-distance M",
     "pixel_pitch_um": "--pixel-pitch UM",
+    "sensor_to_front_mm": "--sensor-to-front MM",
+    "distances_from": "--distances-from",
+    "focus_from": "--focus-from",
 }
 """Parameters of `focalgradient.photographs.from_exif` and the options that give them."""
 
@@ -123,8 +126,9 @@ def depth(
         views = make_views(settings, photographs)
         if psf == "auto" and settings.calibration is not None and method == "edges":
             psf = "gaussian"  # as the edges of the target were measured
-        # The optics count from their own centre, the user from a plane on the camera.
-        offset = settings.offset
+        # The optics count from their entrance pupil, the user from a plane on the camera.
+        with options_named(FROM_EXIF if inputs[0].suffix.lower() != ".toml" else {}):
+            offset = settings.offset
         result = recover_depth(
             views,
             method=method,
@@ -135,7 +139,7 @@ def depth(
             align=align,
             progress=lambda share, words: say(words),
         )
-        result = replace(result, offset=offset)
+        result = replace(result, offset=offset, plane=settings.plane)
         if not result.valid.any():
             lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
             warnings.warn(
@@ -156,7 +160,7 @@ def depth(
     }
     replace_set(out, writers, "summary.json")
     distance = summary["medians"]["distance_m"]
-    click.echo(f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m'}")
+    click.echo(f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}")
     click.echo(f"Valid pixels: {summary['share_valid']:.1%}")
     click.echo(f"Written: {', '.join(str(out / name) for name in writers)}")
 
@@ -193,6 +197,10 @@ def _read(
             pixel_pitch_um=optics["pixel_pitch"],
             encoding=encoding,
             telecentric=optics["telecentric"],
+            distances_from=optics["distances_from"],
+            focus_from=optics["focus_from"],
+            sensor_to_pupil_mm=optics["sensor_to_pupil"],
+            sensor_to_front_mm=optics["sensor_to_front"],
             calibrated=calibrated,
             least=least,
         )
@@ -228,6 +236,8 @@ def _summary(
     packages = ("focalgradient", "numpy", "scipy")
     return {
         "settings": {"camera": settings.camera.model_dump(), "views": views, **asked},
+        "distances_from": settings.plane,
+        "offset_m": result.offset,
         "medians": {
             "distance_m": median(result.distance),
             "vergence_dioptres": median(result.vergence),

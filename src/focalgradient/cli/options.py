@@ -13,6 +13,9 @@ import click
 
 from focalgradient.errors import InputError
 
+PLANES = ("entrance_pupil", "sensor", "lens_front")
+"""Planes that distances count from: `focalgradient.photographs.planes`, which is not loaded for help."""
+
 __all__ = [
     "NEAREST",
     "OPENEST",
@@ -179,7 +182,31 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=click.Choice(["linear", "srgb"]),
         help="* How pixel values encode light.  [default: srgb for 8-bit image files, linear for others]",
     ),
-    click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus."),
+    click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus (image side)."),
+    click.option(
+        "--distances-from",
+        type=click.Choice(PLANES),
+        help="* Plane that distances count from.  [default: entrance_pupil, or as calibrated]",
+    ),
+    click.option(
+        "--focus-from",
+        type=click.Choice(PLANES),
+        help="* Plane that focus distances count from: a lens's scale counts from the sensor.  [default: as others]",
+    ),
+    click.option(
+        "--sensor-to-pupil",
+        type=float,
+        metavar="MM",
+        callback=positive(" of millimetres"),
+        help="* From the sensor to the entrance pupil, in millimetres.  [default: as of a thin lens]",
+    ),
+    click.option(
+        "--sensor-to-front",
+        type=float,
+        metavar="MM",
+        callback=positive(" of millimetres"),
+        help="* From the sensor to the front of the lens, in millimetres.",
+    ),
 ]
 
 
@@ -189,5 +216,7 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
     try:
         yield
     except InputError as error:
+        if not names:
+            raise
         words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], str(error))
         raise InputError(words) from error

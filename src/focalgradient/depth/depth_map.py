@@ -16,6 +16,8 @@ from focalgradient.files import printable, read_arrays, write_whole
 
 __all__ = ["DepthMap"]
 
+PUPIL = "the entrance pupil"
+
 _GRIDS = ("vergence", "vergence_sd", "valid", "side_known")
 
 
@@ -37,8 +39,10 @@ class DepthMap:
     details
         How the map was made: settings, estimated noise and gains, shares, warnings; plain JSON values.
     offset
-        From the plane that distances count from to the optical centre of the lens, in metres: vergence counts from
-        there, `distance` from the plane. 0 unless the camera was calibrated.
+        From the plane that distances count from to the entrance pupil of the lens, in metres: vergence counts from
+        there, `distance` from the plane.
+    plane
+        The plane that `distance` counts from, in words.
 
     Examples
     --------
@@ -54,6 +58,7 @@ class DepthMap:
     side_known: NDArray[np.bool_]
     details: dict[str, Any] = field(default_factory=dict)
     offset: float = 0.0
+    plane: str = PUPIL
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -93,7 +98,7 @@ class DepthMap:
         >>> flat = np.full((2, 3), 0.5)
         >>> print(DepthMap(flat, 0.01 * flat, flat > 0, flat > 0, {"method": "equalise", "psf": "disc"}).summary())
         Depth map of 2 x 3 pixels by method 'equalise' (psf 'disc'): median 2 m, 100% valid
-        distance: 2 to 2 m (5 to 95 % of the valid pixels)
+        distance from the entrance pupil: 2 to 2 m (5 to 95 % of the valid pixels)
         standard deviation (median): 0.005 D, 0.02 m
         """
         height, width = self.shape
@@ -104,7 +109,7 @@ class DepthMap:
         if self.valid.any():
             near, far = np.percentile(self.distance[self.valid], [5, 95], method="nearest")
             sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
-            lines.append(f"distance: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
+            lines.append(f"distance from {self.plane}: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
             lines.append(f"standard deviation (median): {sd:.3g} D, {sd_m:.3g} m")
         if "side" in self.details:
             lines.append(f"side of focus: {self.details['side']}")
@@ -135,7 +140,7 @@ class DepthMap:
         """Write the map to `path` as a compressed NumPy archive, all or nothing.
 
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` (D), ``valid`` and
-        ``side_known`` (bool); ``offset`` (m); and ``details``, a JSON text.
+        ``side_known`` (bool); ``offset`` (m); ``plane``, what distances count from; and ``details``, a JSON text.
         """
 
         def write(place: Path) -> None:
@@ -148,6 +153,7 @@ class DepthMap:
                     valid=self.valid,
                     side_known=self.side_known,
                     offset=np.array(self.offset),
+                    plane=np.array(self.plane),
                     details=np.array(json.dumps(self.details)),
                 )
 
@@ -163,15 +169,16 @@ class DepthMap:
             If the file is not such an archive.
         """
         what = "a depth map that focalgradient wrote"
-        found = read_arrays(path, (*_GRIDS, "details", "offset"), what)
+        found = read_arrays(path, (*_GRIDS, "details", "offset", "plane"), what)
         try:
             vergence, vergence_sd, valid, side_known = grids = [found[name] for name in _GRIDS]
             details = json.loads(str(found["details"][()]))
             offset = float(found["offset"]) if "offset" in found else 0.0
+            plane = str(found["plane"][()]) if "plane" in found else PUPIL
             if any(grid.ndim != 2 or grid.shape != grids[0].shape for grid in grids):
                 raise ValueError("shapes differ")
             if [grid.dtype.kind for grid in grids] != ["f", "f", "b", "b"] or not isinstance(details, dict):
                 raise ValueError("other types")
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             raise InputError(f"{printable(path)} is not {what}, or is damaged: give one that is whole.") from error
-        return cls(vergence, vergence_sd, valid, side_known, details, offset)
+        return cls(vergence, vergence_sd, valid, side_known, details, offset, plane)

@@ -12,6 +12,7 @@ from pydantic import Field, InstanceOf
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
+from focalgradient.photographs.planes import plane_name
 from focalgradient.photographs.tables import Sensor
 from focalgradient.tables import Table, load_table
 
@@ -112,9 +113,9 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         model_error=body.model_error,
         covariance=np.array(covariance),
         informed=np.array(file.uncertainty.told),
+        telecentric=body.telecentric,
     )
-    sensor = Sensor.model_validate({name: getattr(body, name) for name in Sensor.model_fields})
-    return Calibrated(sensor=sensor, calibration=calibration)
+    return Calibrated(sensor=body.only, calibration=calibration)
 
 
 def camera_toml(calibrated: Calibrated) -> str:
@@ -124,7 +125,8 @@ def camera_toml(calibrated: Calibrated) -> str:
     stops = len(camera.f_numbers)
     lines = [
         "# Written by `focalgradient calibrate`; +- is one standard deviation.",
-        "# Optical distance = distance as measured + offset_m; vergence = 1 / optical distance.",
+        f"# Distances as measured count from {plane_name(sensor.distances_from)}.",
+        "# Distance from the entrance pupil = distance as measured + offset_m; vergence = 1 / distance from the pupil.",
         "[camera]",
         *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
         f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius along edges",

@@ -17,6 +17,7 @@ from PIL import ExifTags, Image
 from focalgradient.errors import InputError
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.images import Encoding, read_image_bytes
+from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
 from focalgradient.tables import check_table
@@ -46,6 +47,10 @@ def from_exif(
     pixel_pitch_um: float | None = None,
     encoding: Encoding | None = None,
     telecentric: bool = False,
+    distances_from: Plane | None = None,
+    focus_from: Plane | None = None,
+    sensor_to_pupil_mm: float | None = None,
+    sensor_to_front_mm: float | None = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
 ) -> Settings:
@@ -61,7 +66,7 @@ def from_exif(
         One for each file, in order, or none: taken from EXIF.
     focal_length_mm, pixel_pitch_um
         None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
-    encoding, telecentric
+    encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
         As in `focalgradient.photographs.Camera`.
     calibrated
         The camera, where it was calibrated: it tells its sensor, and its focus if there was but one; f-numbers are
@@ -97,6 +102,9 @@ def from_exif(
         if pixel_pitch_um is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # if not, it was resized
             pixel_pitch_um = sensor.pixel_pitch_um
         encoding, telecentric = encoding or sensor.encoding, telecentric or sensor.telecentric
+        distances_from, focus_from = distances_from or sensor.distances_from, focus_from or sensor.focus_from
+        sensor_to_pupil_mm = sensor_to_pupil_mm or sensor.sensor_to_pupil_mm
+        sensor_to_front_mm = sensor_to_front_mm or sensor.sensor_to_front_mm
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
     lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
@@ -137,12 +145,17 @@ def from_exif(
                 "pixel_pitch_um": pitch,
                 "encoding": encoding,
                 "telecentric": telecentric,
+                "distances_from": distances_from,
+                "focus_from": focus_from,
+                "sensor_to_pupil_mm": sensor_to_pupil_mm,
+                "sensor_to_front_mm": sensor_to_front_mm,
             },
             "view": [
                 {"image": file, "f_number": n, "focus_distance_m": d}
                 for file, n, d in zip(files, f_number, focus, strict=True)
             ],
             "calibration": calibrated and calibrated.calibration,
+            "calibrated_plane": calibrated and calibrated.sensor.distances_from,
         },
         Settings,
     )

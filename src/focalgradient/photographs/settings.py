@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -16,6 +17,7 @@ from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import Photograph, read_photographs
+from focalgradient.photographs.planes import Plane, plane_name
 from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.tables import Table, load_table, shown
@@ -68,6 +70,9 @@ class Settings(Table):
     calibration: InstanceOf[Calibration] | None = Field(
         None, exclude=True, description="named as calibration = 'camera.toml' in [camera]"
     )
+    calibrated_plane: Plane | None = Field(
+        None, exclude=True, description="the plane that the calibration's distances count from"
+    )
 
     tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
 
@@ -78,8 +83,31 @@ class Settings(Table):
 
     @property
     def offset(self) -> float:
-        """From the plane that distances are measured from to the optical centre, in metres: 0 if not calibrated."""
-        return 0.0 if self.calibration is None else self.calibration.offset
+        """From the plane that distances are measured from to the entrance pupil, in metres.
+
+        Raises
+        ------
+        InputError
+            If it is another plane than the calibration's, and where either lies is not known.
+        """
+        camera, body = self.camera, self.camera.body
+        plane = camera.distances_from
+        focus = self.lenses()[0].focus_distance
+        if self.calibration is None:
+            return body.offset(plane or "entrance_pupil", focus)
+        if plane is None or plane == self.calibrated_plane:
+            return self.calibration.offset
+        if self.calibrated_plane == "sensor":  # where the entrance pupil lies was measured
+            body = replace(body, to_pupil=-self.calibration.offset)
+        elif self.calibrated_plane == "lens_front" and body.to_front is not None:
+            body = replace(body, to_pupil=body.to_front - self.calibration.offset)
+        return body.offset(plane, focus)
+
+    @property
+    def plane(self) -> str:
+        """The plane that distances count from, in words."""
+        plane = self.camera.distances_from or self.calibrated_plane
+        return plane_name(plane or ("entrance_pupil" if self.calibration is None else None))
 
     def lenses(self) -> list[Lens]:
         """Give the lens of each shot, in SI units.
@@ -93,7 +121,10 @@ class Settings(Table):
         for number, shot in enumerate(self.shots, 1):
             try:
                 if self.calibration is None:
-                    lenses.append(Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m))
+                    camera = self.camera
+                    marked_from = camera.focus_from or camera.distances_from or "entrance_pupil"
+                    focus = camera.body.optical(shot.focus_distance_m, marked_from)
+                    lenses.append(Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus))
                 else:
                     lenses.append(self.calibration.lens(shot.f_number, shot.focus_distance_m))
             except InputError as error:
@@ -103,10 +134,13 @@ class Settings(Table):
     def pixel_angles(self) -> list[float]:
         """Give the angle in radians that a pixel of each shot subtends on the axis: pixel pitch / sensor distance.
 
-        Focusing moves the sensor, and so changes the angle, unless the lens is telecentric (on the image side).
+        Focusing moves the sensor, and so changes the angle, unless the lens is telecentric on the image side: then it
+        is pixel pitch / focal length in every view.
         """
-        angles = [self.camera.pixel_pitch_um * 1e-6 / lens.sensor_distance for lens in self.lenses()]
-        return angles[:1] * len(angles) if self.camera.telecentric else angles
+        camera, pitch = self.camera, self.camera.pixel_pitch_um * 1e-6
+        if camera.telecentric:
+            return [pitch / (camera.focal_length_mm * 1e-3)] * len(self.shots)
+        return [pitch / lens.sensor_distance for lens in self.lenses()]
 
 
 def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = None) -> Settings:
@@ -134,7 +168,10 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
             raise InputError(f"{path}: camera: calibration is {shown(named)}, but must be a path, like 'camera.toml'.")
         calibrated = calibrated or load_camera(path.parent / named)
     if calibrated is not None:
-        data = calibrated.fill(data) | {"calibration": calibrated.calibration}
+        data = calibrated.fill(data) | {
+            "calibration": calibrated.calibration,
+            "calibrated_plane": calibrated.sensor.distances_from,
+        }
     settings = load_table(path, data, Settings)
     if calibrated is not None:
         stated, known = settings.camera.focal_length_mm, calibrated.sensor.focal_length_mm

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from focalgradient.photographs.images import Encoding
+from focalgradient.photographs.planes import Body, Plane
 from focalgradient.tables import Table
 
 __all__ = ["ImagePath", "Sensor"]
@@ -35,4 +36,28 @@ class Sensor(Table):
     encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
     """None: sRGB for 8-bit image files, linear for all others."""
     telecentric: Annotated[bool, Field(description="true or false")] = False
-    """Whether magnification stays the same when the focus changes: all views then share the first's pixel angle."""
+    """On the image side: focus does not change magnification, and a pixel's angle is pitch / focal length."""
+    distances_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
+    """The plane that distances count from. None: the entrance pupil, or what a calibration was measured from."""
+    focus_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
+    """The plane that focus distances count from: a lens's scale counts from the sensor. None: as other distances."""
+    sensor_to_pupil_mm: Annotated[
+        float | None, Field(gt=0, le=1e6, allow_inf_nan=False, description="a positive number of millimetres, like 70")
+    ] = None
+    """From the sensor to the entrance pupil; None: as of a thin lens."""
+    sensor_to_front_mm: Annotated[
+        float | None, Field(gt=0, le=1e6, allow_inf_nan=False, description="a positive number of millimetres, like 95")
+    ] = None
+    """From the sensor to the front of the lens, which distances from there need."""
+
+    @property
+    def body(self) -> Body:
+        """Where the planes of the camera lie."""
+        places = (self.sensor_to_pupil_mm, self.sensor_to_front_mm)
+        return Body(self.focal_length_mm * 1e-3, self.telecentric, *(place and place * 1e-3 for place in places))
+
+    @property
+    def only(self) -> Sensor:
+        """The sensor's part alone, of a table that holds more."""
+        known: dict[str, Any] = {name: getattr(self, name) for name in Sensor.model_fields}
+        return Sensor.model_validate(known)

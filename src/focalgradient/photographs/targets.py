@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,7 +32,7 @@ class TargetCamera(Sensor):
     """The camera, and what is held of it beforehand: the table ``[camera]``."""
 
     offset_m: Annotated[float, Field(allow_inf_nan=False, description="a number of metres, like 0.05")] = 0.0
-    """From the plane that distances were measured from to the optical centre of the lens; negative in front of it."""
+    """From the plane that distances were measured from to the entrance pupil of the lens; negative behind it: prior."""
     offset_sd_m: _Length = _DEFAULT.offset_sd
     distance_sd_m: _Length = _DEFAULT.distance_sd
     f_number_tolerance: _Share = _DEFAULT.f_number_sd
@@ -70,11 +71,23 @@ class Targets(Table):
     def priors(self) -> Priors:
         """What is held of the camera beforehand."""
         camera = self.camera
+        offset, offset_sd = camera.offset_m, camera.offset_sd_m
+        focus_offset = None
+        body, marks = camera.body, [shot.focus_distance_m for shot in self.shots if shot.focus_distance_m]
+        mark = min(marks, default=math.inf)
+        if camera.distances_from is not None:
+            given = camera.model_fields_set
+            offset = offset if "offset_m" in given else body.offset(camera.distances_from, mark)
+            offset_sd = offset_sd if "offset_sd_m" in given else body.offset_sd(camera.distances_from)
+        if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
+            focus_offset = body.optical(mark, camera.focus_from) - mark
         return Priors(
             k=camera.blur_k,
             k_sd=camera.blur_k_tolerance,
-            offset=camera.offset_m,
-            offset_sd=camera.offset_sd_m,
+            offset=offset,
+            offset_sd=offset_sd,
+            focus_offset=focus_offset,
+            telecentric=camera.telecentric,
             f_number_sd=camera.f_number_tolerance,
             focus_sd=camera.focus_tolerance,
             distance_sd=camera.distance_sd_m,

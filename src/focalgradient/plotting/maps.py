@@ -134,14 +134,24 @@ def draw_depth(ax: Axes, depth: DepthMap, *, limits: tuple[float, float] | None 
     limits = limits or _vergence_limits(depth, None)
     note = _side_note(depth)
     title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
-    return draw_distance(ax, np.where(depth.valid, depth.distance, np.nan), limits=limits, title=title)
+    # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
+    bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
+    return _with_metres(ax, bar, limits, title, depth.offset)
 
 
 def draw_distance(ax: Axes, distance: NDArray[np.floating], *, limits: tuple[float, float], title: str = "") -> Axes:
     """Draw `distance` (m, H x W, ``nan`` where there is none) as `draw_depth` does, between `limits` in dioptres."""
     bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)")
-    vergences = _metre_ticks(*limits, count=round(np.clip(ax.get_window_extent().height / ax.figure.dpi * 3.2, 2, 7)))
-    bar.set_ticks(vergences, labels=[_metres(vergence) for vergence in vergences])
+    return _with_metres(ax, bar, limits, title)
+
+
+def _with_metres(ax: Axes, bar: Any, limits: tuple[float, float], title: str, offset: float = 0.0) -> Axes:
+    """Mark a bar of vergences in metres: distance from the entrance pupil less `offset` (m)."""
+    count = round(np.clip(ax.get_window_extent().height / ax.figure.dpi * 3.2, 2, 7))
+    offset = min(offset, 0.9 / max(limits[1], 1e-6))
+    low, high = (1 / (1 / limit - offset) if limit > 0 else 0.0 for limit in limits)
+    ticks = _metre_ticks(low, high, count=count)
+    bar.set_ticks([1 / (1 / tick + offset) if tick > 0 else 0.0 for tick in ticks], labels=[_metres(t) for t in ticks])
     bar.ax.invert_yaxis()  # far above near, as a distance rises
     return _picture(ax, title)
 
