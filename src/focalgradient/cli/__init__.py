@@ -32,7 +32,17 @@ __all__ = ["main"]
 )
 @click.version_option(__version__, message="%(prog)s %(version)s", prog_name="focalgradient")
 def main() -> None:
-    """Depth from blur: the focal gradient as a source of depth (after Pentland 1987)."""
+    """Depth from blur: the focal gradient as a source of depth (after Pentland 1987).
+
+    \b
+    Units, in every command: distances in metres; pixel pitch in micrometres; focal lengths and pupils in millimetres;
+    the width of a screen in centimetres; visual angles in degrees; vergence and focus in dioptres (1 / metres).
+
+    \b
+    First steps:
+      focalgradient demo --out demo                       examples of every file, and a first depth map
+      focalgradient depth demo/views.toml --out results   the same for photographs of your own
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
 
 
 main.add_command(blur)

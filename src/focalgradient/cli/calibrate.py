@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+import time
 import warnings
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from focalgradient.cli.program import progress, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, progress, show, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.files import printable, refuse_overwriting, replacing
 
@@ -39,6 +40,7 @@ UNTOLD = 0.5
     help="How the target's blur is measured: along its edges, or by equalising pairs of different f-number over the "
     "whole frame, in the default method's own terms, where any texture will do.",
 )
+@json_option
 def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) -> None:
     """Measure a camera's blur from photographs of a target at known distances.
 
@@ -51,9 +53,12 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
     the blur along edges and what the camera adds of its own, with their uncertainties. Depth takes it with
     --calibration, or from a line calibration = "CAMERA.toml" under [camera] in VIEWS.toml.
 
+    Takes about 8 s a megapixel and photograph on two cores.
+
     \b
-    Example:
-      focalgradient calibrate TARGETS.toml --out CAMERA.toml
+    Examples:
+      focalgradient calibrate demo/targets.toml --out camera.toml
+      focalgradient calibrate TARGETS.toml --out CAMERA.toml --method equalise
       focalgradient depth f16.jpg f10.jpg --f-number 16 --f-number 10 --calibration CAMERA.toml --out results
 
     \b
@@ -91,9 +96,12 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
             shape = f"Shape of the blur: {psf}" + ("" if psf == "disc" else f", blur_k {k:g}") + f" (--psf {psf})"
             shots = [wide for wide, _ in pairs]
             fit = partial(_fit_pairs, f_numbers=[shot.f_number for pair in pairs for shot in pair], k=k)
+        start = time.perf_counter()
         for number, shot in enumerate(shots):
             say(printable(shot.image.name))
             readings.append(settings.read_pair(pairs[number], psf, k) if pairs else settings.read(shot))
+            if number == 0:
+                announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
         say("fitting the camera")
         sensor = settings.camera
         known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
@@ -104,14 +112,14 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
     text = camera_toml(Calibrated(sensor=sensor.only, calibration=camera))
     with replacing([out], out) as hidden:
         hidden[out].write_bytes(text.encode())
-    for line in [
+    show(
+        _found(camera) | {"written": printable(out)},
         *_told(camera, len({reading.distance for reading in readings})),
         "",
         *_predicted(shots, readings, camera, by_view, by_distance),
         *([shape] if shape else []),
-    ]:
-        click.echo(line)
-    click.echo(f"Written: {out}")
+        f"Written: {printable(out)}",
+    )
 
 
 def _fit_pairs(
@@ -142,6 +150,20 @@ def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -
                 FocalGradientWarning,
                 stacklevel=1,
             )
+
+
+def _found(camera: Calibration) -> dict[str, Any]:
+    """The parameters for programs; the unit is in the name, ``sd`` in the order of ``parameters``."""
+    return {
+        "k": camera.k,
+        "own_blur_um2": camera.own * 1e12,
+        "offset_m": camera.offset,
+        "f_numbers": [{"marked": mark, "effective": value} for mark, value in camera.f_numbers.items()],
+        "focus": [{"marked_m": mark, "vergence_dioptres": value} for mark, value in camera.focus.items()],
+        "sd": list(camera.sd),
+        "share_known_from_the_views": list(camera.informed),
+        "model_error_of_blur": camera.model_error,
+    }
 
 
 def _told(camera: Calibration, distances: int) -> list[str]:

@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.depth import depth
-from focalgradient.cli.program import progress, writable
+from focalgradient.cli.program import json_option, progress, show, writable
 from focalgradient.files import replace_set
 
 if TYPE_CHECKING:
@@ -101,6 +101,7 @@ TRUST = (
 
 @click.command(short_help="Write a folder of examples for every command.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the examples.")
+@json_option
 @click.pass_context
 def demo(context: click.Context, out: Path) -> None:
     """Write a small example of everything that the other commands read, and make a first depth map.
@@ -139,10 +140,13 @@ def demo(context: click.Context, out: Path) -> None:
         replace_set(out, files, "views.toml")
         say("a calibrated camera")
         replace_set(out, {"camera.toml": _camera(out / "targets.toml"), "README.txt": README.encode()}, "README.txt")
-    click.echo(f"Written: {len(files) + 2} files in {out}; README.txt says what each is.")
-    click.echo(f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}")
+    show(
+        None,  # the result is that of depth
+        f"Written: {len(files) + 2} files in {out}; README.txt says what each is.",
+        f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}",
+    )
     context.invoke(depth, inputs=(out / "views.toml",), out=out / "depth", f_numbers=(), focus_distances=())
-    click.echo(f"Look at {out / 'depth' / 'depth.png'}. {TRUST}")
+    show(None, f"Look at {out / 'depth' / 'depth.png'}. {TRUST}")
 
 
 def _seen(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:

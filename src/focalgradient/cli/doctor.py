@@ -11,11 +11,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import click
+
+from focalgradient.cli.program import json_option, show
 
 __all__ = ["Check", "doctor", "table"]
 
@@ -65,11 +67,14 @@ class Check:
     help="How long to count dropped frames.",
 )
 @click.option("--windowed", is_flag=True, help="Look at a window, not at the whole screen.")
+@json_option
 def doctor(monitor: str | None, screen: int, data: Path, seconds: float, windowed: bool) -> None:
     """Look at what the experiments need: screen and frames, geometry, gamma, keyboard, disk, versions.
 
     Prints a table in Markdown, to be pasted into a report: green where all is well, red with a remedy where it is not.
     Exit code 1 where something is not.
+
+    Needs a screen and the extra lab. Takes as long as --seconds, and some seconds more.
 
     \b
     Example:
@@ -79,7 +84,7 @@ def doctor(monitor: str | None, screen: int, data: Path, seconds: float, windowe
     options += ["--monitor", monitor] if monitor else []
     options += ["--windowed"] if windowed else []
     checks = [*_screen(options), *_disk(data), _versions()]
-    click.echo(table(checks))
+    show({"well": all(check.well for check in checks), "checks": [asdict(check) for check in checks]}, table(checks))
     if not all(check.well for check in checks):
         click.get_current_context().exit(1)
 

@@ -125,14 +125,14 @@ _SEARCH: list[Callable[[Any], Any]] = [
         type=float,
         metavar="M",
         callback=positive(" of metres", least=NEAREST),
-        help="Search from here, in metres.",
+        help="Nearest distance of the search, in metres.  [default: where blur is 16 pixels]",
     ),
     click.option(
         "--far",
         type=float,
         metavar="M",
         callback=positive(" of metres", infinite=True, least=NEAREST),
-        help="Search up to here, in metres.",
+        help="Farthest distance of the search, in metres.  [default: where blur is 16 pixels]",
     ),
     click.option(
         "--psf",

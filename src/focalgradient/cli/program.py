@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import click
 import numpy as np
@@ -25,9 +25,12 @@ from focalgradient.files import existing, printable, refuse_overwriting
 __all__ = [
     "Program",
     "Terminated",
+    "announce",
     "fail",
+    "json_option",
     "progress",
     "resumable",
+    "show",
     "strict",
     "summary_json",
     "warnings_told",
@@ -38,6 +41,14 @@ INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after Ctrl-C and after SIGTERM: 128 and the signal's number, as shells have it."""
 
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
+LONG = 10.0
+"""Seconds of work from which on a command says, before it starts, how long it will take."""
+
+JSON = "focalgradient.json"
+"""Where a command's context keeps that its result is to be printed as JSON."""
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
 
 
@@ -125,6 +136,47 @@ def fail(sentence: str) -> NoReturn:
     """Say what is wrong and leave with exit code 2."""
     click.echo(f"Error: {' '.join(sentence.split())}", err=True)
     sys.exit(2)
+
+
+def json_option(command: Command) -> Command:
+    """Add ``--json``: `show` then prints the result as one JSON object."""
+
+    def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
+        if given:
+            context.meta[JSON] = True
+
+    text = "Print the result as one JSON object, for programs."
+    return click.option("--json", is_flag=True, expose_value=False, callback=remember, help=text)(command)
+
+
+def show(result: Mapping[str, Any] | None, *lines: str) -> None:
+    """Print what a command found: as `lines` for people, or with ``--json`` as `result` alone (nothing where None)."""
+    if not click.get_current_context().meta.get(JSON):
+        for line in lines:
+            click.echo(line)
+    elif result is not None:
+        click.echo(summary_json(result), nl=False)
+
+
+def announce(seconds: float, work: str) -> None:
+    """Say on standard error, before long work starts, about how long it takes; short work goes unsaid.
+
+    Parameters
+    ----------
+    seconds
+        An estimate from measured rates, on two cores.
+    work
+        What is done: begins the sentence.
+    """
+    if seconds < LONG:
+        return
+    if seconds < 90:
+        time = f"{10 * round(seconds / 10)} s"
+    elif seconds < 5400:
+        time = f"{round(seconds / 60)} min"
+    else:
+        time = f"{seconds / 3600:.2g} h"
+    click.echo(f"{work}: about {time} on two cores.", err=True)
 
 
 @contextmanager

@@ -6,11 +6,14 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.program import json_option, show
+
 __all__ = ["repair"]
 
 
 @click.command(short_help="Make damaged sessions of a data set readable.")
 @click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
+@json_option
 def repair(folder: Path) -> None:
     """Make the damaged sessions of the data set in DATASET readable.
 
@@ -25,16 +28,23 @@ def repair(folder: Path) -> None:
     from focalgradient.dataset import repair as make_readable
 
     found = make_readable(folder)
+    lines = []
     for one in found:
         if one.problem:
-            click.echo(f"Problem: {one.problem}")
+            lines.append(f"Problem: {one.problem}")
             continue
-        click.echo(f"Repaired: {one.journal}")
-        for sentence in one.done:
-            click.echo(f"  {sentence}")
-        for original in one.originals:
-            click.echo(f"  As it was: {original}")
-    if not found:
-        click.echo("Nothing needs repair.")
+        lines.append(f"Repaired: {one.journal}")
+        lines += [f"  {sentence}" for sentence in one.done]
+        lines += [f"  As it was: {original}" for original in one.originals]
+    sessions = [
+        {
+            "journal": str(one.journal),
+            "problem": one.problem or None,
+            "done": list(one.done),
+            "originals": [str(original) for original in one.originals],
+        }
+        for one in found
+    ]
+    show({"sessions": sessions}, *(lines or ["Nothing needs repair."]))
     if any(one.problem for one in found):
         click.get_current_context().exit(1)

@@ -17,7 +17,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import NEAREST, OPENEST, positive
-from focalgradient.cli.program import progress, summary_json, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, replacing
 
@@ -42,6 +42,9 @@ OPTICS = {
     "focus_distance": "--focus-distance",
     "pixel_pitch": "--pixel-pitch",
 }
+
+SECONDS = 0.034 / (1920 * 1080)
+"""Seconds a frame and pixel on two cores, decoding and coding included."""
 
 SATURATED = 254
 """Stored value from which pixels are left out: the top, and the one below, where lossy coding puts it at times."""
@@ -99,14 +102,14 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     type=float,
     metavar="M",
     callback=positive(" of metres", least=NEAREST),
-    help="Search from here, in metres.",
+    help="Nearest distance of the search, in metres.  [default: where blur is 16 pixels]",
 )
 @click.option(
     "--far",
     type=float,
     metavar="M",
     callback=positive(" of metres", infinite=True, least=NEAREST),
-    help="Search up to here, in metres.",
+    help="Farthest distance of the search, in metres.  [default: where blur is 16 pixels]",
 )
 @click.option(
     "--psf", type=click.Choice(["disc", "gaussian"]), default="disc", show_default=True, help="Shape of the blur."
@@ -126,6 +129,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     metavar="PX",
     help="Standard deviation, in pixels, of the window in which detail is gathered.",
 )
+@json_option
 def stream(
     video: Path,
     out: Path,
@@ -146,10 +150,13 @@ def stream(
     Writes DEPTH_VIDEO, black where there is no estimate, with its scale at the side; beside it a file of the same
     name ending in .json with the settings and what was skipped; and FILE.npy. Interrupted, it writes nothing.
 
+    Method: the ratio of detail ('ratio' of the command depth), with errors of some per cent. A second of video of
+    1920 x 1080 pixels at 30 frames takes about 2 s on two cores.
+
     \b
     Example:
-      focalgradient stream scene.mp4 --out depth.mp4 --focal-length 25 --f-number 16 --f-number 5.6
-        --focus-distance 0.85 --pixel-pitch 8 --near 0.85 --far 3
+      focalgradient stream demo/video.mkv --out depth.mp4 --focal-length 25 --f-number 16 --f-number 5.6 \\
+        --focus-distance 0.85 --pixel-pitch 8 --near 0.85
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     _check(optics, near, far)
@@ -190,11 +197,14 @@ def stream(
             }
             staged[note].write_bytes(summary_json(summary))
     counts.report(note)
-    if not distance:
-        click.echo("No optics given: the output is focal disparity (1 in focus, less with blur), not distance.")
+    disparity = "No optics given: the output is focal disparity (1 in focus, less with blur), not distance."
     rate = counts.depth_frames / seconds
-    click.echo(f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} a second")
-    click.echo(f"Written: {', '.join(map(str, places))}")
+    show(
+        summary | {"written": [printable(place) for place in places]},
+        *(() if distance else (disparity,)),
+        f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} a second",
+        f"Written: {', '.join(printable(place) for place in places)}",
+    )
 
 
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
@@ -221,6 +231,7 @@ def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> t
     first = list(islice(source.frames(), FIRST))
     step = alternation(first, content)
     images = [item.image for item in first if isinstance(item, Frame)][:4]
+    announce(SECONDS * source.declared * images[0].size, f"{source.declared} frames")
     return step, min(noise_floor(image.astype(np.float32)) for image in images)
 
 

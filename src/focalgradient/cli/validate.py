@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError
 
 __all__ = ["validate"]
@@ -17,6 +18,7 @@ __all__ = ["validate"]
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
 )
 @click.option("--export", is_flag=True, help="First make the tables of sessions that were cut off, of their journals.")
+@json_option
 def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     """Check the data set in DIR.
 
@@ -25,9 +27,12 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     problem is listed. Exit code 1 where something is wrong: 'focalgradient repair' makes damaged sessions readable.
     Nothing is changed, but with --export missing tables are made.
 
+    Takes some seconds for 20 participants.
+
     \b
-    Example:
-      focalgradient validate data --stimuli stimuli
+    Examples:
+      focalgradient validate data
+      focalgradient validate data --stimuli pictures
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.dataset import VALIDATOR, bids_problems, journals
     from focalgradient.dataset import export as make_tables
@@ -40,17 +45,25 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
         except InputError as error:
             refused.append(str(error))
     found = check(folder, stimuli)
-    click.echo(f"Sessions: {found.sessions}")
-    click.echo(f"Trials: {found.trials}")
-    for note in found.notes:
-        click.echo(f"Note: {note}")
     by_standard = bids_problems(folder)
+    notes = list(found.notes)
     if by_standard is None:
-        click.echo(f"Note: BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
+        notes.append(f"BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
     problems = list(dict.fromkeys([*refused, *found.problems]))
     problems += [f"BIDS: {' '.join(line.split())}" for line in by_standard or ()]
-    for problem in problems:
-        click.echo(f"Problem: {problem}")
-    click.echo(f"Problems: {len(problems)}" if problems else "Valid.")
+    show(
+        {
+            "valid": not problems,
+            "sessions": found.sessions,
+            "trials": found.trials,
+            "notes": notes,
+            "problems": problems,
+        },
+        f"Sessions: {found.sessions}",
+        f"Trials: {found.trials}",
+        *(f"Note: {note}" for note in notes),
+        *(f"Problem: {problem}" for problem in problems),
+        f"Problems: {len(problems)}" if problems else "Valid.",
+    )
     if problems:
         click.get_current_context().exit(1)

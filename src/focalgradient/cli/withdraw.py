@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.program import json_option, show
+
 __all__ = ["withdraw"]
 
 
@@ -14,6 +16,7 @@ __all__ = ["withdraw"]
 @click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
 @click.argument("participant", metavar="PARTICIPANT")
 @click.option("--yes", is_flag=True, help="Do not ask, as a terminal is asked.")
+@json_option
 def withdraw(folder: Path, participant: str, yes: bool) -> None:
     """Remove all data of PARTICIPANT, as sub-07, from the data set in DATASET; they cannot be brought back.
 
@@ -28,6 +31,13 @@ def withdraw(folder: Path, participant: str, yes: bool) -> None:
 
     if not yes and sys.stdin.isatty():
         click.confirm(f"Remove all data of {participant} from {folder} for good?", abort=True)
-    for path in remove(folder, participant):
-        click.echo(f"Removed{' from' if path.is_file() else ''}: {path}")
-    click.echo(f"{participant} is withdrawn.")
+    paths = list(remove(folder, participant))
+    show(
+        {
+            "participant": participant,
+            "removed": [str(path) for path in paths if not path.is_file()],
+            "removed_from": [str(path) for path in paths if path.is_file()],
+        },
+        *(f"Removed{' from' if path.is_file() else ''}: {path}" for path in paths),
+        f"{participant} is withdrawn.",
+    )

@@ -1,0 +1,121 @@
+"""What every command says of itself, and what it prints for programs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Iterator
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli import main
+from focalgradient.cli.program import announce, json_option, show
+
+NO_RESULT = {"run"}
+"""Commands whose result is a data set that a person makes."""
+
+
+def commands(group: click.Group = main, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from commands(command, (*words, name))
+        else:
+            yield (*words, name), command
+
+
+ALL = dict(commands())
+each = pytest.mark.parametrize("words", ALL, ids=" ".join)
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(main, [*words])
+
+
+@each
+def test_help_has_an_example_that_the_command_understands(words):
+    said = run(*words, "--help").stdout
+    examples = re.findall(r"^ +(focalgradient (?:[^\\\n]|\\\n)*)", said.partition("Example")[2], re.MULTILINE)
+    assert examples
+    for example in examples:
+        given = shlex.split(example.replace("\\\n", " "))[1:]
+        command, context = main, None
+        while given and isinstance(command, click.Group) and given[0] in command.commands:
+            command = command.commands[given.pop(0)]
+        if command is not ALL[("run",)]:
+            context = command.make_context("it", given, resilient_parsing=True)
+            known = {option for parameter in command.params for option in parameter.opts}
+            assert {word for word in given if word.startswith("--")} <= known
+            assert context is not None
+
+
+@each
+def test_every_command_with_a_result_prints_it_for_programs(words):
+    names = {option for parameter in ALL[words].params for option in parameter.opts}
+    assert ("--json" in names) == (words[0] not in NO_RESULT)
+
+
+@pytest.mark.parametrize(
+    "words", [words for words in ALL if words[0] not in {"run", "repair", "withdraw", "validate"}], ids=" ".join
+)
+def test_help_says_how_long_it_takes(words):
+    assert re.search(r"[Aa]bout|as long as|some seconds", run(*words, "--help").stdout)
+
+
+def test_units_are_said_once_for_all_and_pixels_are_in_micrometres():
+    assert "pixel pitch in micrometres" in run("--help").stdout
+    for words in ALL:
+        said = run(*words, "--help").stdout
+        assert "--pixel-pitch MM" not in said
+        if "--pixel-pitch" in said and words != ("stimuli", "necker"):
+            assert re.search(r"--pixel-pitch UM", said) or "[OPTIONS]" in said
+
+
+def test_a_pixel_pitch_in_millimetres_is_refused():
+    refused = run("stimuli", "necker", "--out", "x", "--pixel-pitch", "0.2767")
+    assert refused.exit_code == 2
+    assert "give micrometres, as 276.7 for 0.2767 millimetres" in refused.stderr
+
+
+def test_methods_are_explained():
+    from focalgradient.depth.recover import METHODS
+
+    said = run("depth", "--help").stdout
+    for method in METHODS:
+        assert re.search(rf"^ +{method} {{2,}}\S", said, re.MULTILINE)
+
+
+def test_the_shell_completes_commands_options_and_choices():
+    for words, expected in (("dep", "depth"), ("depth --calib", "--calibration"), ("depth --method eq", "equalise")):
+        line = f"focalgradient {words}"
+        environment = {
+            "_FOCALGRADIENT_COMPLETE": "bash_complete",
+            "COMP_WORDS": line,
+            "COMP_CWORD": str(len(line.split()) - 1),
+        }
+        runner = CliRunner()
+        result = runner.invoke(main, [], env=environment, prog_name="focalgradient")
+        assert f"plain,{expected}" in result.stdout
+
+
+@click.command()
+@json_option
+def found() -> None:
+    show({"share": np.float64(0.5), "nothing": float("nan")}, "Share: 0.5", "Nothing.")
+
+
+def test_a_result_is_lines_for_people_or_one_object_for_programs():
+    assert CliRunner().invoke(found, []).stdout == "Share: 0.5\nNothing.\n"
+    assert json.loads(CliRunner().invoke(found, ["--json"]).stdout) == {"share": 0.5, "nothing": None}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(9, ""), (34, "work: about 30 s on two cores.\n"), (600, "work: about 10 min on two cores.\n"), (9000, "2.5 h")],
+)
+def test_long_work_is_announced(seconds, said, capsys):
+    announce(seconds, "work")
+    assert said in capsys.readouterr().err
