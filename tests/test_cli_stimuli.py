@@ -72,7 +72,10 @@ def test_necker(tmp_path: Path) -> None:
         (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "bright"], "--gamma is bright"),
         (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "9"], "gamma is 9.0"),
         (["depth-rating", "--out", "x", "--seed", 1, "--distance", "-1"], "--distance is -1"),
-        (["depth-rating", "--out", "x", "--seed", 1, "--pixel-pitch", "300", "--screen-width", "50"], "give one of them"),
+        (
+            ["depth-rating", "--out", "x", "--seed", 1, "--pixel-pitch", "300", "--screen-width", "9"],
+            "give one of them",
+        ),
         (["depth-rating", "--out", "x", "--seed", 1, "--size", "511"], "size is 511, but must be even"),
         (["depth-rating", "--out", "x", "--seed", 1, "--engine", "blender"], "Invalid value for '--engine'"),
         (["depth-rating", "--out", "x", "--seed", -3, "--engine", "cast"], "seed is -3"),
