@@ -43,7 +43,7 @@ def measure(
 
 def _focused(mm: float, light: Light) -> Eye:
     """An eye with a pupil of so many `mm` whose mean focus, over the light, is at infinity."""
-    return Eye(1e-3 * mm, accommodation=light.difference(), wavelength_nm=light.wavelength_nm_alike)
+    return Eye(1e-3 * mm, accommodation=light.difference(), wavelength_nm=light.effective_wavelength_nm)
 
 
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
@@ -70,7 +70,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "The paper’s appendix expects the blur of a lens, summed over wavelengths, to have the general shape of a "
             "Gaussian. Here is the Gaussian of least squares for the point spread of a model eye with chromatic "
             "aberration and diffraction, in light of equal energy as luminance weighs it. Defocus is counted from the "
-            f"mean focus of that light, the focus of {light.wavelength_nm_alike:.0f} nm.",
+            f"mean focus of that light, the focus of {light.effective_wavelength_nm:.0f} nm.",
             f"The best Gaussian leaves {100 * white['residual'][best]:.0f} % of the point spread (root mean square) at "
             f"best ({where(best)}), and {100 * white['residual'][worst]:.0f} % at worst ({where(worst)}); a uniform "
             "disc leaves 44 %. Colour does smooth the disc’s rim, most about 1 D from focus and better beyond it than "

@@ -26,9 +26,9 @@ ROOMS = {
     "paper": {"errors", "optics"},
     "psf": {"errors"},
     "view": {"errors", "optics"},
-    "depth": {"errors", "files", "optics", "progress", "psf", "view"},
-    "scenes": {"errors"},
-    "render": {"errors", "optics", "progress", "psf", "scenes", "view"},
+    "depth": {"errors", "files", "optics", "parallel", "progress", "psf", "view"},
+    "scenes": {"errors", "parallel"},
+    "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
     "display": {"errors"},
     "stimuli": {

@@ -149,7 +149,7 @@ def test_own_blur_of_either_sign_is_told_from_defocus() -> None:
         camera = calibrate(readings, F, 4.7e-6, replace(TIGHT, own_sd=3.0))
         assert camera.own / 4.7e-6**2 == pytest.approx(own, abs=0.1)
         lens = camera.lens(10.0)
-        assert lens.own_variance == pytest.approx(own * (4.7e-6 / lens.sensor_distance) ** 2, rel=0.1)
+        assert lens.residual_blur_variance == pytest.approx(own * (4.7e-6 / lens.sensor_distance) ** 2, rel=0.1)
 
 
 @cache

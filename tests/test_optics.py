@@ -141,7 +141,7 @@ def test_error_of_distance_of_fig_2() -> None:
         ((0.05, [2, 4], 1.0), r"f_number is \[2, 4\], but must be a positive number"),
         ((0.05, np.ones(3), 1.0), r"f_number is an array of shape \(3,\)"),
         ((0.05, 2, None), "focus_distance is None"),
-        ((0.05, 2, 1.0, math.nan), r"own_variance is nan, but must be a finite number: give it in rad\^2"),
+        ((0.05, 2, 1.0, math.nan), r"residual_blur_variance is nan, but must be a finite number: give it in rad\^2"),
     ],
 )
 def test_impossible_lenses(values: tuple[float, float, float], said: str) -> None:

@@ -84,7 +84,7 @@ class Lens:
         The photographer's f-number, F / (aperture *diameter*); ``inf`` is a pinhole.
     focus_distance
         Distance of the plane in exact focus, in metres in front of the lens; may be ``inf``.
-    own_variance
+    residual_blur_variance
         Variance in rad^2 of the blur that is there even in focus, on top of the pixel's own width: 0 unless the camera
         was calibrated; negative where it sharpens its pictures. An edge's blur has it in it.
 
@@ -110,13 +110,13 @@ class Lens:
     focal_length: float
     f_number: float
     focus_distance: float
-    own_variance: float = 0.0
+    residual_blur_variance: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("focal_length", self.focal_length, "metres", positive=True)
         check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
         check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
-        check_number("own_variance", self.own_variance, "rad^2")
+        check_number("residual_blur_variance", self.residual_blur_variance, "rad^2")
         self._check_units()
         if self.focus_distance <= self.focal_length:
             raise InputError(

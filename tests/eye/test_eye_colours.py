@@ -37,7 +37,7 @@ def test_l_and_m_together_lie_between_them() -> None:
     cones = cone_images([[[0.9, 0.3, 0.1]]])
     assert cones[0, 0, 1] < band_image(cones, "L+M")[0, 0] < cones[0, 0, 0]
     # As in the band's own light, L cones count for more than half.
-    assert band_light("L+M", "D65").wavelength_nm_alike > 540
+    assert band_light("L+M", "D65").effective_wavelength_nm > 540
 
 
 def test_natural_colours_keep_textures_much_alike() -> None:

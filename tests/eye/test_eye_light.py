@@ -56,7 +56,7 @@ def test_illuminants() -> None:
 def test_light_of_one_wavelength_and_of_two() -> None:
     one = Light(np.array([500.0]), np.array([3.0]))
     assert one.share == pytest.approx([1])
-    assert one.wavelength_nm_alike == pytest.approx(500)
+    assert one.effective_wavelength_nm == pytest.approx(500)
     two = Light(np.array([500.0, 600.0]), np.array([1.0, 3.0]))
     assert two.difference() == pytest.approx(
         0.25 * float(chromatic_difference(500)) + 0.75 * float(chromatic_difference(600))

@@ -24,10 +24,10 @@ def test_one_wavelength_is_blurred_as_the_exact_transfer_says(pupil: float, verg
 def test_more_wavelengths_come_nearer_to_the_whole_band(band) -> None:
     light = band_light(band, "D65", 10.0)
     short = {}
-    for lines in (9, 36):
-        short[lines] = max(
+    for wavelengths in (9, 36):
+        short[wavelengths] = max(
             np.abs(
-                Cones.of(EYE, band, lines=lines).transfer(np.degrees(CPD), vergence)
+                Cones.of(EYE, band, wavelengths=wavelengths).transfer(np.degrees(CPD), vergence)
                 - blur_transfer(0, np.degrees(CPD), EYE, vergence, light=light)
             ).max()
             for vergence in (1.0, 2.3, 3.5)

@@ -109,7 +109,7 @@ def test_photons_of_a_lit_room(beyond: float) -> None:
 
 def test_scenes_with_occlusions_by_both_kinds_of_views() -> None:
     eye, scene = Eye(0.004, 1.0), spheres(seed=2, field=256 * PIXEL)
-    cones = [Cones.of(eye.at(time, Oscillation()), band, lines=3) for time in PAIR for band in ("L+M", "S")]
+    cones = [Cones.of(eye.at(time, Oscillation()), band, wavelengths=3) for time in PAIR for band in ("L+M", "S")]
     found = read(eye_views(scene, cones, (192, 256), PIXEL, noise=0.01, correlation=0.95, samples=32), fixation=1.0)
     assert found["valid"] > 0.4
     assert found["median_error_D"] < 0.05
@@ -118,7 +118,7 @@ def test_scenes_with_occlusions_by_both_kinds_of_views() -> None:
 
 def test_rays_and_waves_blur_a_wall_alike() -> None:
     """Far from focus diffraction is of no matter: each kind of view has the same contrast left."""
-    cones = [Cones.of(EYE, "L+M", lines=1)]
+    cones = [Cones.of(EYE, "L+M", wavelengths=1)]
     left = {}
     for name, scene, near in (("rays", plane(1.0), plane(0.5)), ("waves", 1.0, 0.5)):
         blurred, sharp = (eye_views(one, cones, (128, 128), PIXEL, seed=1)[0].view.image for one in (scene, near))

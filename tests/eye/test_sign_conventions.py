@@ -55,7 +55,7 @@ def test_nearer_is_sharper_in_blue_by_every_model(model: str) -> None:
 
 def test_nearer_is_sharper_to_the_s_cones() -> None:
     eye = Eye(0.004, accommodation=2.0)
-    blue, rest = (band_light(band, "D65").wavelength_nm_alike for band in ("S", "L+M"))
+    blue, rest = (band_light(band, "D65").effective_wavelength_nm for band in ("S", "L+M"))
     assert blue < rest
     assert eye.in_light(blue).blur_radius(1 / 2.6) < eye.in_light(rest).blur_radius(1 / 2.6)
 

@@ -98,7 +98,7 @@ def test_an_eye_blurs_by_its_own_waves() -> None:
 
 
 def test_cones_are_optics_as_well() -> None:
-    cones = Cones.of(fg.Eye(0.004, 1.0), "L+M", lines=3)
+    cones = Cones.of(fg.Eye(0.004, 1.0), "L+M", wavelengths=3)
     picture = np.random.default_rng(2).random((48, 48))
     view = fg.blur(picture, np.full((48, 48), 0.8), cones, pixel_angle=np.radians(1 / 60))
     assert view.optics is cones

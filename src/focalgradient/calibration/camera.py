@@ -137,7 +137,7 @@ class Calibration:
         """
         stop, focus = self._place(f_number, focus_distance)
         lens = Lens(self.focal_length, list(self.f_numbers.values())[stop], 1 / list(self.focus.values())[focus])
-        return replace(lens, own_variance=self.own / self._throw(lens) ** 2)
+        return replace(lens, residual_blur_variance=self.own / self._throw(lens) ** 2)
 
     def _throw(self, lens: Lens) -> float:
         """Metres on the sensor for a radian."""

@@ -1,4 +1,4 @@
-"""``focalgradient eye``: depth as an eye could see it, by colour, by its wavering focus, or by both."""
+"""``focalgradient eye``: depth as an eye could see it, by colour, by fluctuations of its focus, or by both."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, replace_set
 
 if TYPE_CHECKING:
-    from focalgradient.eye import Band, Course
+    from focalgradient.eye import Band, TimeCourse
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
 
@@ -36,7 +36,7 @@ FRAMES = 16
 """Frames of the film, over one period of half a second."""
 
 NOISE, CORRELATION = 0.01, 0.95
-SAMPLES, LINES = 64, 5
+SAMPLES, WAVELENGTHS = 64, 5
 NAMES = ("spheres", "slant", "step", "plane")
 STAGES = 8
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
@@ -67,7 +67,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     show_default=True,
     metavar="D",
     callback=_accommodation,
-    help="Where the eye looks, in dioptres: 1 / distance in metres.",
+    help="Accommodation, in dioptres: 1 / distance in metres.",
 )
 @click.option(
     "--views",
@@ -83,14 +83,14 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     show_default=True,
     metavar="D",
     callback=positive(" of dioptres"),
-    help="How far focus wavers, from the middle to an extreme.",
+    help="Amplitude of the fluctuation of focus, from the mean to an extreme.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Of scene and noise.")
 @json_option
 def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, amplitude: float, seed: int) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
 
-    The scene is ray cast through the pupil in five wavelengths for each kind of cones, with 1 % noise; the S cones
+    The scene is ray cast through the pupil in five wavelengths for each cone class, with 1 % noise; the S cones
     resolve 10 cycles a degree, and their texture correlates with the others' at 0.95. Depth is then recovered from
     these views alone.
 
@@ -118,7 +118,7 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
         eyes = [subject] if views == "bands" else subject.through(PAIR, course)
         bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
         cones = [
-            Cones.of(one, band, lines=LINES, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
+            Cones.of(one, band, wavelengths=WAVELENGTHS, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
             for one in eyes
             for band in bands
         ]
@@ -193,11 +193,11 @@ def _scene(name: str, seed: int, fixation: float) -> Scene:
     return plane(farther, seed=seed) if name == "plane" else spheres(seed, field=field)
 
 
-def _film(world: Scene, subject: Any, course: Course, seed: int) -> list[Rendered]:
+def _film(world: Scene, subject: Any, course: TimeCourse, seed: int) -> list[Rendered]:
     from focalgradient.eye import accommodation_views
 
     times = (np.arange(FRAMES) / FRAMES / 2).tolist()
-    return accommodation_views(world, subject, times, course, SHAPE, MINUTE, lines=1, samples=32, seed=seed)
+    return accommodation_views(world, subject, times, course, SHAPE, MINUTE, wavelengths=1, samples=32, seed=seed)
 
 
 def _write_film(path: Path, film: list[Rendered]) -> None:
@@ -214,8 +214,8 @@ def _write_film(path: Path, film: list[Rendered]) -> None:
         file.close()
 
 
-def _focus_figure(course: Course, accommodation: float, moments: tuple[float, ...] | None) -> Any:
-    """Where each kind of cones is focused over a second, and the moments of the views."""
+def _focus_figure(course: TimeCourse, accommodation: float, moments: tuple[float, ...] | None) -> Any:
+    """Where each cone class is focused over a second, and the moments of the views."""
     from focalgradient.eye import band_light
     from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -13,9 +12,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.parallel import cores
+
 Value = TypeVar("Value", bound=np.generic)
 
-THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+THREADS = min(8, cores())
+"""Threads of these loops; the limit of eight is our choice."""
 
 SEPARATE = 49.0
 """Squared distance, over the variance, beyond which two values do not lie on one surface."""

@@ -1,6 +1,6 @@
 """The eye as optics: what a lens answers, in light of every wavelength and at every moment.
 
-Its focus depends on colour (chromatic aberration) and on time (accommodation wavers): two views by nature.
+Its focus depends on colour (chromatic aberration) and on time (microfluctuations of accommodation): two views at once.
 Accommodation and defocus are in dioptres, light in nanometres. What takes an eye or a lens takes frequencies in cycles
 per radian; the formulas for a pupil of given size take cycles per degree, as the literature does: ``_cpd`` in the name.
 """
@@ -19,7 +19,7 @@ from focalgradient.eye.light import (
     illuminant,
     luminosity,
 )
-from focalgradient.eye.model_eye import Course, Eye
+from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
@@ -34,7 +34,6 @@ __all__ = [
     "Band",
     "BlurName",
     "Cones",
-    "Course",
     "Eye",
     "GaussianFit",
     "Light",
@@ -42,6 +41,7 @@ __all__ = [
     "Oscillation",
     "Person",
     "Photons",
+    "TimeCourse",
     "accommodation_views",
     "band_difference",
     "band_image",

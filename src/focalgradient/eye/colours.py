@@ -84,7 +84,7 @@ def _white() -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def _of_display(name: str) -> NDArray[np.float64]:
-    """What each kind of cones catches of each primary: 3 x 3."""
+    """What each cone class catches of each primary: 3 x 3."""
     known = spectra().MSDS_DISPLAY_PRIMARIES
     if name not in known:
         raise InputError(f"primaries is {name!r}, but must be one of {', '.join(map(repr, known))}.")
@@ -93,7 +93,7 @@ def _of_display(name: str) -> NDArray[np.float64]:
 
 
 def _of_wavelengths(nm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What each kind of cones catches at each wavelength, by how far its neighbours are: channels x 3."""
+    """What each cone class catches at each wavelength, by how far its neighbours are: channels x 3."""
     wavelengths(nm)
     if nm.ndim != 1 or nm.size < 2 or np.any(np.diff(nm) <= 0):
         raise InputError("wavelength_nm must be a list of two or more that increase: sort the channels by wavelength.")

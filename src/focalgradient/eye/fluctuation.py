@@ -1,4 +1,4 @@
-"""How accommodation wavers: the paper's oscillation at about 2 Hz, and the irregular microfluctuations of real eyes.
+"""Fluctuations of accommodation: the paper's oscillation at about 2 Hz, and the irregular ones of real eyes.
 
 Both are functions of time in dioptres, about a mean of 0; an `Eye` at a moment takes its focus from either. How much
 focus changes over a delay tau follows from the power spectrum S alone:
@@ -26,7 +26,7 @@ LOW_END, HIGH_START, HIGH_END = 0.6, 1.0, 2.3
 """Hz: where the low band ends, and the high band begins and ends."""
 
 WAVES = 400
-"""Waves that make up one course of accommodation in each band."""
+"""Sinusoids that make up one time course of accommodation in each band."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Oscillation:
 
 @dataclass(frozen=True, slots=True)
 class Microfluctuations:
-    """Irregular accommodation, one course of it for each seed: low frequencies fall as f^-beta, high ones are a hump.
+    """Irregular accommodation, one time course for each seed: low frequencies fall as f^-beta, high ones are a hump.
 
     A Gaussian process: a sum of waves whose frequencies are spread evenly over the power of each band, with random
     amplitudes and phases. It is a function of time, so that any moments may be asked for, together or one by one.
@@ -98,7 +98,7 @@ class Microfluctuations:
     lowest
         Frequency in Hz at which the low band begins: a law of this kind cannot go down to 0. Slower changes are drift.
     seed
-        The same seed is the same course.
+        The same seed is the same time course.
 
     Raises
     ------
@@ -107,11 +107,11 @@ class Microfluctuations:
 
     Examples
     --------
-    >>> wavering = Microfluctuations(rms=0.2, seed=3)
-    >>> course = wavering.at(np.arange(0, 200, 0.05))
+    >>> fluctuation = Microfluctuations(rms=0.2, seed=3)
+    >>> course = fluctuation.at(np.arange(0, 200, 0.05))
     >>> bool(0.1 < course.std() < 0.3)
     True
-    >>> round(float(wavering.change_rms(0.25)), 3)  # dioptres between two views a quarter of a second apart
+    >>> round(float(fluctuation.change_rms(0.25)), 3)  # dioptres between two views a quarter of a second apart
     0.153
     """
 

@@ -34,7 +34,7 @@ class Light:
     Examples
     --------
     >>> light = Light(np.array([450.0, 650.0]), np.array([1.0, 3.0]))
-    >>> round(light.difference(), 3), round(light.wavelength_nm_alike, 1)
+    >>> round(light.difference(), 3), round(light.effective_wavelength_nm, 1)
     (-0.03, 573.8)
     """
 
@@ -58,7 +58,7 @@ class Light:
         nm = np.asarray(self.wavelength_nm)
         return (
             f"Light({nm.size} wavelengths, {nm.min():.0f} to {nm.max():.0f} nm, focused as "
-            f"{self.wavelength_nm_alike:.0f} nm)"
+            f"{self.effective_wavelength_nm:.0f} nm)"
         )
 
     @property
@@ -72,7 +72,7 @@ class Light:
         return float(self.share @ chromatic_difference(self.wavelength_nm, reference_nm))
 
     @property
-    def wavelength_nm_alike(self) -> float:
+    def effective_wavelength_nm(self) -> float:
         """The one wavelength in nm that the eye focuses as it does this light on average."""
         return float(chromatic_wavelength(self.difference()))
 
@@ -153,7 +153,7 @@ def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
 
     Examples
     --------
-    >>> [round(band_light(band, "D65").wavelength_nm_alike) for band in ("L+M", "S")]
+    >>> [round(band_light(band, "D65").effective_wavelength_nm) for band in ("L+M", "S")]
     [546, 450]
     """
     if band not in get_args(Band):

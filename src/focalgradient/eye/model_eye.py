@@ -20,10 +20,10 @@ from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
 from focalgradient.optics import Side
 
-__all__ = ["Course", "Eye"]
+__all__ = ["Eye", "TimeCourse"]
 
 
-class Course(Protocol):
+class TimeCourse(Protocol):
     """How accommodation departs from its mean in time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
@@ -97,8 +97,8 @@ class Eye:
         """The same eye at the same moment in light of this wavelength."""
         return replace(self, wavelength_nm=wavelength_nm)
 
-    def at(self, time: float, course: Course) -> Eye:
-        """The same eye at the moment `time` (s) in the `course` of its accommodation.
+    def at(self, time: float, course: TimeCourse) -> Eye:
+        """The same eye at the moment `time` (s) in the time `course` of its accommodation.
 
         >>> from focalgradient.eye import Oscillation
         >>> eye = Eye(0.004, 1.0).at(0.125, Oscillation(amplitude=0.25, frequency=2.0))
@@ -107,8 +107,8 @@ class Eye:
         """
         return replace(self, accommodation=self.accommodation + float(course.at(time)))
 
-    def through(self, times: Iterable[float], course: Course) -> list[Eye]:
-        """The same eye at each of the moments `times` (s, in order) in the `course` of its accommodation."""
+    def through(self, times: Iterable[float], course: TimeCourse) -> list[Eye]:
+        """The same eye at each of the moments `times` (s, in order) in the time `course` of its accommodation."""
         moments = ordered_times(list(times))
         return [replace(self, accommodation=float(self.accommodation + change)) for change in course.at(moments)]
 

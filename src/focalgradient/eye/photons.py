@@ -14,7 +14,7 @@ from focalgradient.eye.ranges import check_pupil
 
 __all__ = ["Photons"]
 
-LUMENS_PER_WATT = 683.0
+LUMENS_PER_WATT = 683.0  # of monochromatic light at 540 THz: the definition of the candela
 PLANCK_LIGHT = 6.62607015e-34 * 299792458.0  # J m: a quantum's energy times its wavelength
 
 

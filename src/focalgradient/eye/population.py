@@ -1,4 +1,4 @@
-"""People: draws of pupil, chromatic aberration and wavering of accommodation, each from a seed of its own."""
+"""People: draws of pupil, chromatic aberration and microfluctuations of accommodation, each from a seed of its own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Person", "draw_people"]
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """An eye, accommodated to infinity, and how its accommodation wavers."""
+    """An eye, accommodated to infinity, and the microfluctuations of its accommodation."""
 
     eye: Eye
     fluctuation: Microfluctuations
@@ -78,14 +78,14 @@ def draw_people(
     mean_span = float(chromatic_difference(650, 450))
 
     def person(number: int) -> Person:
-        pupil, colour, wavering = (np.random.default_rng([seed, number, quantity]) for quantity in range(3))
+        pupil, colour, fluctuation = (np.random.default_rng([seed, number, quantity]) for quantity in range(3))
         eye = Eye(
             pupil_diameter=_normal(pupil, *pupil_diameter, 1.5e-3, 9e-3),
             accommodation=0.0,
             chromatic_scale=_normal(colour, *chromatic_span, 0.3, np.inf) / mean_span,
         )
-        size, slope = np.exp(wavering.uniform(*np.log(rms))), wavering.uniform(*beta)
-        course = Microfluctuations(rms=float(size), beta=slope, seed=int(wavering.integers(2**31)))
+        size, slope = np.exp(fluctuation.uniform(*np.log(rms))), fluctuation.uniform(*beta)
+        course = Microfluctuations(rms=float(size), beta=slope, seed=int(fluctuation.integers(2**31)))
         return Person(eye, course)
 
     return [person(number) for number in range(count)]

@@ -1,7 +1,7 @@
 """What the cones of one band make of an eye's light: the blur of all its wavelengths together, as far as cones resolve.
 
-`Cones` are optics that a view carries. They tell their own blur, so that depth is read by the blur that is there, and
-what light they see, so that views of unlike light are not taken to share all of a texture.
+`Cones` are optics that a view carries. They give their own blur, so that depth is estimated with the blur that is
+there, and their waveband, so that views in different wavebands are not assumed to share all of a texture.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Cones:
         Pupil, accommodation and chromatic aberration; without aberrations of other kinds.
     light
         Name of the light, such as the band's: views of one name share a texture, views of two need not.
-    lines
+    wavelengths_nm
         The light's wavelengths in nm, each counting alike.
     finest_cpd
         Cycles per degree that the cones resolve: infinite for a mosaic finer than the pixels.
@@ -56,7 +56,7 @@ class Cones:
 
     Examples
     --------
-    The same eye, accommodated to 1 m, seen through by two kinds of cones.
+    The same eye, accommodated to 1 m, seen by two cone classes.
 
     >>> eye = Eye(pupil_diameter=0.004, accommodation=1.0)
     >>> reds, blues = Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=10)
@@ -68,7 +68,7 @@ class Cones:
 
     eye: Eye
     light: str
-    lines: tuple[float, ...]
+    wavelengths_nm: tuple[float, ...]
     finest_cpd: float = np.inf
     model: BlurName = "wave"
 
@@ -88,12 +88,12 @@ class Cones:
         band: Band,
         *,
         illuminant: str = "D65",
-        lines: int = 5,
+        wavelengths: int = 5,
         finest_cpd: float = np.inf,
         model: BlurName = "wave",
     ) -> Cones:
-        """The cones of a `band` in the light of an `illuminant`, put into so many `lines` (see `few_wavelengths`)."""
-        return cls(eye, band, few_wavelengths(band_light(band, illuminant), lines), finest_cpd, model)
+        """The cones of a `band` in the light of an `illuminant`, at so many `wavelengths` (see `few_wavelengths`)."""
+        return cls(eye, band, few_wavelengths(band_light(band, illuminant), wavelengths), finest_cpd, model)
 
     @property
     def aperture_diameter(self) -> float:
@@ -107,7 +107,7 @@ class Cones:
 
     def eyes(self) -> list[Eye]:
         """The eye in each of the light's wavelengths."""
-        return [self.eye.in_light(nm) for nm in self.lines]
+        return [self.eye.in_light(nm) for nm in self.wavelengths_nm]
 
     def accommodated(self, accommodation: float) -> Cones:
         """The same cones at a moment of another accommodation (D)."""
@@ -130,7 +130,7 @@ class Cones:
                 total += disc_transfer(frequency, defocus * eye.pupil_diameter / 2)
             else:
                 total += gaussian_transfer(frequency, defocus * eye.pupil_diameter / 2)
-        resolved: NDArray[np.float64] = total / len(self.lines) * sampling(frequency, self.finest_cpd)
+        resolved: NDArray[np.float64] = total / len(self.wavelengths_nm) * sampling(frequency, self.finest_cpd)
         return resolved
 
 

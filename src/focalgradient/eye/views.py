@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_list, check_number, described
-from focalgradient.eye.model_eye import Course, Eye
+from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.psf import pixel_transfer
@@ -40,7 +40,7 @@ def band_views(
     gain: float = 1.0,
     s_finest_cpd: float = S_FINEST_CPD,
     illuminant: str = "D65",
-    lines: int = 5,
+    wavelengths: int = 5,
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
@@ -60,7 +60,7 @@ def band_views(
         Of the textures as the S cones see them with the others' textures, and their contrast over the others'.
     s_finest_cpd
         Cycles per degree that the S cones resolve.
-    illuminant, lines
+    illuminant, wavelengths
         The light, and how many wavelengths stand for it in each band (see `Cones.of`).
     noise
         Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
@@ -88,8 +88,8 @@ def band_views(
     """
     _check_eye(eye)
     cones = [
-        Cones.of(eye, "L+M", illuminant=illuminant, lines=lines),
-        Cones.of(eye, "S", illuminant=illuminant, lines=lines, finest_cpd=s_finest_cpd),
+        Cones.of(eye, "L+M", illuminant=illuminant, wavelengths=wavelengths),
+        Cones.of(eye, "S", illuminant=illuminant, wavelengths=wavelengths, finest_cpd=s_finest_cpd),
     ]
     return eye_views(
         scene,
@@ -109,18 +109,18 @@ def accommodation_views(
     scene: Scene | float,
     eye: Eye,
     times: Sequence[float],
-    course: Course,
+    course: TimeCourse,
     shape: tuple[int, int],
     pixel_angle: float,
     *,
     illuminant: str = "D65",
-    lines: int = 5,
+    wavelengths: int = 5,
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Rendered]:
-    """What the L and M cones see at each of the moments `times` (s, in order) as accommodation takes its `course`.
+    """What the L and M cones see at the moments `times` (s, in order) in the time `course` of its accommodation.
 
     Two views a quarter of a second apart are extremes of the paper's oscillation at 2 Hz; the whole series may be
     given to `recover_depth` as well. The other parameters are those of `band_views`.
@@ -135,7 +135,7 @@ def accommodation_views(
     """
     _check_eye(eye)
     moments = eye.through(check_list("times", times, "seconds"), course)
-    cones = [Cones.of(one, "L+M", illuminant=illuminant, lines=lines) for one in moments]
+    cones = [Cones.of(one, "L+M", illuminant=illuminant, wavelengths=wavelengths) for one in moments]
     return eye_views(scene, cones, shape, pixel_angle, noise=noise, samples=samples, seed=seed, progress=progress)
 
 
@@ -158,7 +158,7 @@ def eye_views(
 
     Examples
     --------
-    Both kinds of views at once: two kinds of cones at two moments.
+    Both pairs of views at once: two cone classes at two moments.
 
     >>> eyes = [Eye(0.004, accommodation) for accommodation in (0.75, 1.25)]
     >>> cones = [Cones.of(eye, band) for eye in eyes for band in ("L+M", "S")]
@@ -211,7 +211,7 @@ def _by_rays(
         if abs(weight) > 1e-9:
             for eye in cones.eyes():
                 rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
-                image += weight / len(cones.lines) * rendered.view.image
+                image += weight / len(cones.wavelengths_nm) * rendered.view.image
     if not np.isfinite(rendered.distance).any():
         raise InputError("the scene has nothing in the frame, and so no depth to see: put objects before the eye.")
     if np.isfinite(cones.finest_cpd):

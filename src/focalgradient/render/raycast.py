@@ -12,7 +12,6 @@ geometry of rays: no blur formula and no convolution is used, so such views can 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
@@ -24,6 +23,7 @@ from scipy.stats import qmc
 
 from focalgradient.errors import InputError, described
 from focalgradient.optics import Optics, check_optics
+from focalgradient.parallel import cores
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -104,7 +104,7 @@ def cast(
         )
 
     starts = range(0, shape[0], ROWS)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
             if progress is not None:

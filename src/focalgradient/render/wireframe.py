@@ -17,7 +17,6 @@ hypot(w, w tan(angle)), a chord that spans an angle of delta errs by at most del
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -28,6 +27,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.parallel import cores
 from focalgradient.psf import DISC_K
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 
@@ -45,7 +45,8 @@ FINEST = 1.6  # pixels of line width below which lines twinkle as they cross the
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
 PIXEL = 1 / 12  # px^2, the variance of a pixel's own square, over which it averages the light
 
-THREADS = min(8, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+THREADS = min(8, cores())
+"""Threads that draw rows; the limit of eight is our choice."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")

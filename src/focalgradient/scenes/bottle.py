@@ -19,7 +19,7 @@ __all__ = ["BODY_RADIUS", "bottle"]
 BODY_RADIUS = 0.045
 """Radius in metres of the bottle's upright body."""
 
-REFLECTANCE = 0.9
+REFLECTANCE = 0.9  # of silvered glass, nearly even over the visible band
 CHECK = 0.03  # metres, a side of a check
 EYE = 0.16  # metres, of the camera above the plane
 ROUND = 2.6  # metres, to the wall that stands all around

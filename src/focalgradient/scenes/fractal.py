@@ -8,12 +8,13 @@ it and no finer, near and far alike.
 from __future__ import annotations
 
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.parallel import cores
 
 __all__ = ["fractal"]
 
@@ -57,7 +58,7 @@ def fractal(
     detail = np.ascontiguousarray(np.broadcast_to(np.asarray(finest, dtype=float), points.shape[:-1])).ravel()
     octaves = max(1, math.ceil(math.log2(coarsest / float(detail.min(initial=coarsest)))) + 1)
     values = np.empty(len(flat))
-    threads = os.cpu_count() or 1
+    threads = cores()
     edges = np.linspace(0, len(flat), threads + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
         list(

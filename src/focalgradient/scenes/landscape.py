@@ -24,7 +24,7 @@ GROUNDS = {
     "heath": ((0.05, 0.03, 0.025), (0.15, 0.085, 0.06), (0.22, 0.17, 0.09), (0.36, 0.30, 0.20)),
     "loam": ((0.045, 0.028, 0.018), (0.13, 0.08, 0.05), (0.23, 0.155, 0.10), (0.38, 0.29, 0.20)),
 }
-HAZE = (0.55, 0.63, 0.74)
+HAZE = (0.55, 0.63, 0.74)  # linear RGB of air seen through kilometres of it: our choice
 PLAIN, FARTHEST = 30.0, 400.0  # metres: where the plain becomes mountains, and the end of the land
 
 
