@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["NOTHING", "complete"]
+__all__ = ["NOTHING", "complete", "nearest_behind"]
 
 NOTHING = -1e30
 """Vergence of a hidden point where nothing is hidden."""
@@ -49,7 +49,7 @@ def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[Flo
 
     `vergence` and `focus` are in pixels; where nothing is hidden the vergence is `NOTHING`.
     """
-    row, column = _nearest_behind(vergence, np.float32(focus))
+    row, column = nearest_behind(vergence, np.float32(focus))
     hidden = np.zeros_like(image)
     behind = np.empty_like(vergence)
     _fill(image, vergence, row, column, hidden, behind)
@@ -57,7 +57,7 @@ def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[Flo
 
 
 @_compiled
-def _nearest_behind(vergence, focus):  # type: ignore[no-untyped-def]
+def nearest_behind(vergence, focus):  # type: ignore[no-untyped-def]
     """Row and column of the nearest visible pixel of the surface behind each pixel; -1 where none is within reach.
 
     Distances spread from the outlines by two sweeps down and two up, each to the right and to the left.

@@ -1,0 +1,189 @@
+"use strict";
+/* Sliders, the point of light, and the workers that draw. `window.blurPage` tells what is shown, for tests. */
+const $ = id => document.getElementById(id);
+const { w, h, low, high, pixelAngle, focalLength: F, stops, layers } = FACTS;
+const FRAME = 1000 / 30, STILL = 200;  // ms: the longest frame, and how long nothing moved when it is drawn in full
+const GLOW = 0.35;                     // light on each pixel of the point's disc, in shares of white
+
+/* --- What is shown ---------------------------------------------------------------------------------------------- */
+
+const span = high - low, nearest = high + 0.1 * span, farthest = Math.max(low - 0.1 * span, 0);
+const state = { stop: 0, focus: FACTS.focus, vergence: FACTS.focus, x: FACTS.lamp[0], y: FACTS.lamp[1], lamp: true };
+const sliderOf = v => Math.round(1000 * (nearest - v) / (nearest - farthest));
+const vergenceOf = slider => nearest - slider / 1000 * (nearest - farthest);
+const radius = (v = state.vergence) => F / stops[state.stop] / 2 * Math.abs(v - state.focus);  // radians
+const metres = v => v < 1e-4 ? "infinity" : 1 / v < 100 ? `${(1 / v).toPrecision(3)} m` : `${Math.round(1 / v)} m`;
+const both = v => `${metres(v)} (${v.toFixed(2)} D)`;
+let vergences;  // of every pixel, once unpacked
+
+function settings(divide) {
+  const scale = F / stops[state.stop] / 2 / pixelAngle / divide;
+  const lamp = state.lamp && { x: Math.floor(state.x / divide), y: Math.floor(state.y / divide), vergence: state.vergence, light: GLOW };
+  return { scale, focus: state.focus, lamp: lamp || null };
+}
+
+function tell() {
+  const diameter = F / stops[state.stop], v0 = F / (1 - F * state.focus), f = 2 * stops[state.stop], angle = radius();
+  const sigma = angle * v0, nearer = state.vergence > state.focus;
+  const distance = F * v0 / (v0 - F + (nearer ? 1 : -1) * sigma * f);
+  const aperture = `f/${stops[state.stop]} (${(1e3 * diameter).toFixed(1)} mm)`;
+  const texts = {
+    "aperture-is": aperture, "focus-is": both(state.focus), "distance-is": both(state.vergence), sign: nearer ? "+" : "−",
+    F: `${(1e3 * F).toFixed(0)} mm`, v0: `${(1e3 * v0).toFixed(2)} mm`, f: f.toFixed(2), sigma: `${(1e6 * sigma).toFixed(0)} µm`,
+    D: Math.abs(distance) < 1e4 ? metres(1 / distance) : "infinity",
+    angle: `${(60 * 180 / Math.PI * angle).toFixed(1)} arcmin`, pixels: `${(angle / pixelAngle).toFixed(1)} pixels` };
+  for (const [id, text] of Object.entries(texts)) $(id).textContent = text;
+  for (const [id, value, text] of [["aperture", state.stop, aperture], ["focus", sliderOf(state.focus), both(state.focus)],
+    ["distance", sliderOf(state.vergence), both(state.vergence)]]) {
+    $(id).value = value;
+    $(id).setAttribute("aria-valuetext", text);
+  }
+  $("over").innerHTML = !state.lamp ? "" : [["#000", 3], ["#ffd400", 1.4]].map(([colour, wide]) =>
+    `<circle cx="${state.x + 0.5}" cy="${state.y + 0.5}" r="${Math.max(angle / pixelAngle, 0.5)}" fill="none" stroke="${colour}" stroke-width="${wide * w / 800}"/>`).join("");
+  graph();
+}
+
+function graph() {
+  const X = v => 40 + 310 * (nearest - v) / (nearest - farthest), top = 60 * 180 / Math.PI * F / stops[0] / 2 * span * 1.05;
+  const Y = r => 150 - 135 * Math.min(60 * 180 / Math.PI * r / top, 1.05);
+  const line = [nearest, state.focus, farthest].map(v => `${X(v)},${Y(radius(v))}`).join(" ");
+  const ticks = [0.3, 0.4, 0.5, 0.6, 0.8, 1, 1.5, 2, 3, 5, 10, Infinity].map(d => 1 / d).filter(v => v <= nearest && v >= farthest);
+  let last = -Infinity, marks = "";
+  for (const v of ticks) {
+    if (X(v) - last < 26) continue;
+    last = X(v);
+    marks += `<line x1="${last}" x2="${last}" y1="150" y2="155" stroke="var(--line)"/><text x="${last}" y="168" text-anchor="middle">${v ? +(1 / v).toPrecision(2) : "∞"}</text>`;
+  }
+  $("graph").innerHTML = `<path d="M40 12V150H350" fill="none" stroke="var(--line)"/>${marks}
+    <text x="195" y="186" text-anchor="middle">distance in metres, even in dioptres</text><text x="46" y="14">radius of the disc, arcmin</text>
+    <text x="34" y="154" text-anchor="end">0</text><text x="34" y="${Y(top / 2 * Math.PI / 10800) + 4}" text-anchor="end">${Math.round(top / 2)}</text>
+    <polyline points="${line}" fill="none" stroke="var(--accent)" stroke-width="2.5"/>
+    <circle cx="${X(state.vergence)}" cy="${Y(radius())}" r="5.5" fill="var(--point)" stroke="var(--panel)" stroke-width="1.5"/>`;
+}
+
+/* --- Drawing ---------------------------------------------------------------------------------------------------- */
+
+const canvas = $("picture"), context = canvas.getContext("2d");
+canvas.width = w; canvas.height = h;
+$("over").setAttribute("viewBox", `0 0 ${w} ${h}`);
+let workers = [], waiting = 0, bands = [], divide = 1, full = 0, slow = false, wanted = true, moved = 0, began = 0, frames = [], drawn = 0;
+
+function change() { wanted = true; moved = performance.now(); tell(); }
+
+function next(now) {
+  if (sweeping) {
+    state.focus = (low + high) / 2 + span / 2 * Math.sin((now - sweeping) / 700);
+    change();
+  }
+  const still = now - moved > STILL && !sweeping;
+  if (!waiting && workers.length && (wanted || still && divide > 1)) {
+    divide = slow && !still ? 2 : 1;
+    wanted = false; began = now; bands = []; waiting = workers.length;
+    for (const worker of workers) worker.postMessage({ settings: settings(divide), divide });
+  }
+  requestAnimationFrame(next);
+}
+
+function arrived({ data }) {
+  bands.push(data);
+  if (--waiting) return;
+  const time = performance.now();
+  for (const band of bands) {
+    const part = new ImageData(band.pixels, band.w);
+    if (divide === 1) context.putImageData(part, 0, band.from);
+    else small.getContext("2d").putImageData(part, 0, band.from);
+  }
+  if (divide > 1) context.drawImage(small, 0, 0, w, h);
+  const worked = Math.max(...bands.map(band => band.worked));
+  if (divide === 1) { full = full ? 0.7 * full + 0.3 * worked : worked; slow = full > FRAME - 4; }
+  else if (worked * 8 < FRAME) slow = false;
+  frames = frames.filter(one => time - one < 1000).concat(time);
+  drawn += 1;
+  const rate = frames.length > 1 ? (frames.length - 1) / (time - frames[0]) * 1000 : 0;
+  const size = divide > 1 ? ", at half the size while it moves" : "";
+  $("speed").textContent = `A frame took ${worked.toFixed(0)} ms on ${workers.length} ${workers.length > 1 ? "cores" : "core"}` +
+    (sweeping && rate ? `; ${rate.toFixed(0)} frames a second${size}.` : `${size}.`);
+  window.blurPage.last = { worked, rate, divide };
+}
+
+const small = document.createElement("canvas");
+small.width = w >> 1; small.height = h >> 1;
+
+async function unpacked() {
+  const packed = Uint8Array.from(atob(FACTS.data), c => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer()), n = w * h;
+  const linear = Float32Array.from({ length: 256 }, (_, i) => i / 255 <= 0.04045 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4);
+  const lights = from => Float32Array.from(bytes.subarray(from, from + 3 * n), level => linear[level]);
+  const depths = from => Float32Array.from({ length: n }, (_, i) => {
+    const level = bytes[from + 2 * i] + 256 * bytes[from + 2 * i + 1];
+    return level ? low + span * (level - 1) / 65534 : -1;
+  });
+  return { w, h, light: lights(0), vergence: depths(3 * n), hidden: lights(5 * n), behind: depths(8 * n), away: bytes.slice(10 * n) };
+}
+
+function workerCode() {
+  let engines;
+  onmessage = ({ data }) => {
+    if (data.scene) {
+      const engineOf = scene => ({ draw: makeEngine(scene, data.layers), h: scene.h, w: scene.w });
+      engines = [engineOf(data.scene), engineOf(halved(data.scene, data.near))].map(one => ({ ...one,
+        from: Math.round(one.h * data.share[0]), to: Math.round(one.h * data.share[1]) }));
+      return;
+    }
+    const { draw, w, from, to } = engines[data.divide - 1], start = performance.now(), pixels = draw(data.settings, from, to);
+    postMessage({ pixels, w, from, worked: performance.now() - start }, [pixels.buffer]);
+  };
+}
+
+async function begin() {
+  const scene = await unpacked(), code = `${$("engine").textContent}\n(${workerCode})();`;
+  vergences = scene.vergence;
+  goTo(state.x, state.y);
+  const count = Math.max(1, Math.min(8, navigator.hardwareConcurrency || 1)), url = URL.createObjectURL(new Blob([code]));
+  // Two layers apart at the widest aperture.
+  const near = 2 * span / layers;
+  workers = Array.from({ length: count }, (_, n) => {
+    const worker = new Worker(url);
+    worker.onmessage = arrived;
+    worker.postMessage({ scene, layers, near, share: [n / count, (n + 1) / count] });
+    return worker;
+  });
+}
+
+/* --- Controls --------------------------------------------------------------------------------------------------- */
+
+let sweeping = 0;
+function goTo(x, y) {
+  state.x = Math.max(0, Math.min(w - 1, x)); state.y = Math.max(0, Math.min(h - 1, y));
+  if (vergences) state.vergence = vergences[state.y * w + state.x];
+  change();
+}
+function focusThere() { stopSweep(); state.focus = state.vergence; change(); }
+function stopSweep() { sweeping = 0; $("sweep").setAttribute("aria-pressed", "false"); }
+$("aperture").max = stops.length - 1;
+$("aperture").oninput = event => { state.stop = +event.target.value; change(); };
+$("focus").oninput = event => { stopSweep(); state.focus = vergenceOf(+event.target.value); change(); };
+$("distance").oninput = event => { state.vergence = vergenceOf(+event.target.value); change(); };
+$("lamp").onchange = event => { state.lamp = event.target.checked; change(); };
+$("there").onclick = focusThere;
+$("sweep").onclick = () => {
+  if (sweeping) { stopSweep(); return; }
+  sweeping = performance.now(); frames = [];
+  $("sweep").setAttribute("aria-pressed", "true");
+};
+const placeOf = event => [Math.floor(event.offsetX / canvas.clientWidth * w), Math.floor(event.offsetY / canvas.clientHeight * h)];
+canvas.onclick = event => goTo(...placeOf(event));
+canvas.ondblclick = focusThere;
+canvas.onkeydown = event => {
+  const far = event.shiftKey ? 20 : 4, step = { ArrowLeft: [-far, 0], ArrowRight: [far, 0], ArrowUp: [0, -far], ArrowDown: [0, far] }[event.key];
+  if (step) goTo(state.x + step[0], state.y + step[1]);
+  else if (event.key === "Enter") focusThere();
+  else return;
+  event.preventDefault();
+};
+window.blurPage = { state, change, stops, drawn: () => drawn, settled: () => !waiting && !wanted && divide === 1 && drawn > 0 };
+state.stop = Math.min(3, stops.length - 1);
+change();
+begin().catch(error => { $("speed").textContent = `This browser cannot draw it: ${error.message}`; });
+requestAnimationFrame(next);
