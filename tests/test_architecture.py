@@ -74,6 +74,9 @@ HOMES = {
     "pyglet": {"lab"},
     "distributed": {"parallel"},
     "mitsuba": {"render"},
+    "arviz": {"statistics"},
+    "bambi": {"statistics"},
+    "pymc": {"statistics"},
 }
 
 # What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed. Of what

@@ -37,6 +37,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict
     help="Smallest rise of a rating at the largest aperture that would matter, stated in advance.  [default: 1.2]",
 )
 @click.option("--ordinal", is_flag=True, help="Ratings are steps of a scale, whole numbers, and no ratios.")
+@click.option("--bayes", is_flag=True, help="Bayesian models of the ratings, too: some minutes, and the extra bayes.")
 @click.option(
     "--rules", type=click.Path(path_type=Path), metavar="FILE", help="Rules of exclusion, stated in advance (TOML)."
 )
@@ -68,6 +69,7 @@ def report(
     out: Path,
     bound: float | None,
     ordinal: bool,
+    bayes: bool,
     rules: Path | None,
     columns: dict[str, str],
     conditions: dict[str, str],
@@ -116,6 +118,7 @@ def report(
             columns=columns,
             conditions=conditions,
             focal_length_mm=focal_length,
+            bayes=bayes,
             progress=say,
         )
     replace_set(out, made.files, "report.html")

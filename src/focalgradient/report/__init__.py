@@ -17,6 +17,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import BOUND, Ratings, Reports, analyse_necker, analyse_ratings, analyse_table
+from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.document import (
     Block,
     Figure,
@@ -89,6 +90,7 @@ def make_report(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     focal_length_mm: float | None = None,
+    bayes: bool = False,
     progress: Progress | None = None,
 ) -> Report:
     """Analyse a data set, or a table of one's own depth ratings, and write down all of it.
@@ -107,8 +109,10 @@ def make_report(
         Rules of exclusion: see `load_rules`.
     columns, conditions, focal_length_mm
         Of a table of one's own.
+    bayes
+        Whether the ratings are analysed by Bayesian models, too: see `focalgradient.statistics.bayes`.
     progress
-        Called with the share done of an ordinal model, the one part that takes long.
+        Called with the share done of the ordinal model, then of the Bayesian ones: the parts that take long.
 
     Raises
     ------
@@ -145,13 +149,18 @@ def make_report(
     if any(part.simulated for part in parts):
         blocks = [Notice("Simulated observers, not people: every answer was computed by a model."), *blocks]
     body: list[Block] = [*blocks]
+    methods: list[str] = []
     if ratings is not None:
         body += _rating_part(ratings, sheets, figures)
+        if bayes and isinstance(ratings.result, DepthRatingResult):
+            posterior = bayes_analysis(ratings, scale, chosen, used, progress)
+            body += bayes_part(posterior, sheets, figures, simulated=ratings.simulated)
+            methods.append(bayes_methods(posterior))
     if reports is not None:
         body += _necker_part(reports, sheets, figures)
     body.append(Heading("Methods"))
     if ratings is not None:
-        body += [Heading("Depth ratings", 3), *map(Paragraph, methods_ratings(ratings, used, scale))]
+        body += [Heading("Depth ratings", 3), *map(Paragraph, [*methods_ratings(ratings, used, scale), *methods])]
         body += _shown([] if ratings.data is None else [_design(ratings.data, "depth_rating")], sheets)
         if chosen is None and scale == "ratio":
             body.append(Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance."))

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import optimize
 
 from focalgradient.progress import Progress
+from focalgradient.statistics.subject_integrals import joint_densities, mean_derivatives, most_likely_effects
 
 __all__ = ["CumulativeFit", "cumulative_fit"]
 
@@ -174,9 +175,10 @@ class _Marginal:
 
     def __init__(self, category: NDArray[np.int_], random: FloatArray, subject: NDArray[np.int_], nodes: int):
         self.order = np.argsort(subject, kind="stable")
-        self.category, self.random, self.subject = category[self.order], random[self.order], subject[self.order]
-        self.first = np.flatnonzero(np.diff(self.subject, prepend=-1))  # trial of each subject
-        self.subjects, q = len(self.first), random.shape[1]
+        self.category, self.random = category[self.order], random[self.order]
+        starts = np.flatnonzero(np.diff(subject[self.order], prepend=-1))  # trial of each subject
+        self.first = np.append(starts, len(subject))
+        self.subjects, q = len(starts), random.shape[1]
         point, weight = np.polynomial.hermite_e.hermegauss(nodes)
         grids = np.meshgrid(*[np.arange(nodes)] * q, indexing="ij")
         at = np.stack([grid.ravel() for grid in grids])
@@ -186,10 +188,6 @@ class _Marginal:
             self.points, log_weights = ICOSAHEDRON, np.log(WEIGHTS * (2 * math.pi) ** 1.5)
         self.log_weights = log_weights + (self.points**2).sum(axis=0) / 2
         self.mode = np.zeros((self.subjects, q))
-
-    def _of_subjects(self, values: FloatArray) -> FloatArray:
-        """Sum over each subject's trials, of any trailing shape."""
-        return np.add.reduceat(values, self.first, axis=0)
 
     def log_likelihood(self, thresholds: FloatArray, level: FloatArray, spread: FloatArray) -> float:
         """Of all answers."""
@@ -205,83 +203,28 @@ class _Marginal:
         edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
         level = level[self.order]
         low, high = edges[self.category] - level, edges[self.category + 1] - level
-        random = self.random @ spread
-        mode, curvature = self._modes(low, high, random)
+        random = np.ascontiguousarray(self.random @ spread)
         nowhere = -math.inf, np.zeros(len(thresholds)), np.zeros(len(level)), np.zeros_like(spread)
-        if curvature is None:
+        curvature, finite = most_likely_effects(low, high, random, self.first, self.mode)
+        if not finite:
             return nowhere
         # its product with itself inverts the curvature
         root = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
-        v = mode[:, :, None] + root @ self.points  # subjects x q x nodes
-        at = (random[:, None, :] @ v[self.subject])[:, 0, :]
-        log_p, below, above, chance = _chances(low[:, None] - at, high[:, None] - at)
-        joint = self._of_subjects(log_p) - (v**2).sum(axis=1) / 2 + self.log_weights
+        v = self.mode[:, :, None] + root @ self.points  # subjects x q x nodes
+        joint = joint_densities(low, high, random, self.first, v) - (v**2).sum(axis=1) / 2 + self.log_weights
         peak = joint.max(axis=1, keepdims=True)
         weight = np.exp(joint - peak)
         integral = weight.sum(axis=1, keepdims=True)
         volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
         q = random.shape[1]
         value = float((peak + np.log(integral)).sum() + volume.sum() - self.subjects * q / 2 * math.log(2 * math.pi))
-        share = (weight / integral)[self.subject]  # trials x nodes
-        by_eta = (below + above - 1) * share
+        own, by_high, by_low, by_v = mean_derivatives(low, high, random, self.first, v, weight / integral)
         by_level = np.empty(len(level))
-        by_level[self.order] = by_eta.sum(axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            by_high = (above * (1 - above) / chance * share).sum(axis=1)
-            by_low = (below * (1 - below) / chance * share).sum(axis=1)
+        by_level[self.order] = own
         last = len(thresholds)
         lost = np.bincount(self.category, by_low, last + 1)[1:]
         by_threshold = np.asarray(np.bincount(self.category, by_high, last + 1)[:-1] - lost, dtype=float)
-        by_v = np.einsum("tn,tjn->tj", by_eta, v[self.subject]) if len(level) < LARGE else self._by_v(by_eta, v)
         return value, by_threshold, by_level, self.random.T @ by_v
-
-    def _by_v(self, by_eta: FloatArray, v: FloatArray) -> FloatArray:
-        """Sum over nodes of the derivative times each effect, an effect at a time: less memory."""
-        return np.column_stack([(by_eta * v[self.subject, j]).sum(axis=1) for j in range(v.shape[1])])
-
-    def _modes(self, low: FloatArray, high: FloatArray, random: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Each subject's most likely effects, and the curvature there; None where the search leaves all bounds."""
-        q = random.shape[1]
-
-        def joint(v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-            """Log density of each subject's answers and effects, but for a constant; and both logistics."""
-            eta = (random * v[self.subject]).sum(axis=1)
-            log_p, below, above, _ = _chances(low - eta, high - eta)
-            return self._of_subjects(log_p) - (v**2).sum(axis=1) / 2, below, above
-
-        mode = self.mode
-        best, below, above = joint(mode)
-        for _ in range(50):  # Newton: the joint density is log-concave in the effects, yet whole steps may swing about
-            second = below * (1 - below) + above * (1 - above)
-            gradient = self._of_subjects((below + above - 1)[:, None] * random) - mode
-            curvature = self._of_subjects(second[:, None, None] * random[:, :, None] * random[:, None, :]) + np.eye(q)
-            step = np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
-            if not np.isfinite(step).all():
-                self.mode = np.zeros_like(mode)
-                return mode, None
-            if np.abs(step).max() < 1e-8:  # what it still leaves is its square
-                break
-            for _ in range(60):
-                reached, below, above = joint(mode + step)
-                worse = reached < best - 1e-9
-                if not worse.any():
-                    break
-                step[worse] /= 2
-            mode, best = mode + step, reached
-        self.mode = mode
-        return mode, curvature
-
-
-LARGE = 5000
-"""Trials from which sums over nodes are taken an effect at a time."""
-
-
-def _chances(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """log(logistic(high) - logistic(low)), both logistics, and their difference; taken in the tail that has digits."""
-    turned = low + high > 0
-    one, two = special.expit(np.where(turned, -high, low)), special.expit(np.where(turned, -low, high))
-    chance = two - one
-    return np.log(chance), np.where(turned, 1 - two, one), np.where(turned, 1 - one, two), chance
 
 
 def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:

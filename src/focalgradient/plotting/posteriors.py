@@ -1,0 +1,101 @@
+"""The figure of a Bayesian analysis: what was supposed before the data, dashed, and what is known after, in full."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy import stats
+
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.statistics.bayes import BayesResult, Posterior
+
+__all__ = ["draw_posterior_rises", "draw_posterior_spread", "posterior_figure"]
+
+RISES = {
+    "nearest": (BLUE, "near in focus"),
+    "farthest": (ORANGE, "far in focus"),
+    "difference": (GREEN, "near / far"),
+}
+SPREADS = {"subjects": (BLUE, "subjects"), "scenes": (ORANGE, "scenes"), "residual": (GREEN, "residual")}
+DASHED = (0, (4, 3))
+
+
+def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
+    """Priors and posteriors: the rises with the bound shaded, and the standard deviations of the near rise."""
+    with style():
+        figure = new_figure(180, 80, layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+        draw_posterior_rises(left, result)
+        draw_posterior_spread(right, result)
+        if simulated:
+            left.text(0.02, 0.97, SIMULATED, transform=left.transAxes, va="top")
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    return figure
+
+
+def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
+    """Draw the densities of the rises, on a logarithmic axis of ratios, with their prior and the bound."""
+    found = {name: each for name, each in result.posteriors.items() if isinstance(each, Posterior)}
+    bound = math.log(result.bound)
+    ends = [bound * 1.5, -bound * 1.5]
+    for each in found.values():
+        ends += [float(np.quantile(each.draws, share)) for share in (0.001, 0.999)]
+    at = np.linspace(min(ends), max(ends), 400)
+    ax.axvspan(-bound, bound, color=GREY, alpha=0.12, linewidth=0)
+    ax.axvline(0, color=GREY, linewidth=0.6, linestyle=DASHED)
+    prior = result.priors["rise"]
+    ax.plot(at, prior.density(at), color=GREY, linestyle=DASHED, linewidth=1.2, label=f"prior {prior}")
+    for name, each in found.items():
+        colour, label = RISES[name]
+        density = stats.gaussian_kde(each.draws)(at)
+        ax.fill_between(at, density, color=colour, alpha=0.15, linewidth=0)
+        ax.plot(at, density, color=colour, label=label)
+    ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
+    what = "odds ratio" if result.scale == "ordinal" else "ratio to the pinhole"
+    ax.set(xlabel=f"rise at the largest aperture ({what})", ylabel="density (of the logarithm)", yticks=[])
+    ticks = _ratios(min(ends), max(ends))
+    ax.set_xticks([math.log(tick) for tick in ticks], [f"{tick:g}" for tick in ticks])
+    ax.set_xlim(at[0], at[-1])
+    ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
+    return ax
+
+
+def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
+    """Draw the densities of the standard deviations of the first rise that there is, with their priors."""
+    first = next((each for each in result.posteriors.values() if isinstance(each, Posterior)), None)
+    if first is None:
+        return ax
+    largest = 1.15 * max(float(np.quantile(draws, 0.995)) for draws in first.spread.values())
+    at = np.linspace(0, largest, 300)
+    for name, draws in first.spread.items():
+        colour, label = SPREADS[name]
+        ax.plot(at, result.priors[name].density(at), color=colour, linestyle=DASHED, linewidth=0.9)
+        ax.plot(at, _above_zero(draws, at), color=colour, label=label)
+    ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
+    ax.set(xlim=(0, largest), yticks=[], xlabel="standard deviation (log odds)")
+    if result.scale == "ratio":
+        ax.set_xlabel("standard deviation (log ratio)")
+    ax.set_title(f"Variation of the {RISES[first.name][1].split()[0]} rise; priors dashed")
+    ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
+    return ax
+
+
+def _above_zero(draws: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Density of what cannot be below zero: what a kernel puts there is turned back."""
+    law = stats.gaussian_kde(draws)
+    return np.asarray(law(at) + law(-at))
+
+
+def _ratios(low: float, high: float) -> list[float]:
+    """Ratios to name on an axis from exp(low) to exp(high)."""
+    fine = [0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0]
+    coarse = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]
+    middle = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
+    chosen = fine if high - low < 1.5 else middle if high - low < 5 else coarse
+    return [tick for tick in chosen if low <= math.log(tick) <= high]

@@ -1,0 +1,140 @@
+"""The Bayesian part of a report: findings, figure, tables of posteriors and priors, and how it was done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.plotting.posteriors import posterior_figure
+from focalgradient.plotting.subjects import as_files
+from focalgradient.progress import Progress
+from focalgradient.report.analysed import Ratings
+from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
+from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number
+from focalgradient.statistics import NotComputed, Scale
+from focalgradient.statistics.bayes import ODDS_BOUND, BayesResult, Posterior, bayes_depth_rating
+
+__all__ = ["bayes_analysis", "bayes_methods", "bayes_part"]
+
+WHAT = {
+    "nearest": "With the nearest object in focus, the rise",
+    "farthest": "With the farthest object in focus, the rise",
+    "difference": "The near rise over the far rise",
+}
+CAPTION = (
+    "Bayesian analysis. Left: posterior density of the rise with the near and the far object in focus and of their "
+    "ratio, prior dashed, the bound within which a rise counts as none shaded. Right: standard deviations of the near "
+    "rise over subjects, over scenes, and of the residual, priors dashed."
+)
+
+
+def bayes_analysis(
+    part: Ratings, scale: Scale, bound: float | None, used: float, progress: Progress | None
+) -> BayesResult:
+    """The Bayesian model of what the rules kept; `bound` is None where the user gave none, then `used` is of ratios."""
+    limit = (bound or ODDS_BOUND) if scale == "ordinal" else used
+    return bayes_depth_rating(part.kept, bound=limit, scale=scale, progress=progress)
+
+
+def bayes_part(
+    result: BayesResult, sheets: list[Sheet], figures: dict[str, bytes], *, simulated: bool
+) -> Iterator[Block]:
+    """Sentences, the figure, and the tables."""
+    yield Heading("Bayesian analysis", 3)
+    for name, found in result.posteriors.items():
+        if isinstance(found, NotComputed):
+            yield Paragraph(f"{WHAT[name]} was not estimated: {found.reason}")
+        else:
+            yield Paragraph(_sentence(found, result))
+    loose = [name for name, found in result.posteriors.items() if isinstance(found, Posterior) and not found.sound]
+    if loose:
+        yield Notice(
+            f"The chains of {', '.join(loose)} do not agree well enough (R-hat below 1.01, 400 effective draws and no "
+            "divergences are asked for): take these posteriors as rough."
+        )
+    if any(isinstance(found, Posterior) for found in result.posteriors.values()):
+        drawn = as_files(posterior_figure(result, simulated=simulated))
+        figures |= {f"depth_rating_bayes.{kind}": content for kind, content in drawn.items()}
+        yield Figure("depth_rating_bayes.png", figures["depth_rating_bayes.png"], CAPTION)
+    own = [_posteriors(result), _priors(result)]
+    sheets += [*own, _draws(result)]
+    for sheet in own:
+        if sheet.table:
+            yield sheet.table
+
+
+def bayes_methods(result: BayesResult) -> str:
+    """How it was done, for a paper."""
+    software = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+    one = (
+        "one cumulative-link (logit) model of all answers, random effects uncorrelated"
+        if result.scale == "ordinal"
+        else "one model for the log ratios of each fixation, and one for their difference"
+    )
+    priors = "; ".join(f"{name} {prior}" for name, prior in result.priors.items())
+    return (
+        f"Bayesian analysis: {result.formula}, {one}; subjects and scenes crossed as random. Priors: {priors}. "
+        f"{result.sampler}, by {software}. Intervals hold the central 95{SPACE}% of the posterior; a rise counts as "
+        f"none within a factor of {decimals(result.bound)} on either side."
+    )
+
+
+def _sentence(found: Posterior, result: BayesResult) -> str:
+    what = "odds ratio" if result.scale == "ordinal" else "ratio"
+    ends = interval(math.exp(found.low), math.exp(found.high), 2)
+    return (
+        f"{WHAT[found.name]} has the posterior median {decimals(math.exp(found.median))} ({what}, 95{SPACE}% credible "
+        f"interval {ends}); it is above 1 with a probability of {_chance(found.above)}, and within a factor of "
+        f"{decimals(result.bound)} of 1 with {_chance(found.within)}."
+    )
+
+
+def _chance(probability: float) -> str:
+    r"""A probability from draws: no more decimals than they bear.
+
+    >>> _chance(0.99999), _chance(0.034)
+    ('>\xa0.999', '.034')
+    """
+    if probability > 0.999:
+        return f">{SPACE}.999"
+    return f"<{SPACE}.001" if probability < 0.001 else f"{probability:.3f}".removeprefix("0")
+
+
+def _posteriors(result: BayesResult) -> Sheet:
+    rows, digits, notes = [], [], []
+    for name, found in result.posteriors.items():
+        if isinstance(found, NotComputed):
+            rows.append([name, *[NONE] * 9])
+            notes.append(f"{NONE}: {found.reason}")
+            digits.append({"rise": name, "not_computed": found.reason})
+            continue
+        ends = interval(math.exp(found.low), math.exp(found.high), 2)
+        sds = [NONE if sd is None else decimals(sd, 3) for sd in (found.subjects, found.scenes)]
+        chances = [_chance(found.above), _chance(found.within)]
+        check = [decimals(found.r_hat, 3), f"{found.effective:.0f}", str(found.divergences)]
+        rows.append([name, decimals(math.exp(found.median)), ends, *chances, *sds, *check])
+        fields = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_hat", "effective", "divergences")
+        digits.append({"rise": name} | {field: getattr(found, field) for field in fields})
+    header = ["rise", "median", "95 %", "p(above 1)", "p(within the bound)", "SD of subjects", "SD of scenes"]
+    header += ["R-hat", "effective draws", "divergences"]
+    file = "depth_rating_bayes.csv"
+    caption = f"Posterior of the rises: {result.formula}; bound {number(result.bound)}"
+    return Sheet(file, Table(caption, header, rows, notes, file), pd.DataFrame(digits))
+
+
+def _priors(result: BayesResult) -> Sheet:
+    rows = [[name, str(prior), prior.why] for name, prior in result.priors.items()]
+    header = ["parameter", "prior (of logarithms)", "why"]
+    file = "depth_rating_priors.csv"
+    return Sheet(file, Table("Priors", header, rows, csv=file), pd.DataFrame(rows, columns=header))
+
+
+def _draws(result: BayesResult) -> Sheet:
+    """Every tenth draw of the rises, for whoever wants another summary."""
+    found = {name: each.draws[::10] for name, each in result.posteriors.items() if isinstance(each, Posterior)}
+    return Sheet(
+        "depth_rating_bayes_draws.csv", None, pd.DataFrame({name: np.asarray(each) for name, each in found.items()})
+    )

@@ -1,0 +1,462 @@
+"""The rises by Bayes' rule: subjects and scenes crossed as random, priors stated, fitted by bambi and PyMC (NUTS).
+
+Ratios have the model of the headline test, one for each fixation and one for the difference; answers in steps have one
+cumulative-link model of all. Both need the extra `bayes`, which is imported only here and only when it is used.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+import math
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any, Final, Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from focalgradient.errors import InputError
+from focalgradient.progress import Progress
+from focalgradient.statistics.cells import cells
+from focalgradient.statistics.records import NotComputed
+from focalgradient.statistics.tables import FIXATIONS, PINHOLE, rating_table
+
+__all__ = [
+    "ODDS_BOUND",
+    "ORDINAL_PRIORS",
+    "RATIO_PRIORS",
+    "BayesResult",
+    "Posterior",
+    "Prior",
+    "bayes_depth_rating",
+    "posterior_of_rises",
+]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """What is supposed of a parameter before the data: normal about 0, or the half of it above 0.
+
+    Parameters
+    ----------
+    sd
+        Standard deviation of the normal distribution.
+    half
+        Whether only values above 0 are possible: of standard deviations.
+    why
+        Where the number comes from.
+    """
+
+    sd: float
+    half: bool
+    why: str
+
+    def __str__(self) -> str:
+        """As papers write it.
+
+        >>> str(RATIO_PRIORS["rise"])
+        'Normal(0, 0.5)'
+        """
+        return f"HalfNormal({self.sd:g})" if self.half else f"Normal(0, {self.sd:g})"
+
+    def density(self, values: FloatArray) -> FloatArray:
+        """Density at `values`."""
+        law = stats.halfnorm(scale=self.sd) if self.half else stats.norm(scale=self.sd)
+        return np.asarray(law.pdf(values))
+
+    def draw(self, rng: np.random.Generator) -> float:
+        """One value."""
+        value = float(rng.normal(0, self.sd))
+        return abs(value) if self.half else value
+
+
+RATIO_PRIORS: Final[Mapping[str, Prior]] = {
+    "rise": Prior(0.5, False, "no rise most likely; 95 % between ratios of 0.38 and 2.7, the paper's axis ends at 3"),
+    "subjects": Prior(0.3, True, "twice the 0.15 that a plan by power supposes"),
+    "scenes": Prior(0.2, True, "scenes differ less than subjects: four times the 0.05 of a plan by power"),
+    "residual": Prior(0.5, True, "of a log ratio of single answers that scatter by 0.3: 0.42"),
+}
+"""Of the logarithm of ratios: weakly informative, our choice."""
+
+ORDINAL_PRIORS: Final[Mapping[str, Prior]] = {
+    "rise": Prior(1.5, False, "no rise most likely; 95 % between odds ratios of 0.05 and 19"),
+    "fixation": Prior(1.5, False, "as the rise"),
+    "subjects": Prior(1.0, True, "the logistic distribution's own standard deviation is 1.8"),
+    "scenes": Prior(1.0, True, "as the subjects"),
+    "thresholds": Prior(3.0, False, "in order; even shares of all steps most likely"),
+}
+"""Of the latent scale in log odds: weakly informative, our choice."""
+
+ODDS_BOUND: Final = 1.44
+"""Odds ratio of a small effect, d = 0.2, whose logarithm is d pi / sqrt(3) (Chinn 2000): the bound of answers in steps
+unless another is given."""
+
+DRAWS, TUNE, CHAINS = 1000, 1000, 4
+ORDINAL_DRAWS, ORDINAL_TUNE = 500, 700
+"""Fewer, as a draw of that model takes ten times as long: its effective number of draws is a third of them."""
+
+ACCEPT = 0.95  # few subjects leave their spread open near 0: smaller steps than usual
+
+Name = Literal["nearest", "farthest", "difference"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posterior:
+    """What is known of one rise after the data.
+
+    Parameters
+    ----------
+    name
+        The object in focus, or "difference": the rise with the nearest in focus less that with the farthest.
+    median, low, high
+        Of the logarithm (of the ratio, or of the odds ratio): median and central 95 %.
+    above
+        Probability of a rise above none.
+    within
+        Probability that it lies within the bound, on both sides.
+    subjects, scenes
+        Medians of the standard deviations over subjects and over scenes; None for scenes where there is one only, and
+        for the difference of answers in steps, which comes from the two rises.
+    draws
+        Of the rise, from all chains.
+    spread
+        Draws of the standard deviations by the name of their prior.
+    r_hat, effective
+        Largest R-hat, and least effective number of draws (bulk and tails), over the model's parameters.
+    divergences
+        Transitions that diverged.
+    """
+
+    name: Name
+    median: float
+    low: float
+    high: float
+    above: float
+    within: float
+    subjects: float | None
+    scenes: float | None
+    draws: FloatArray
+    spread: Mapping[str, FloatArray]
+    r_hat: float
+    effective: float
+    divergences: int
+
+    @property
+    def sound(self) -> bool:
+        """Whether the chains agree: R-hat below 1.01, 400 effective draws (Vehtari et al. 2021), no divergences."""
+        return self.r_hat < 1.01 and self.effective >= 400 and self.divergences == 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BayesResult:
+    """The rises of both fixations and their difference, by Bayes' rule.
+
+    Parameters
+    ----------
+    scale
+        "ratio" or "ordinal".
+    bound
+        Ratio, or odds ratio, within which a rise counts as none.
+    formula
+        Of the model, as bambi writes it.
+    priors
+        By the name of what they are of.
+    posteriors
+        Nearest, farthest, difference; what could not be computed is a `NotComputed`.
+    sampler
+        Chains and draws, in words.
+    versions
+        Of the software.
+    """
+
+    scale: Literal["ratio", "ordinal"]
+    bound: float
+    formula: str
+    priors: Mapping[str, Prior]
+    posteriors: Mapping[Name, Posterior | NotComputed]
+    sampler: str
+    versions: Mapping[str, str]
+
+
+def bayes_depth_rating(
+    table: pd.DataFrame,
+    *,
+    bound: float,
+    scale: Literal["ratio", "ordinal"] = "ratio",
+    seed: int = 1,
+    progress: Progress | None = None,
+) -> BayesResult:
+    """Posterior of the rises of depth ratings.
+
+    Parameters
+    ----------
+    table
+        One row a trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are left out.
+    bound
+        Above 1: the rise counts as none within 1 / bound ... bound, a ratio of ratings, or an odds ratio of a higher
+        answer where the scale is ordinal.
+    scale
+        What the ratings are.
+    seed
+        Of the chains.
+    progress
+        Called with the share done.
+
+    Raises
+    ------
+    InputError
+        If the extra `bayes` is not installed, the table cannot be read, or the bound is not above 1.
+    """
+    if not (isinstance(bound, int | float) and 1 < bound < math.inf):
+        raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
+    _installed()
+    table = rating_table(table)
+    table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
+    if scale == "ordinal" and (table["rating"] % 1 != 0).any():
+        raise InputError(
+            'With scale="ordinal" ratings must be whole numbers, the steps of the scale, and some are not.'
+        )
+    posteriors: dict[Name, Posterior | NotComputed]
+    if scale == "ordinal":
+        formula, posteriors = _ordinal(table, bound, seed, progress)
+    else:
+        formula, posteriors = _ratios(table, bound, seed, progress)
+    draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if scale == "ordinal" else (DRAWS, TUNE)
+    return BayesResult(
+        scale,
+        bound,
+        formula,
+        ORDINAL_PRIORS if scale == "ordinal" else RATIO_PRIORS,
+        posteriors,
+        f"{CHAINS} chains of {draws:,} draws after {tune:,} of tuning (NUTS, seed {seed})",
+        {name: version(name) for name in ("bambi", "pymc", "arviz")},
+    )
+
+
+def posterior_of_rises(
+    rises: pd.DataFrame,
+    name: Name,
+    bound: float,
+    *,
+    seed: int = 1,
+    draws: int = DRAWS,
+    tune: int = TUNE,
+    chains: int = CHAINS,
+    progress: Progress | None = None,
+) -> Posterior | NotComputed:
+    """Posterior of the mean of log ratios, subjects and scenes crossed as random.
+
+    Parameters
+    ----------
+    rises
+        Columns `log_ratio`, `participant_id` and `scene`; gaps are rows that are not there.
+    name
+        Whose they are.
+    bound
+        As a ratio above 1.
+    seed, draws, tune, chains
+        Of the sampler.
+    progress
+        Called with the share done.
+    """
+    import bambi
+
+    if rises["participant_id"].nunique() < 2:
+        return NotComputed("A model over subjects needs two or more of them.")
+    several = rises["scene"].nunique() > 1
+    prior = {key: _bambi(each) for key, each in RATIO_PRIORS.items()}
+    priors = {"Intercept": prior["rise"], "sigma": prior["residual"]}
+    for term, column in (("subjects", "participant_id"), ("scenes", "scene"))[: 1 + several]:
+        priors[f"1|{column}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
+    with _quiet():
+        model = bambi.Model(_formula(several), rises, priors=priors, auto_scale=False)
+        found = _sampled(model, seed, draws, tune, chains, progress)
+    spread = {"subjects": _flat(found, "1|participant_id_sigma"), "residual": _flat(found, "sigma")}
+    if several:
+        spread["scenes"] = _flat(found, "1|scene_sigma")
+    names = ["Intercept", "sigma", *(f"{term}_sigma" for term in priors if "|" in term)]
+    return _summary(name, _flat(found, "Intercept"), math.log(bound), spread, found, names)
+
+
+def _formula(several: bool) -> str:
+    return "log_ratio ~ 1 + (1 | participant_id)" + (" + (1 | scene)" if several else "")
+
+
+def _ratios(
+    table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
+) -> tuple[str, dict[Name, Posterior | NotComputed]]:
+    """A model for the rises of each fixation, and one for their difference."""
+    of: dict[str, pd.Series[float]] = {}
+    found: dict[Name, Posterior | NotComputed] = {}
+    for fixation in FIXATIONS:
+        rows = table[table["fixation"] == fixation]
+        if PINHOLE in set(rows["aperture"].astype(str)) and rows["aperture_mm"].nunique() > 1:
+            own = cells(rows)
+            names = pd.MultiIndex.from_product(
+                [own.subjects, own.scenes or ("all",)], names=["participant_id", "scene"]
+            )
+            of[fixation] = pd.Series(own.against_smallest(-1).ravel(), names, name="log_ratio").dropna()
+    if len(of) == 2:
+        of["difference"] = (of["nearest"] - of["farthest"]).dropna()
+    several = any(each.index.get_level_values("scene").nunique() > 1 for each in of.values())
+    kinds: tuple[Name, ...] = ("nearest", "farthest", "difference")
+    for number, kind in enumerate(kinds):
+        if kind not in of or of[kind].empty:
+            found[kind] = NotComputed("There are no trials with both the pinhole and a larger aperture to compare.")
+            continue
+
+        def part(share: float, what: str, number: int = number) -> None:
+            if progress is not None:
+                progress((number + share) / len(kinds), what)
+
+        found[kind] = posterior_of_rises(of[kind].reset_index(), kind, bound, seed=seed + number, progress=part)
+    return _formula(several), found
+
+
+def _ordinal(
+    table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
+) -> tuple[str, dict[Name, Posterior | NotComputed]]:
+    """One cumulative-link model of all answers; the difference of the rises comes from their draws."""
+    import bambi
+    from pymc.distributions.transforms import ordered
+
+    fixations = [name for name in FIXATIONS if (table["fixation"] == name).any()]
+    width = float(np.ptp(table["aperture_mm"]))
+    steps = np.unique(table["rating"].astype(int))
+    several = table["scene"].nunique() > 1
+    slopes = [f"blur_{name}" for name in fixations]
+    fixed = " + ".join([*slopes, *(["fixation"] if len(fixations) > 1 else [])])
+    groups = ("participant_id", "scene")[: 1 + several]
+    formula = f"rating ~ {fixed} + " + " + ".join(f"(1 + {' + '.join(slopes)} | {group})" for group in groups)
+    missing = NotComputed("The ordinal model needs two or more subjects, apertures and steps that were used.")
+    kinds: tuple[Name, ...] = ("nearest", "farthest", "difference")
+    if table["participant_id"].nunique() < 2 or width == 0 or len(steps) < 2:
+        return formula, dict.fromkeys(kinds, missing)
+    rows = table[["participant_id", "scene"]].astype(str)
+    rows["rating"] = pd.Categorical(table["rating"].astype(int), categories=steps, ordered=True)
+    for name in fixations:  # a range of 1, so that a slope is the rise at the largest aperture
+        rows[f"blur_{name}"] = (table["fixation"] == name) * table["aperture_mm"] / width
+    rows["fixation"] = (table["fixation"] == fixations[-1]).astype(float)
+    prior = {key: _bambi(each) for key, each in ORDINAL_PRIORS.items()}
+    even = np.arange(1, len(steps)) / len(steps)
+    priors: dict[str, Any] = {
+        "threshold": bambi.Prior(
+            "Normal", mu=np.log(even / (1 - even)), sigma=ORDINAL_PRIORS["thresholds"].sd, transform=ordered
+        ),
+        "fixation": prior["fixation"],
+    }
+    for name in slopes:
+        priors[name] = prior["rise"]
+    for group, term in zip(groups, ("subjects", "scenes"), strict=False):
+        for name in ("1", *slopes):
+            priors[f"{name}|{group}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
+    if len(fixations) < 2:
+        del priors["fixation"]
+    with _quiet():
+        model = bambi.Model(
+            formula, rows, family="cumulative", priors=priors, auto_scale=False, center_predictors=False
+        )
+        posterior = _sampled(model, seed, ORDINAL_DRAWS, ORDINAL_TUNE, CHAINS, progress)
+    spreads = [f"{name}|{group}_sigma" for group in groups for name in ("1", *slopes)]
+    names = ["threshold", *slopes, *spreads]
+    found: dict[Name, Posterior | NotComputed] = {}
+    for name in kinds[:2]:
+        if name not in fixations:
+            found[name] = NotComputed(f"No trials have the {name} object fixated.")
+            continue
+        spread = {
+            term: _flat(posterior, f"blur_{name}|{group}_sigma")
+            for group, term in zip(groups, ("subjects", "scenes"), strict=False)
+        }
+        found[name] = _summary(name, _flat(posterior, f"blur_{name}"), math.log(bound), spread, posterior, names)
+    near, far = found["nearest"], found["farthest"]
+    found["difference"] = NotComputed("One fixation only: there is nothing to compare.")
+    if isinstance(near, Posterior) and isinstance(far, Posterior):
+        found["difference"] = _summary("difference", near.draws - far.draws, math.log(bound), {}, posterior, names)
+    return formula, found
+
+
+def _sampled(model: Any, seed: int, draws: int, tune: int, chains: int, progress: Progress | None) -> Any:
+    done, total = [0], chains * (draws + tune)
+
+    def step(**_: Any) -> None:
+        done[0] += 1
+        if progress is not None and done[0] % 50 == 0:
+            progress(min(1.0, done[0] / total), "Bayesian model")
+
+    return model.fit(
+        draws=draws,
+        tune=tune,
+        chains=chains,
+        cores=min(chains, os.cpu_count() or 1),  # the draws are the same on any number
+        random_seed=seed,
+        target_accept=ACCEPT,
+        progressbar=False,
+        callback=step,
+    )
+
+
+def _summary(
+    name: Name, draws: FloatArray, bound: float, spread: Mapping[str, FloatArray], found: Any, parameters: list[str]
+) -> Posterior:
+    import arviz
+
+    low, median, high = (float(end) for end in np.quantile(draws, [0.025, 0.5, 0.975]))
+    with _quiet():
+        table = arviz.summary(found, var_names=parameters, kind="diagnostics", round_to="none")
+    return Posterior(
+        name,
+        median,
+        low,
+        high,
+        float((draws > 0).mean()),
+        float((np.abs(draws) < bound).mean()),
+        float(np.median(spread["subjects"])) if "subjects" in spread else None,
+        float(np.median(spread["scenes"])) if "scenes" in spread else None,
+        draws,
+        spread,
+        float(table["r_hat"].max()),
+        float(table[["ess_bulk", "ess_tail"]].min().min()),
+        int(found.sample_stats["diverging"].sum()),
+    )
+
+
+def _flat(found: Any, name: str) -> FloatArray:
+    return np.asarray(found.posterior[name].values, dtype=float).ravel()
+
+
+def _bambi(prior: Prior) -> Any:
+    import bambi
+
+    return bambi.Prior("HalfNormal", sigma=prior.sd) if prior.half else bambi.Prior("Normal", mu=0, sigma=prior.sd)
+
+
+def _installed() -> None:
+    missing = [name for name in ("bambi", "pymc", "arviz") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise InputError(f"Bayesian models need {', '.join(missing)}: pip install 'focalgradient[bayes]'.")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what the libraries say of themselves: what matters is in `Posterior`."""
+    logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz")]
+    levels = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for log, level in zip(logs, levels, strict=True):
+            log.setLevel(level)

@@ -1,0 +1,191 @@
+"""Loops over the answers of each subject, for the integral over that subject's random effects; compiled by Numba.
+
+Arrays: `low`, `high` (trials) bound each answer on the latent scale less its fixed effects; `random` (trials x q) holds
+the random effects' columns times their spread; `first` (subjects + 1) the first trial of each subject, and the end.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["joint_densities", "mean_derivatives", "most_likely_effects"]
+
+FloatArray = NDArray[np.float64]
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy")
+
+NEWTON, HALVINGS = 50, 60
+"""Steps of the search for a subject's most likely effects, and how often a step is halved."""
+
+NEAR = 1e-8
+"""Step at which that search ends: what it still leaves is its square."""
+
+
+@_compiled
+def _logistic(x: float) -> float:
+    if x >= 0:
+        return 1 / (1 + math.exp(-x))
+    e = math.exp(x)
+    return e / (1 + e)
+
+
+@_compiled
+def _chances(low: float, high: float) -> tuple[float, float, float]:
+    """logistic(high) - logistic(low), taken in the tail that has digits, and both logistics: of low, of high."""
+    if low + high > 0:
+        one, two = _logistic(-high), _logistic(-low)
+        return two - one, 1 - two, 1 - one
+    one, two = _logistic(low), _logistic(high)
+    return two - one, one, two
+
+
+@_compiled
+def _solved(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:
+    """Write what `matrix`, symmetric and positive, makes `right` into `found`: Cholesky's factors, in loops."""
+    q = len(right)
+    factor = np.zeros((q, q))
+    for j in range(q):
+        for k in range(j + 1):
+            rest = matrix[j, k]
+            for m in range(k):
+                rest -= factor[j, m] * factor[k, m]
+            factor[j, k] = math.sqrt(rest) if j == k else rest / factor[k, k]
+    for j in range(q):
+        found[j] = right[j]
+        for m in range(j):
+            found[j] -= factor[j, m] * found[m]
+        found[j] /= factor[j, j]
+    for j in range(q - 1, -1, -1):
+        for m in range(j + 1, q):
+            found[j] -= factor[m, j] * found[m]
+        found[j] /= factor[j, j]
+
+
+@_compiled
+def _height(low: FloatArray, high: FloatArray, random: FloatArray, start: int, end: int, effects: FloatArray) -> float:
+    """Log density of one subject's answers and effects, but for a constant."""
+    height = 0.0
+    for j in range(len(effects)):
+        height -= effects[j] ** 2 / 2
+    for t in range(start, end):
+        eta = 0.0
+        for j in range(len(effects)):
+            eta += random[t, j] * effects[j]
+        height += math.log(_chances(low[t] - eta, high[t] - eta)[0])
+    return height
+
+
+@_compiled
+def _rise(
+    low: FloatArray,
+    high: FloatArray,
+    random: FloatArray,
+    bounds: tuple[int, int],
+    effects: FloatArray,
+    gradient: FloatArray,
+    curvature: FloatArray,
+) -> None:
+    """Write the gradient of that density and its curvature (the negative second derivatives)."""
+    q = len(effects)
+    for j in range(q):
+        gradient[j] = -effects[j]
+        for k in range(q):
+            curvature[j, k] = 1.0 if j == k else 0.0
+    for t in range(bounds[0], bounds[1]):
+        eta = 0.0
+        for j in range(q):
+            eta += random[t, j] * effects[j]
+        _, below, above = _chances(low[t] - eta, high[t] - eta)
+        slope, second = below + above - 1, below * (1 - below) + above * (1 - above)
+        for j in range(q):
+            gradient[j] += slope * random[t, j]
+            for k in range(q):
+                curvature[j, k] += second * random[t, j] * random[t, k]
+
+
+@_compiled
+def most_likely_effects(
+    low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], mode: FloatArray
+) -> tuple[FloatArray, bool]:
+    """Each subject's most likely effects, written into `mode` (subjects x q), and the curvature there.
+
+    Newton's method: the joint density is log-concave in the effects, yet whole steps may swing about, and are halved
+    then. False where a step leaves all bounds.
+    """
+    subjects, q = mode.shape
+    curvature = np.zeros((subjects, q, q))
+    gradient, step, reached = np.empty(q), np.empty(q), np.empty(q)
+    for s in range(subjects):
+        start, end = first[s], first[s + 1]
+        best = _height(low, high, random, start, end, mode[s])
+        for _ in range(NEWTON):
+            _rise(low, high, random, (start, end), mode[s], gradient, curvature[s])
+            _solved(curvature[s], gradient, step)
+            largest = 0.0
+            for j in range(q):
+                if not math.isfinite(step[j]):
+                    mode[:] = 0.0
+                    return curvature, False
+                largest = max(largest, abs(step[j]))
+            if largest < NEAR:
+                break
+            for _ in range(HALVINGS):
+                for j in range(q):
+                    reached[j] = mode[s, j] + step[j]
+                height = _height(low, high, random, start, end, reached)
+                if height >= best - 1e-9:
+                    break
+                for j in range(q):
+                    step[j] /= 2
+            best = height
+            for j in range(q):
+                mode[s, j] = reached[j]
+    return curvature, True
+
+
+@_compiled
+def joint_densities(
+    low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], v: FloatArray
+) -> FloatArray:
+    """Log probability of each subject's answers at the effects `v` (subjects x q x nodes): subjects x nodes."""
+    subjects, q, nodes = v.shape
+    joint = np.zeros((subjects, nodes))
+    for s in range(subjects):
+        for t in range(first[s], first[s + 1]):
+            for n in range(nodes):
+                eta = 0.0
+                for j in range(q):
+                    eta += random[t, j] * v[s, j, n]
+                joint[s, n] += math.log(_chances(low[t] - eta, high[t] - eta)[0])
+    return joint
+
+
+@_compiled
+def mean_derivatives(
+    low: FloatArray, high: FloatArray, random: FloatArray, first: NDArray[np.int_], v: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Derivatives of the log probability of each answer, averaged over nodes by their `share` (subjects x nodes).
+
+    By the level, by the upper and by the lower bound (trials each), and by the effects (trials x q).
+    """
+    subjects, q, nodes = v.shape
+    trials = len(low)
+    by_level, by_high, by_low, by_v = np.zeros(trials), np.zeros(trials), np.zeros(trials), np.zeros((trials, q))
+    for s in range(subjects):
+        for t in range(first[s], first[s + 1]):
+            for n in range(nodes):
+                eta = 0.0
+                for j in range(q):
+                    eta += random[t, j] * v[s, j, n]
+                chance, below, above = _chances(low[t] - eta, high[t] - eta)
+                slope = (below + above - 1) * share[s, n]
+                by_level[t] += slope
+                by_high[t] += above * (1 - above) / chance * share[s, n]
+                by_low[t] += below * (1 - below) / chance * share[s, n]
+                for j in range(q):
+                    by_v[t, j] += slope * v[s, j, n]
+    return by_level, by_high, by_low, by_v
