@@ -82,13 +82,17 @@ def test_the_report_holds_findings_figure_tables_and_methods(tmp_path, monkeypat
     monkeypatch.setattr(bayes, "ORDINAL_DRAWS", 100)
     monkeypatch.setattr(bayes, "ORDINAL_TUNE", 200)
     for scale in ("ratio", "ordinal"):
+        shares = []
         table = ratings(subjects=4, scenes=3)
         if scale == "ordinal":
             table["rating"] = np.clip(np.rint(3 + 3 * np.log(table["rating"])), 1, 5)
         table.to_csv(tmp_path / "own.csv", index=False)
-        shares = []
         made = make_report(
-            tmp_path / "own.csv", scale=scale, bound=1.3, bayes=True, progress=lambda share, _: shares.append(share)
+            tmp_path / "own.csv",
+            scale=scale,
+            bound=1.3,
+            bayes=True,
+            progress=lambda share, _, into=shares: into.append(share),
         )
         page = made.files["report.md"].decode()
         assert "Bayesian analysis" in page

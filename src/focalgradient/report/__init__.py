@@ -33,6 +33,7 @@ from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
 from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Rules, Scale, read_ratings
+from focalgradient.statistics.bayes import check_installed
 
 __all__ = [
     "BOUND",
@@ -120,6 +121,8 @@ def make_report(
         If nothing can be analysed, for the first reason.
     """
     root, stated = Path(root), stated or Stated(Rules())
+    if bayes:
+        check_installed()
     chosen = bound or stated.bound
     used = BOUND if chosen is None else chosen
     problems: list[str] = []

@@ -36,6 +36,7 @@ __all__ = [
     "Posterior",
     "Prior",
     "bayes_depth_rating",
+    "check_installed",
     "posterior_of_rises",
 ]
 
@@ -218,7 +219,7 @@ def bayes_depth_rating(
     """
     if not (isinstance(bound, int | float) and 1 < bound < math.inf):
         raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
-    _installed()
+    check_installed()
     table = rating_table(table)
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
     if scale == "ordinal" and (table["rating"] % 1 != 0).any():
@@ -440,7 +441,8 @@ def _bambi(prior: Prior) -> Any:
     return bambi.Prior("HalfNormal", sigma=prior.sd) if prior.half else bambi.Prior("Normal", mu=0, sigma=prior.sd)
 
 
-def _installed() -> None:
+def check_installed() -> None:
+    """Raise InputError, with the remedy, where the extra `bayes` is not installed."""
     missing = [name for name in ("bambi", "pymc", "arviz") if importlib.util.find_spec(name) is None]
     if missing:
         raise InputError(f"Bayesian models need {', '.join(missing)}: pip install 'focalgradient[bayes]'.")
