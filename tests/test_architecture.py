@@ -41,7 +41,7 @@ ROOMS = {
         *("dataset", "depth", "design", "errors", "files", "eye", "parallel", "render", "scenes", "stimuli", "display"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
-    "photographs": {"calibration", "errors", "files", "memory", "optics", "psf", "tables", "view"},
+    "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
     "statistics": {"errors", "files", "progress"},

@@ -11,7 +11,8 @@ as wide as an honest photographer would put it; the most probable values come wi
 share of each prior's variance that the views removed.
 """
 
-from focalgradient.calibration.camera import Calibration, Prediction, Reading
+from focalgradient.calibration.camera import Calibration, Field, Prediction, Reading, disc_radius
+from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
 from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur
 from focalgradient.calibration.target import read_target
@@ -19,13 +20,18 @@ from focalgradient.calibration.target import read_target
 __all__ = [
     "EDGE_K",
     "Calibration",
+    "Field",
+    "FieldFit",
     "PairBlur",
     "Prediction",
     "Priors",
     "Reading",
+    "apply_calibration",
     "calibrate",
     "calibrate_pairs",
     "cross_validate",
+    "disc_radius",
+    "fit_field",
     "likeliest_shape",
     "pair_blur",
     "read_target",

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.psf import PsfName
 
-__all__ = ["Calibration", "Prediction", "Reading", "disc_radius"]
+__all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +40,63 @@ class Reading:
     focus_distance: float | None
     width: float
     width_sd: float
+
+
+_FLAT = (0.0,) * 5
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """How focus and blur vary over the field, as polynomials of x, y, x^2, x y, y^2.
+
+    Coordinates count from the middle of the frame, right and down, in halves of its longer side.
+
+    Parameters
+    ----------
+    focus
+        Coefficients of what is to be added to the vergence that is read, in dioptres.
+    blur
+        Coefficients of the share by which blur is larger than in the middle.
+    bounds
+        Least and largest x, then y, that the calibration saw: beyond, their values there hold.
+    split_band_scale
+        What a calibrated map scatters by beyond noise, over what the split-band test says.
+
+    Examples
+    --------
+    >>> curved = Field(focus=(0.0, 0.0, 0.1, 0.0, 0.1))
+    >>> curved.corrected(np.full((3, 3), 2.0), 1.0).round(3).tolist()[0]
+    [2.089, 2.044, 2.089]
+    """
+
+    focus: tuple[float, ...] = _FLAT
+    blur: tuple[float, ...] = _FLAT
+    bounds: tuple[float, ...] = (-1.0, 1.0, -1.0, 1.0)
+    split_band_scale: float = 1.0
+
+    @staticmethod
+    def coordinates(shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+        """Coordinates x (1 x W) and y (H x 1) of the pixels of a frame."""
+        longer = max(shape)
+        y, x = ((2 * np.arange(n) + 1 - n) / longer for n in shape)
+        return x[None], y[:, None]
+
+    @staticmethod
+    def terms(x: ArrayLike, y: ArrayLike) -> FloatArray:
+        """The five terms at `x`, `y`, first axis; broadcasts."""
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        return np.stack([x, y, x**2, x * y, y**2])
+
+    def corrected(self, vergence: NDArray[np.floating], focus: float) -> FloatArray:
+        """The vergence (D, H x W) that was read in a frame focused at `focus` (D), made even over the field."""
+        if not any(self.focus) and not any(self.blur):
+            return np.asarray(vergence, float)
+        x, y = self.coordinates((vergence.shape[0], vergence.shape[1]))
+        left, right, top, bottom = self.bounds
+        terms = self.terms(np.clip(x, left, right), np.clip(y, top, bottom))
+        more = np.tensordot(self.focus, terms, 1)
+        scale = 1 + np.tensordot(self.blur, terms, 1)
+        return focus + (vergence - focus) / np.maximum(scale, 0.5) + more
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +135,10 @@ class Calibration:
         For each of these the share of the prior's variance that the views removed, 0 to 1.
     telecentric
         Whether the lens is telecentric on the image side: a pixel's angle is then pitch / focal length.
+    psf
+        Shape of the blur that the target showed, of which `k` is the parameter; None: measured along edges.
+    field
+        How focus and blur vary over the field.
     """
 
     focal_length: float
@@ -91,6 +152,8 @@ class Calibration:
     covariance: FloatArray
     informed: FloatArray
     telecentric: bool = False
+    psf: PsfName | None = None
+    field: Field = Field()
 
     def __repr__(self) -> str:
         """Focal length, k, and how many marks were calibrated."""

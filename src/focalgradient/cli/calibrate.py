@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
+import numpy as np
 
 from focalgradient.cli.program import announce, json_option, progress, show, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.files import printable, refuse_overwriting, replacing
 
 if TYPE_CHECKING:
-    from focalgradient.calibration import Calibration, Prediction, Priors, Reading
-    from focalgradient.photographs.targets import TargetShot
+    from focalgradient.calibration import Calibration, FieldFit, Prediction, Priors, Reading
+    from focalgradient.photographs.targets import Targets, TargetShot
 
 __all__ = ["calibrate"]
 
@@ -89,7 +91,8 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
     readings: list[Reading] = []
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []
-    with progress(len(pairs or shots) + 1 + bool(pairs)) as say, warnings_told():
+    found: FieldFit | None = None
+    with progress((2 if pairs else 1) * len(pairs or shots) + 1 + bool(pairs)) as say, warnings_told():
         if pairs:
             say("comparing shapes of blur")
             psf, k = settings.shape(pairs)
@@ -102,10 +105,14 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
             readings.append(settings.read_pair(pairs[number], psf, k) if pairs else settings.read(shot))
             if number == 0:
                 announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
-        say("fitting the camera")
         sensor = settings.camera
         known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
         camera = fit(*known)
+        if pairs:
+            camera = replace(camera, psf=psf)
+            found = _field(settings, pairs, camera, readings, say)
+            camera = replace(fit(*known), psf=psf, field=found.field)  # by what the maps read, where they do
+        say("fitting the camera")
         by_distance = room.cross_validate(*known, fit=fit)
         by_view = room.cross_validate(*known, leave="view", fit=fit)
         _warn_of_the_odd(shots, readings)
@@ -118,8 +125,57 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
         "",
         *_predicted(shots, readings, camera, by_view, by_distance),
         *([shape] if shape else []),
+        *([] if found is None else _field_told(found)),
         f"Written: {printable(out)}",
     )
+
+
+def _field(
+    settings: Targets,
+    pairs: Sequence[tuple[TargetShot, TargetShot]],
+    camera: Calibration,
+    readings: list[Reading],
+    say: Callable[[str], object],
+) -> FieldFit:
+    """Focus and blur over the field, by depth maps of the target; `readings` become what these maps read."""
+    from focalgradient.calibration import Field, FieldFit, disc_radius, fit_field
+
+    places, maps, views = [], [], []
+    for place, pair in enumerate(pairs):
+        say(f"depth of {printable(pair[0].image.name)}")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FocalGradientWarning)
+            mapped = settings.map_pair(pair, camera)
+        if mapped is not None:
+            places.append(place)
+            views.append(mapped[0])
+            maps.append(mapped[1])
+    if not maps:
+        return FieldFit(Field(), np.zeros(0), np.zeros(0), math.nan, math.nan, math.nan)
+    found = fit_field(maps, views)
+    for place, centre, sd in zip(places, found.centres, found.centre_sd, strict=True):
+        if math.isfinite(centre):
+            wide = pairs[place][0]
+            lens = camera.lens(wide.f_number, wide.focus_distance_m)
+            radius = [
+                float(disc_radius(camera.focal_length, lens.f_number, lens.focus_vergence, at, camera.telecentric))
+                for at in (centre, lens.focus_vergence + 1)
+            ]
+            readings[place] = replace(readings[place], width=camera.k * radius[0], width_sd=camera.k * radius[1] * sd)
+    return found
+
+
+def _field_told(found: FieldFit) -> list[str]:
+    """What the maps of the target say."""
+    if not math.isfinite(found.left):
+        return ["Field: the maps of the target are too sparse to tell how focus varies over the frame."]
+    order = "is even over the frame" if not any(found.field.focus) else "varies over the frame, as [field] says"
+    return [
+        f"Field: focus {order}: parts of the frame left out scatter by {found.left:.3f} D about it, "
+        f"{found.left_without:.3f} D about one number.",
+        f"Cross-validated: {found.coverage:.1%} of the left-out pixels within two standard deviations "
+        f"(model error {found.field.split_band_scale:.2f} times the split-band test's).",
+    ]
 
 
 def _fit_pairs(

@@ -24,6 +24,7 @@ from focalgradient.files import printable, refuse_overwriting, replace_set
 from focalgradient.memory import require
 
 if TYPE_CHECKING:
+    from focalgradient.calibration import Calibration
     from focalgradient.depth.depth_map import DepthMap
     from focalgradient.photographs import Photograph, Settings
     from focalgradient.view import View
@@ -129,6 +130,7 @@ def depth(
       flat = "flat0.png"         # may be left out: a blank, evenly lit surface, to divide out vignetting
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
+    limits = near, far
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
     names = ("depth.npz", "depth.png", "summary.json")
@@ -143,25 +145,31 @@ def depth(
         require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
 
         from focalgradient import recover_depth
+        from focalgradient.calibration import apply_calibration
         from focalgradient.photographs import make_views
 
         views = make_views(settings, photographs)
-        if psf == "auto" and settings.calibration is not None and method == "edges":
-            psf = "gaussian"  # as the edges of the target were measured
+        psf = _shape(psf, method, settings.calibration)
         # The optics count from their entrance pupil, the user from a plane on the camera.
         with options_named(FROM_EXIF if inputs[0].suffix.lower() != ".toml" else {}):
             offset = settings.offset
+        near, far = (None if limit is None else limit + offset for limit in (near, far))
+        near, far = _beside_focus(near, far, settings)
         result = recover_depth(
             views,
             method=method,
-            near=None if near is None else near + offset,
-            far=None if far is None else far + offset,
+            near=near,
+            far=far,
             psf=psf,
             k=settings.blur_k,
             align=align,
             progress=lambda share, words: say(words),
         )
-        result = replace(result, offset=offset, plane=settings.plane)
+        if settings.calibration is None:
+            result = replace(result, offset=offset, plane=settings.plane)
+        else:
+            marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
+            result = apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
         if not result.valid.any():
             lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
             warnings.warn(
@@ -172,7 +180,13 @@ def depth(
 
         figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
 
-    asked = {"method": method, "near_m": near, "far_m": far, "psf": result.details.get("psf", psf), "align": align}
+    asked = {
+        "method": method,
+        "near_m": limits[0],
+        "far_m": limits[1],
+        "psf": result.details.get("psf", psf),
+        "align": align,
+    }
     summary = _summary(settings, views, photographs, asked, result, told)
 
     writers: dict[str, bytes | Callable[[Path], object]] = {
@@ -189,6 +203,38 @@ def depth(
         f"Valid pixels: {summary['share_valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+
+
+def _shape(psf: BlurSource, method: MethodName, camera: Calibration | None) -> BlurSource:
+    """The shape of blur: as calibrated, where none is asked for."""
+    if psf != "auto" or camera is None:
+        return psf
+    if camera.psf is None:
+        return "gaussian" if method == "edges" else psf  # as the edges of the target were measured
+    return "disc" if camera.psf == "blend" and method != "equalise" else camera.psf
+
+
+def _beside_focus(near: float | None, far: float | None, settings: Settings) -> tuple[float | None, float | None]:
+    """Limits (m, from the pupil) beside one calibrated focus: a limit at the focus, as marked, means that side of it.
+
+    The calibrated focus is not quite where its mark says, so that a limit at the mark would leave both sides open.
+    """
+    camera = settings.calibration
+    foci = {lens.focus_distance for lens in settings.lenses()}
+    if camera is None or len(foci) > 1:
+        return near, far
+    focus = foci.pop()
+    doubt = max(2 * float(camera.sd[-1]), 0.02 / focus)  # D
+    if near is not None and far is not None and near < focus < far:
+        inside = [abs(1 / limit - 1 / focus) for limit in (near, far)]
+        if min(inside) > doubt or min(inside) > 0.25 * max(inside):
+            return near, far
+        return (focus, far) if inside[0] < inside[1] else (near, focus)
+    if far is not None and near is None and far > focus and 1 / focus - 1 / far < doubt:
+        far = focus
+    if near is not None and far is None and near < focus and 1 / near - 1 / focus < doubt:
+        near = focus
+    return near, far
 
 
 def _read(

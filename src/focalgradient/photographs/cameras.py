@@ -10,10 +10,12 @@ import numpy as np
 from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
+from focalgradient.calibration import Field as FocusField
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.photographs.planes import plane_name
 from focalgradient.photographs.tables import Sensor
+from focalgradient.psf import PsfName
 from focalgradient.tables import Table, load_table
 
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
@@ -47,6 +49,7 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a pos
 
 
 class _Body(Sensor):
+    psf: Annotated[PsfName | None, Field(description="'disc', 'gaussian' or 'blend'")] = None
     blur_k: _Positive
     own_blur_um2: _Number
     offset_m: _Number
@@ -68,6 +71,13 @@ class _Uncertainty(Table):
     told: Annotated[list[_Number], Field(description="a number for each parameter")]
 
 
+class _FieldTable(Table):
+    focus: Annotated[list[_Number], Field(min_length=5, max_length=5, description="five numbers")]
+    blur: Annotated[list[_Number], Field(min_length=5, max_length=5, description="five numbers")]
+    bounds: Annotated[list[_Number], Field(min_length=4, max_length=4, description="four numbers")]
+    split_band_scale: _Positive
+
+
 class _CameraFile(Table):
     camera: Annotated[_Body, Field(description="a table [camera]")]
     apertures: Annotated[
@@ -75,12 +85,14 @@ class _CameraFile(Table):
     ]
     focus: Annotated[list[_Focus], Field(min_length=1, description="one or more [[focus]] tables")]
     uncertainty: Annotated[_Uncertainty, Field(description="a table [uncertainty]")]
+    field: Annotated[_FieldTable | None, Field(description="a table [field]")] = None
 
     tables: ClassVar[dict[str, type[Table]]] = {
         "camera": _Body,
         "aperture": _Aperture,
         "focus": _Focus,
         "uncertainty": _Uncertainty,
+        "field": _FieldTable,
     }
 
 
@@ -114,8 +126,14 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         covariance=np.array(covariance),
         informed=np.array(file.uncertainty.told),
         telecentric=body.telecentric,
+        psf=body.psf,
+        **({} if file.field is None else {"field": _field(file.field)}),
     )
     return Calibrated(sensor=body.only, calibration=calibration)
+
+
+def _field(table: _FieldTable) -> FocusField:
+    return FocusField(tuple(table.focus), tuple(table.blur), tuple(table.bounds), table.split_band_scale)
 
 
 def camera_toml(calibrated: Calibrated) -> str:
@@ -129,7 +147,9 @@ def camera_toml(calibrated: Calibrated) -> str:
         "# Distance from the entrance pupil = distance as measured + offset_m; vergence = 1 / distance from the pupil.",
         "[camera]",
         *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
-        f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius along edges",
+        *([] if camera.psf is None else [f'psf = "{camera.psf}"  # the shape of blur that the target showed']),
+        f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius"
+        + (" along edges" if camera.psf is None else ", of the shape"),
         f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",
         f"offset_m = {camera.offset:.5g}  # +- {sd[2]:.2g}",
         f"model_error = {camera.model_error:.3g}  # of the blur's width, as a share",
@@ -142,6 +162,19 @@ def camera_toml(calibrated: Calibrated) -> str:
             lines.append(f"focus_distance_m = {focus!r}  # as marked")
         truth = 1 / vergence - camera.offset
         lines.append(f"vergence_dioptres = {vergence:.6g}  # +- {s:.2g}: {truth:.4g} m as measured")
+    if camera.psf is not None:
+        field = camera.field
+        lines += [
+            "",
+            "[field]",
+            "# Coefficients of x, y, x^2, x y, y^2 from the middle of the frame, right and down, in halves of its",
+            "# longer side: dioptres to add to what is read, the share by which blur is larger; bounds of x and y.",
+            *(
+                f"{name} = [{', '.join(f'{v:.6g}' for v in getattr(field, name))}]"
+                for name in ("focus", "blur", "bounds")
+            ),
+            f"split_band_scale = {field.split_band_scale:.4g}  # scatter of the target / what the split-band test says",
+        ]
     lines += [
         "",
         "[uncertainty]",

@@ -10,7 +10,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Priors, Reading, likeliest_shape, pair_blur, read_target
+from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, pair_blur, read_target
+from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
@@ -23,6 +24,9 @@ from focalgradient.view import View
 __all__ = ["TargetShot", "Targets", "load_targets"]
 
 _DEFAULT = Priors()
+
+MARK = 0.05
+"""Standard deviation of a focus mark whose plane is named, relative, unless stated: marks are off by up to a tenth."""
 
 _Share = Annotated[float, Field(gt=0, lt=1, description="a share above 0 and below 1, like 0.07")]
 _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a positive number of metres, like 0.1")]
@@ -72,13 +76,15 @@ class Targets(Table):
         """What is held of the camera beforehand."""
         camera = self.camera
         offset, offset_sd = camera.offset_m, camera.offset_sd_m
-        focus_offset = None
+        focus_sd, focus_offset = camera.focus_tolerance, None
         body, marks = camera.body, [shot.focus_distance_m for shot in self.shots if shot.focus_distance_m]
         mark = min(marks, default=math.inf)
         if camera.distances_from is not None:
             given = camera.model_fields_set
             offset = offset if "offset_m" in given else body.offset(camera.distances_from, mark)
             offset_sd = offset_sd if "offset_sd_m" in given else body.offset_sd(camera.distances_from)
+        if camera.focus_from is not None and "focus_tolerance" not in camera.model_fields_set:
+            focus_sd = MARK
         if camera.focus_from is not None and camera.focus_from != camera.distances_from and math.isfinite(mark):
             focus_offset = body.optical(mark, camera.focus_from) - mark
         return Priors(
@@ -89,7 +95,7 @@ class Targets(Table):
             focus_offset=focus_offset,
             telecentric=camera.telecentric,
             f_number_sd=camera.f_number_tolerance,
-            focus_sd=camera.focus_tolerance,
+            focus_sd=focus_sd,
             distance_sd=camera.distance_sd_m,
         )
 
@@ -150,6 +156,25 @@ class Targets(Table):
         unit = k * views[0].pixel_angle * self.camera.focal_length_mm * 1e-3
         wide = pair[0]
         return Reading(wide.distance_m, wide.f_number, wide.focus_distance_m, blur.radius * unit, blur.radius_sd * unit)
+
+    def map_pair(self, pair: tuple[TargetShot, TargetShot], camera: Calibration) -> tuple[list[View], DepthMap] | None:
+        """Depth of the target by the default method through a calibrated `camera`, and the views; None if refused."""
+        from focalgradient.depth.recover import recover_depth
+
+        views = []
+        for shot in reversed(pair):  # the sharper first
+            photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
+            lens = camera.lens(shot.f_number, shot.focus_distance_m)
+            pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
+            throw = lens.focal_length if camera.telecentric else lens.sensor_distance
+            views.append(View(photograph.luminance, lens, pitch / throw, mask=photograph.mask))
+        focus = views[0].optics.focus_vergence
+        beyond = 1 / (pair[0].distance_m + camera.offset) < focus
+        near, far = (1 / focus, None) if beyond else (None, 1 / focus)
+        try:
+            return views, recover_depth(views, near=near, far=far, psf=camera.psf or "disc", k=camera.k, align=True)
+        except InputError:
+            return None
 
     def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> tuple[PsfName, float]:
         """Shape of blur that explains the pairs best."""

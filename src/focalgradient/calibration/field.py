@@ -1,0 +1,267 @@
+"""Focus and blur over the field: what a lens and a tilted sensor make of one flat sheet, as a polynomial of low order.
+
+A flat sheet that faces the camera reads curved or slanted where the plane of focus is: field curvature, tilted sensors.
+Depth maps of the target, by the default method, tell it: the vergence that they read less a constant for each
+photograph is a polynomial over the field, of the order that predicts left-out parts of the frame best. Where sheets at
+different defocus tell it, blur's scale over the field is one, too. What is left beyond noise is compared with what the
+split-band test says of the same maps, so that a calibrated camera's standard deviations are those that were measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.calibration.camera import Calibration, Field
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.psf import PsfName
+from focalgradient.view import View
+
+__all__ = ["FieldFit", "apply_calibration", "fit_field"]
+
+FloatArray = NDArray[np.float64]
+
+GRID = 12
+"""Cells of the frame, in each direction, whose medians are fitted."""
+
+LEAST_SHARE = 0.05
+"""Share of a cell that must be valid."""
+
+LEAST_CELLS = 24
+"""Cells below which nothing is said of the field: four times the terms of second order."""
+
+SPAN = 0.6
+"""Share of the frame, in each direction, that the cells must span."""
+
+GAIN = 0.95
+"""Left-out error, over that of a simpler polynomial, from which more terms are taken."""
+
+SCALE_LIMITS = (0.25, 2.0)
+"""Limits of what is left of the maps over what the split-band test said: beyond, a sheet is too little to say so."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FieldFit:
+    """What maps of the target say of the field."""
+
+    field: Field
+    centres: FloatArray  # D, of each map: vergence read at the middle of the frame; nan where the map says too little
+    centre_sd: FloatArray
+    left: float  # D: scatter of left-out cells about the field
+    left_without: float  # D: the same about a constant
+    coverage: float  # share of left-out pixels within two standard deviations; nan where there are none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cells:
+    """Medians of the valid pixels of cells."""
+
+    which: NDArray[np.intp]  # the map
+    x: FloatArray
+    y: FloatArray
+    vergence: FloatArray
+    defocus: FloatArray
+    fold: NDArray[np.bool_]
+
+
+def _cells(maps: Sequence[DepthMap], focus: Sequence[float]) -> _Cells:
+    rows = []
+    for number, (depth, vergence_focus) in enumerate(zip(maps, focus, strict=True)):
+        height, width = depth.shape
+        x, y = Field.coordinates(depth.shape)
+        for i in range(GRID):
+            for j in range(GRID):
+                part = np.s_[i * height // GRID : (i + 1) * height // GRID, j * width // GRID : (j + 1) * width // GRID]
+                valid = depth.valid[part]
+                if valid.mean() < LEAST_SHARE:
+                    continue
+                middle = float(np.median(depth.vergence[part][valid]))
+                place = float(x[0, part[1]].mean()), float(y[part[0], 0].mean())
+                rows.append((number, *place, middle, middle - vergence_focus, (i // 2 + j // 2) % 2))
+    table = np.array(rows, float).reshape(-1, 6).T
+    return _Cells(table[0].astype(int), table[1], table[2], table[3], table[4], table[5] > 0)
+
+
+def _fit(cells: _Cells, orders: tuple[int, int], use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Coefficients, and the residual of all cells: a constant for each map, focus and blur of `orders`; robust."""
+    maps = int(cells.which.max()) + 1
+    terms = Field.terms(cells.x, cells.y)
+    counts = [(0, 2, 5)[order] for order in orders]
+    columns = np.concatenate(
+        [cells.which == np.arange(maps)[:, None], terms[: counts[0]], terms[: counts[1]] * cells.defocus]
+    ).T.astype(float)
+    weight = use.astype(float)
+    for _ in range(5):
+        fit = np.linalg.lstsq(columns * weight[:, None], cells.vergence * weight, rcond=None)[0]
+        rest = np.abs(cells.vergence - columns @ fit)
+        scale = 1.48 * np.median(rest[use]) + 1e-9
+        weight = use / np.sqrt(1 + (rest / (2 * scale)) ** 2)
+    return fit, cells.vergence - columns @ fit
+
+
+def _left_out(cells: _Cells, orders: tuple[int, int]) -> FloatArray:
+    """Residuals of cells, each predicted by the other half of the frame's cells (a chessboard of pairs)."""
+    left = np.empty(cells.x.size)
+    for fold in (False, True):
+        left[cells.fold == fold] = _fit(cells, orders, cells.fold != fold)[1][cells.fold == fold]
+    return left
+
+
+def _spread(values: FloatArray) -> float:
+    return 1.48 * float(np.median(np.abs(values)))
+
+
+def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> FieldFit:
+    """The field, from depth maps of a flat target and the views that each was made of (one focus each).
+
+    Where the maps say too little of it, it is flat.
+    """
+    focus = [pair[0].optics.focus_vergence for pair in views]
+    cells = _cells(maps, focus)
+    count = np.bincount(cells.which, minlength=len(maps)) if cells.x.size else np.zeros(len(maps), int)
+    kept = np.isin(cells.which, np.flatnonzero(count >= LEAST_CELLS))
+    nothing = np.full(len(maps), np.nan)
+    if not kept.any():
+        return FieldFit(Field(), nothing, nothing, np.nan, np.nan, np.nan)
+    places = np.unique(cells.which[kept])
+    cells = _Cells(
+        np.searchsorted(places, cells.which[kept]),
+        cells.x[kept],
+        cells.y[kept],
+        cells.vergence[kept],
+        cells.defocus[kept],
+        cells.fold[kept],
+    )
+    best, error = (0, 0), _spread(_left_out(cells, (0, 0)))
+    without = error
+    x, y = Field.coordinates(maps[0].shape)
+    if all(np.ptp(part) > SPAN * np.ptp(whole) for part, whole in ((cells.x, x), (cells.y, y))):
+        several = len(places) > 1 and np.ptp(cells.defocus) > 0.5 * np.abs(cells.defocus).max()
+        for orders in [(1, 0), (2, 0), *([(1, 1), (2, 2)] if several else [])]:
+            now = _spread(_left_out(cells, orders))
+            if now < GAIN * error:
+                best, error = orders, now
+    fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
+    counts = [(0, 2, 5)[order] for order in best]
+    parts = np.split(fit[len(places) :], [counts[0]])
+    # The map reads V + f + b (V - focus): to be taken off, and divided out.
+    bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
+    field = Field(
+        tuple(float(v) for v in np.pad(-parts[0], (0, 5 - counts[0]))),
+        tuple(float(v) for v in np.pad(parts[1], (0, 5 - counts[1]))),
+        tuple(float(value) for value in bounds),
+    )
+    centres, centre_sd = nothing.copy(), nothing.copy()
+    for number, place in enumerate(places):
+        mine = cells.which == number
+        centres[place] = fit[number]
+        centre_sd[place] = 1.25 * _spread(rest[mine]) / np.sqrt(mine.sum() / 2)  # neighbours err alike
+    ratios = [
+        _excess(maps[place], views[place], field, centres[place], parity) for place in places for parity in (0, 1)
+    ]
+    known = [ratio for ratio, _ in ratios if ratio is not None]
+    scale = float(np.clip(np.sqrt(np.mean(known)), *SCALE_LIMITS)) if known else 1.0
+    swapped = [ratios[n ^ 1][0] for n in range(len(ratios))]
+    within = []
+    for n, ratio in enumerate(swapped):  # each half of the frame by the other's
+        used = 1.0 if ratio is None else float(np.clip(np.sqrt(ratio), *SCALE_LIMITS))
+        within.append(ratios[n][1](used))
+    return FieldFit(replace(field, split_band_scale=scale), centres, centre_sd, error, without, float(np.mean(within)))
+
+
+def _excess(
+    depth: DepthMap, views: Sequence[View], field: Field, centre: float, parity: int
+) -> tuple[float | None, Callable[[float], float]]:
+    """Scatter beyond noise, over what the split-band test says, squared, in half of the frame; and its coverage."""
+    model, noise = _parts(depth, views)
+    height, width = depth.shape
+    rows, columns = np.ogrid[:height, :width]
+    half = ((rows * GRID // height // 2 + columns * GRID // width // 2) % 2 == parity) & depth.valid
+    focus = views[0].optics.focus_vergence
+    off = (field.corrected(depth.vergence, focus) - centre)[half].astype(float)
+
+    def coverage(scale: float) -> float:
+        sd = np.hypot(noise[half], scale * model[half])
+        return float((np.abs(off) < 2 * sd).mean()) if off.size else np.nan
+
+    square = float(np.mean(model[half] ** 2)) if off.size else 0.0
+    if square <= 0:
+        return None, coverage
+    # By the quantile that two standard deviations are to cover, outliers and all.
+    low, high = 0.0, 4.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if coverage(middle) < 0.95 else (low, middle)
+    return high**2, coverage
+
+
+def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
+    """Standard deviation in dioptres by the split-band test, and the rest, by noise; each H x W."""
+    from focalgradient.depth.equalise.split_band import LEAST_BLUR  # loaded when there is a map
+
+    tau = float(depth.details.get("split_band", {}).get("tau", 0.0))
+    pixel_angle = views[0].pixel_angle
+    slopes = [view.optics.aperture_diameter / 2 / pixel_angle for view in views]
+    radius = np.max(
+        [s * np.abs(view.optics.focus_vergence - depth.vergence) for s, view in zip(slopes, views, strict=True)], axis=0
+    )
+    model = np.minimum(tau * np.maximum(LEAST_BLUR, radius) / max(slopes), depth.vergence_sd)
+    return model.astype(float), np.sqrt(np.maximum(depth.vergence_sd.astype(float) ** 2 - model**2, 0))
+
+
+def apply_calibration(
+    depth: DepthMap,
+    views: Sequence[View],
+    camera: Calibration,
+    settings: Sequence[tuple[float, float | None]],
+    offset: float | None = None,
+    plane: str | None = None,
+) -> DepthMap:
+    """A depth map as a calibrated camera has it: corrected over the field, with total standard deviations.
+
+    Parameters
+    ----------
+    depth
+        As recovered from `views`.
+    views
+        Their lenses are the calibration's (`Calibration.lens`).
+    camera
+        The calibration.
+    settings
+        Marked f-number and focus distance (m) of each view.
+    offset, plane
+        From the plane that distances are to count from to the entrance pupil (m), and its name; None: as calibrated.
+
+    Returns
+    -------
+    DepthMap
+        ``vergence_sd`` is total: noise, blur model, and the calibration's own error, which is alike at all pixels. The
+        latter is that of the *distance* from the calibration's plane: an error of the plane's own place cancels.
+        ``details["calibration_sd"]`` is its median (D).
+    """
+    method = depth.details.get("method")
+    if method == "edges":  # each view is read by itself, the most blurred one best
+        settings = [min(settings, key=lambda setting: setting[0])]
+    vergence, sd = depth.vergence, depth.vergence_sd
+    if method == "equalise":
+        model, noise = _parts(depth, views)
+        focus = float(np.mean([view.optics.focus_vergence for view in views]))
+        vergence = camera.field.corrected(vergence, focus).astype(depth.vergence.dtype)
+        sd = np.hypot(noise, camera.field.split_band_scale * model)
+    psf: PsfName = "gaussian" if depth.details.get("psf") == "gaussian" else "disc"
+    optical = np.maximum(np.asarray(vergence, float), 1e-6)
+    # The calibration's error changes slowly with vergence: at some, and between them.
+    levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
+    own = np.interp(optical, levels, camera.systematic_sd(settings, levels, psf, of="distance") * levels**2)
+    details = depth.details | {"calibration_sd": float(np.median(own[depth.valid])) if depth.valid.any() else None}
+    return replace(
+        depth,
+        vergence=vergence,
+        vergence_sd=np.hypot(sd, own).astype(depth.vergence_sd.dtype),
+        details=details,
+        offset=camera.offset if offset is None else offset,
+        plane=depth.plane if plane is None else plane,
+    )
