@@ -56,7 +56,7 @@ class Field:
     focus
         Coefficients of what is to be added to the vergence that is read, in dioptres.
     blur
-        Coefficients of the share by which blur is larger than in the middle.
+        Coefficients of the share of the blur that is read by which it is larger than in the middle.
     bounds
         Least and largest x, then y, that the calibration saw: beyond, their values there hold.
     split_band_scale
@@ -95,8 +95,7 @@ class Field:
         left, right, top, bottom = self.bounds
         terms = self.terms(np.clip(x, left, right), np.clip(y, top, bottom))
         more = np.tensordot(self.focus, terms, 1)
-        scale = 1 + np.tensordot(self.blur, terms, 1)
-        return focus + (vergence - focus) / np.maximum(scale, 0.5) + more
+        return focus + (vergence - focus) * (1 - np.tensordot(self.blur, terms, 1)) + more
 
 
 @dataclass(frozen=True, slots=True)

@@ -147,7 +147,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
     counts = [(0, 2, 5)[order] for order in best]
     parts = np.split(fit[len(places) :], [counts[0]])
-    # The map reads V + f + b (V - focus): to be taken off, and divided out.
+    # The map reads V = middle + f + b (V - focus): the last two are to be taken off.
     bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
     field = Field(
         tuple(float(v) for v in np.pad(-parts[0], (0, 5 - counts[0]))),

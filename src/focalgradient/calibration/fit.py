@@ -25,6 +25,10 @@ UNDECIDED = 6.0
 """Difference of chi-square between one side of focus and the other below which the target leaves the side open."""
 
 
+SAME = 0.1
+"""Difference of vergence, as a share, up to which a target may lie on either side of a marked focus."""
+
+
 @dataclass(frozen=True, slots=True)
 class Priors:
     """What is known of a camera before its target is measured: means, and standard deviations of normal priors.
@@ -173,6 +177,11 @@ class _Fit:
         """The most probable camera; refused where one on the other side of focus explains the readings as well."""
         b, first = self.priors, 3 + len(self.stops)
         found = sorted(self.minima(b.model_error), key=lambda minimum: minimum[0])
+        marked_sides = self.marked_sides()
+        if marked_sides is not None:  # the mark decides what the views leave open
+            agreeing = [one for one in found if (self.sides(one[1]) == marked_sides).all()]
+            if agreeing and agreeing[0][0] < found[0][0] + UNDECIDED:
+                found = agreeing
         chi_square, theta = found[0]
         for other_chi_square, other in found[1:]:
             if other_chi_square - chi_square < UNDECIDED and (self.sides(other) != self.sides(theta)).any():
@@ -213,6 +222,16 @@ class _Fit:
         """Whether each cell lies beyond focus."""
         distance, _, focus = self.place
         return theta[3 + len(self.stops) + focus] > 1 / (self.distances[distance] + theta[2])
+
+    def marked_sides(self) -> NDArray[np.bool_] | None:
+        """Whether each cell lies beyond focus by the marks; None where one is missing, or too near a target to say."""
+        if any(mark is None for mark in self.marks):
+            return None
+        distance, _, focus = self.place
+        offset = self.priors.offset if self.priors.focus_offset is None else self.priors.focus_offset
+        marked = np.array([1 / (mark + offset) for mark in self.marks if mark is not None])[focus]
+        target = 1 / (self.distances[distance] + self.priors.offset)
+        return None if (np.abs(target - marked) < SAME * marked).any() else marked > target
 
     def minima(self, model_error: float) -> list[tuple[float, FloatArray]]:
         """Chi-square and parameters at the minima that starts on all sides of the target lead to."""

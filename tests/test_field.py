@@ -1,0 +1,172 @@
+"""Calibration in the default method's terms: focus over the field, total standard deviations, another distance."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from photographed import MARKS, RealCamera, targets
+
+from focalgradient import DepthMap, Lens, View
+from focalgradient.calibration import Calibration, Field, Priors, Reading, apply_calibration, calibrate, fit_field
+from focalgradient.cli import main
+from focalgradient.cli.depth import _beside_focus
+from focalgradient.photographs import camera_toml, load_camera, load_settings
+
+SHAPE = (180, 240)
+PIXEL = 3e-4
+
+
+def run(*args: object):
+    result = CliRunner().invoke(main, [str(arg) for arg in args])
+    assert result.exit_code == 0, result.output
+    return result
+
+
+# --- The polynomial ----------------------------------------------------------------------------------------------
+
+
+def noisy_map(
+    centre: float, focus: float, *, noise: float = 0.002, tau: float = 0.02, excess: float = 1.0, seed: int = 0
+):
+    """A map of a flat sheet at `centre` that reads tilted and curved, and scatters by what it says times `excess`."""
+    random = np.random.default_rng(seed)
+    x, y = Field.coordinates(SHAPE)
+    shape = 0.05 * x - 0.02 * y + 0.06 * (x**2 + y**2)
+    optics = [Lens(0.035, n, 1 / focus) for n in (11, 4)]
+    views = [View(random.uniform(0.4, 0.6, SHAPE), one, PIXEL) for one in optics]
+    slope = optics[1].aperture_diameter / 2 / PIXEL
+    model = tau * np.maximum(0.5, slope * np.abs(centre - focus)) / slope
+    scatter = np.hypot(noise, excess * model) * random.standard_normal(SHAPE)
+    sd = np.full(SHAPE, np.hypot(noise, model))
+    valid = random.uniform(size=SHAPE) < 0.7
+    details = {"method": "equalise", "psf": "disc", "split_band": {"tau": tau}}
+    return DepthMap(centre + shape + scatter, sd, valid, valid, details), views
+
+
+def test_the_field_is_found_and_taken_off():
+    depth, views = noisy_map(1.7, 1.0)
+    found = fit_field([depth], [views])
+    np.testing.assert_allclose(found.field.focus, [-0.05, 0.02, -0.06, 0, -0.06], atol=0.004)
+    assert found.field.blur == (0.0,) * 5  # one distance does not tell it
+    assert found.centres[0] == pytest.approx(1.7, abs=0.002)
+    assert found.left < 0.2 * found.left_without
+    even = found.field.corrected(depth.vergence, 1.0)
+    assert np.ptp(even.reshape(6, 30, 8, 30).mean(axis=(1, 3))) < 0.006
+    assert found.coverage == pytest.approx(0.95, abs=0.02)
+
+
+def test_scatter_beyond_what_the_split_band_test_says_is_learnt():
+    for excess in (0.5, 1.6):
+        found = fit_field(*([part] for part in noisy_map(1.7, 1.0, excess=excess)))
+        assert found.field.split_band_scale == pytest.approx(excess, rel=0.1)
+        assert found.coverage == pytest.approx(0.95, abs=0.02)
+
+
+def test_two_distances_tell_blur_over_the_field():
+    maps, views = zip(*(noisy_map(centre, 1.0, seed=n) for n, centre in enumerate((1.4, 2.2))), strict=True)
+    x, _ = Field.coordinates(SHAPE)
+    wider = [
+        DepthMap(1.0 + (m.vergence - 1.0) * (1 + 0.1 * x), m.vergence_sd, m.valid, m.valid, m.details) for m in maps
+    ]
+    found = fit_field(wider, views)
+    assert found.field.blur[0] == pytest.approx(0.1, abs=0.02)
+    for depth, centre in zip(wider, (1.4, 2.2), strict=True):
+        even = found.field.corrected(depth.vergence, 1.0)
+        np.testing.assert_allclose(even.reshape(6, 30, 8, 30).mean(axis=(1, 3)), centre, atol=0.012)
+
+
+def test_too_little_says_nothing():
+    depth, views = noisy_map(1.7, 1.0)
+    lone = np.zeros(SHAPE, bool)
+    lone[:40, :40] = True
+    found = fit_field([DepthMap(depth.vergence, depth.vergence_sd, lone, lone, depth.details)], [views])
+    assert found.field == Field()
+    assert np.isnan(found.centres[0])
+
+
+# --- The commands ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def calibrated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("field")
+    result = run(
+        "calibrate",
+        targets(folder, RealCamera(psf="blend", k=0.3), (0.6,)),
+        "--method",
+        "equalise",
+        "--out",
+        folder / "c.toml",
+    )
+    return folder, result
+
+
+def read(folder, distance, *args, seed=9):
+    camera = RealCamera(psf="blend", k=0.3)
+    files = [camera.take(folder / f"held_{mark}.png", distance, mark, seed=seed) for mark in MARKS]
+    f_numbers = [part for mark in MARKS for part in ("--f-number", mark)]
+    said = run("depth", *files, *f_numbers, "--calibration", folder / "c.toml", *args, "--out", folder / "out")
+    return DepthMap.load(folder / "out" / "depth.npz"), json.loads((folder / "out" / "summary.json").read_text()), said
+
+
+def test_one_distance_predicts_another_to_a_fiftieth_of_a_dioptre(calibrated):
+    depth, summary, _ = read(calibrated[0], 0.75, "--far", 1.0)  # the limit is the focus as marked
+    assert depth.valid.mean() > 0.9
+    error = (1 / depth.distance - 1 / 0.75)[depth.valid]
+    assert abs(np.median(error)) < 0.02
+    assert np.percentile(np.abs(error - np.median(error)), 90) < 0.01  # even over the field
+    assert (np.abs(error) < 2 * depth.vergence_sd[depth.valid]).mean() > 0.92
+    # Total: the calibration's own error is in it, and is stated.
+    assert 0 < summary["details"]["calibration_sd"] <= np.median(depth.vergence_sd[depth.valid])
+    assert summary["settings"]["psf"] == "blend"
+
+
+def test_what_is_said_and_kept(calibrated, tmp_path):
+    folder, result = calibrated
+    assert re.search(r"Cross-validated: \d+\.\d% of the left-out pixels within two standard deviations", result.stdout)
+    assert re.search(r"Shape of the blur: blend, blur_k 0\.[23]", result.stdout)
+    kept = load_camera(folder / "c.toml")
+    assert kept.calibration.psf == "blend"
+    assert kept.calibration.k == pytest.approx(0.3, abs=0.06)
+    (tmp_path / "again.toml").write_text(camera_toml(kept))
+    again = load_camera(tmp_path / "again.toml").calibration
+    np.testing.assert_allclose(again.field.focus, kept.calibration.field.focus, rtol=1e-4)
+    assert again.field.split_band_scale == pytest.approx(kept.calibration.field.split_band_scale, rel=1e-3)
+    # Files from before there was a field are read.
+    text = (folder / "c.toml").read_text()
+    old = re.sub(r"\[field\].*?(?=\[uncertainty\])", "", text, flags=re.DOTALL).replace('psf = "blend"', "# ")
+    (tmp_path / "old.toml").write_text(old)
+    assert load_camera(tmp_path / "old.toml").calibration.field == Field()
+
+
+def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):
+    views = '[camera]\n[[view]]\nimage = "a.png"\nf_number = 4\n[[view]]\nimage = "b.png"\nf_number = 11\n'
+    (tmp_path / "v.toml").write_text(views)
+    settings = load_settings(tmp_path / "v.toml", load_camera(calibrated[0] / "c.toml"))
+    focus = settings.lenses()[0].focus_distance
+    assert _beside_focus(None, 1.02 * focus, settings) == (None, focus)
+    assert _beside_focus(0.98 * focus, None, settings) == (focus, None)
+    assert _beside_focus(0.3, 1.02 * focus, settings) == (0.3, focus)
+    assert _beside_focus(0.5, 5.0, settings) == (0.5, 5.0)  # both sides are meant
+
+
+def test_a_marked_focus_decides_the_side():
+    lens = Lens(0.035, 4.0, 1.0)
+    seen = [Reading(d, 4.0, 1.0, 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance, 1e-7) for d in (0.55, 0.8)]
+    camera = calibrate(seen, 0.035, 5e-6, Priors(k=0.5))
+    assert camera.focus[1.0] == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_calibrations_error_is_part_of_the_sd():
+    camera = Calibration(
+        0.035, 2e-5, 0.5, 0.0, 0.0, {4.0: 4.0, 11.0: 11.0}, {1.0: 1.0}, 0.01,
+        np.diag([0, 0, 0, 1e-4, 1e-4, 4e-4]), np.zeros(6), psf="disc", field=Field(split_band_scale=0.5),
+    )  # fmt: skip
+    depth, views = noisy_map(1.7, 1.0)
+    total = apply_calibration(depth, views, camera, [(11.0, 1.0), (4.0, 1.0)])
+    own = float(camera.systematic_sd([(11.0, 1.0), (4.0, 1.0)], 1.7, "disc", of="distance")) * 1.7**2
+    model = 0.5 * 0.02 * 0.7
+    at = np.abs(depth.vergence - 1.7) < 1e-3
+    assert float(np.median(total.vergence_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2 + own**2), rel=0.01)
