@@ -59,7 +59,7 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
     """Put the first problem that pydantic found into a sentence that says what to do."""
     # A misspelt key is also a missing one: the misspelling is the better thing to say.
     problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-    place = problem["loc"]
+    place = loc = problem["loc"]
     if problem["type"] == "value_error":
         return ": ".join([*map(str, place), str(problem["ctx"]["error"])])
     table = kind
@@ -77,6 +77,11 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
         return f"{where} is not a known key: " + (f"did you mean {near[0]}?" if near else f"use {', '.join(fields)}.")
     expected = fields.get(str(key), "a table")
     if problem["type"] == "missing":
+        lacking = [found for found in error.errors() if found["type"] == "missing" and found["loc"][:-1] == loc[:-1]]
+        wanted = [f"{found['loc'][-1]} ({fields.get(str(found['loc'][-1]), 'a table')})" for found in lacking]
+        if len(wanted) > 1:  # all at once
+            within = ": ".join(str(part) for part in place[:-1])
+            return f"{within + ': ' if within else ''}{', '.join(wanted)} are missing: give them."
         return f"{where} is missing: give {expected}."
     if problem["type"] == "too_short":
         return f"no {key} is given, but there must be {expected}: add what is missing."

@@ -15,7 +15,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.program import announce, json_option, progress, show, warnings_told, writable
-from focalgradient.errors import FocalGradientWarning
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting, replacing
 
 if TYPE_CHECKING:
@@ -32,8 +32,13 @@ UNTOLD = 0.5
 
 
 @click.command(short_help="Measure a camera's blur from a target at known distances.")
-@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml")
+@click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
+@click.option(
+    "--sheet",
+    type=click.Choice(["A4", "A3", "letter"], case_sensitive=False),
+    help="Only write a sheet to print and photograph: --out is then a PDF.",
+)
 @click.option(
     "--method",
     type=click.Choice(["edges", "equalise"]),
@@ -43,7 +48,7 @@ UNTOLD = 0.5
     "whole frame, in the default method's own terms, where any texture will do.",
 )
 @json_option
-def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) -> None:
+def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None) -> None:
     """Measure a camera's blur from photographs of a target at known distances.
 
     The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
@@ -60,6 +65,7 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
     \b
     Examples:
       focalgradient calibrate demo/targets.toml --out camera.toml
+      focalgradient calibrate --sheet A4 --out sheet.pdf
       focalgradient calibrate TARGETS.toml --out CAMERA.toml --method equalise
       focalgradient depth f16.jpg f10.jpg --f-number 16 --f-number 10 --calibration CAMERA.toml --out results
 
@@ -82,6 +88,14 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
       focus_distance_m = 0.25    # as marked; may be left out where all share one focus
       flat = "flat_f10.jpg"      # a blank, evenly lit surface, to divide out vignetting; may be left out
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    if sheet is not None:
+        _write_sheet(sheet, targets, out)
+        return
+    if targets is None:
+        raise InputError(
+            "TARGETS.toml is missing: give the file that names the photographs of the target, or --sheet A4 for a "
+            "sheet to print."
+        )
     writable(out.parent, (out.name,), [targets])
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
@@ -128,6 +142,19 @@ def calibrate(targets: Path, out: Path, method: Literal["edges", "equalise"]) ->
         *([] if found is None else _field_told(found)),
         f"Written: {printable(out)}",
     )
+
+
+def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
+    """A PDF to print."""
+    if targets is not None or out.suffix.lower() != ".pdf":
+        raise InputError("--sheet writes a PDF to print and reads nothing: give --sheet A4 --out sheet.pdf alone.")
+    writable(out.parent, (out.name,), [])
+    from focalgradient.plotting import calibration_sheet
+
+    figure = calibration_sheet(paper)
+    with replacing([out], out) as hidden:
+        figure.savefig(hidden[out], format="pdf")
+    show({"written": printable(out)}, f"Written: {printable(out)}")
 
 
 def _field(

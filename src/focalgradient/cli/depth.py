@@ -66,7 +66,11 @@ NEEDED = 200
     help="How blur is measured: see above.",
 )
 @search_options
-@click.option("--align", is_flag=True, help="Remove shift and scale between the views before comparing them.")
+@click.option(
+    "--align",
+    is_flag=True,
+    help="Remove shift and scale between the views before comparing them; crop views of unequal size to what all show.",
+)
 @click.option(
     "--calibration",
     type=click.Path(path_type=Path),
@@ -137,7 +141,7 @@ def depth(
     writable(out, names, inputs if calibration is None else (*inputs, calibration))
     with progress(STAGES) as say, warnings_told() as told:
         say("reading the views")
-        settings, photographs = _read(inputs, optics, calibration, METHODS[method].least)
+        settings, photographs = _read(inputs, optics, calibration, method, align)
         read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path is not None]
         refuse_overwriting(read, [out / name for name in names])
         pixels = photographs[0].luminance.size
@@ -162,10 +166,12 @@ def depth(
             far=far,
             psf=psf,
             k=settings.blur_k,
-            align=align,
+            align=align or settings.relative,  # what focus does to magnification is not known then
             progress=lambda share, words: say(words),
         )
-        if settings.calibration is None:
+        if settings.relative:
+            result = _place_in_stack(result, len(views))
+        elif settings.calibration is None:
             result = replace(result, offset=offset, plane=settings.plane)
         else:
             marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
@@ -196,13 +202,29 @@ def depth(
     }
     replace_set(out, writers, "summary.json")
     distance = summary["medians"]["distance_m"]
+    middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
+    if settings.relative:
+        place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (len(photographs) - 1)
+        middle = f"Median place in the stack: {place:.2f} of {len(photographs)} (order only)"
     written = [printable(out / name) for name in writers]
     show(
         summary | {"written": written},
-        f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}",
+        middle,
         f"Valid pixels: {summary['share_valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+
+
+def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
+    """A map of which only the order is known: `vergence` is 1 at the first photograph's focus, 2 at the last's."""
+    warnings.warn(
+        "no focus distance is known (give --focus-distance once for each photograph), so that only the order of depth "
+        f"results: vergence 1 stands for the focus of the first photograph, 2 for that of the last of {count}, taken "
+        "to be evenly spaced; distance is left out.",
+        FocalGradientWarning,
+        stacklevel=1,
+    )
+    return replace(result, details=result.details | {"order_only": count}, plane="no plane: order only")
 
 
 def _shape(psf: BlurSource, method: MethodName, camera: Calibration | None) -> BlurSource:
@@ -238,10 +260,11 @@ def _beside_focus(near: float | None, far: float | None, settings: Settings) -> 
 
 
 def _read(
-    inputs: Sequence[Path], optics: Mapping[str, Any], calibration: Path | None, least: int
+    inputs: Sequence[Path], optics: Mapping[str, Any], calibration: Path | None, method: MethodName, align: bool
 ) -> tuple[Settings, list[Photograph]]:
     from focalgradient.photographs import from_exif, load_camera, load_settings, read_photographs
 
+    least = METHODS[method].least
     calibrated = None if calibration is None else load_camera(calibration)
     tables = [path for path in inputs if path.suffix.lower() == ".toml"]
     if tables:
@@ -252,14 +275,14 @@ def _read(
             raise InputError(f"--{option} cannot go with {tables[0]}, which tells the optics itself: set it there.")
         settings = load_settings(tables[0], calibrated)
         images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
-        return settings, read_photographs(images, settings.camera.encoding, flats)
+        return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
     if len(inputs) < least:
         raise InputError(
             f"only {inputs[0]} is given, but depth needs a settings file, whose name ends in .toml, "
             f"or {least} or more photographs: add what is missing."
         )
     encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)
-    photographs = read_photographs(inputs, encoding)
+    photographs = read_photographs(inputs, encoding, crop=align)
     with options_named(FROM_EXIF):
         settings = from_exif(
             inputs,
@@ -275,6 +298,7 @@ def _read(
             sensor_to_front_mm=optics["sensor_to_front"],
             calibrated=calibrated,
             least=least,
+            order_only=method == "autofocus",
         )
     return settings, photographs
 

@@ -68,7 +68,12 @@ class DepthMap:
 
     @property
     def distance(self) -> NDArray[np.floating]:
-        """Distance in metres, H x W: 1 / vergence - offset, and ``inf`` where the vergence is not positive."""
+        """Distance in metres, H x W: 1 / vergence - offset, and ``inf`` where the vergence is not positive.
+
+        ``nan`` where only the order of depth is known (``details["order_only"]``).
+        """
+        if self.details.get("order_only"):
+            return np.full_like(self.vergence, np.nan)
         return (self._optical_distance - self.offset).astype(self.vergence.dtype)
 
     @property

@@ -53,6 +53,7 @@ def from_exif(
     sensor_to_front_mm: float | None = None,
     calibrated: Calibrated | None = None,
     least: int = 2,
+    order_only: bool = False,
 ) -> Settings:
     """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF tells.
 
@@ -62,6 +63,9 @@ def from_exif(
         Image files.
     least
         How many there must be.
+    order_only
+        Where no focus distance is known, take the photographs for a stack in order of focus, evenly spaced in vergence
+        from 1 to 2 (`Settings.relative`): depth is then a place in the stack. Optics that are missing do not matter.
     f_numbers, focus_distances_m
         One for each file, in order, or none: taken from EXIF.
     focal_length_mm, pixel_pitch_um
@@ -107,6 +111,13 @@ def from_exif(
         sensor_to_front_mm = sensor_to_front_mm or sensor.sensor_to_front_mm
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
+    relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in told)
+    if relative:
+        focus_distances_m = [1 / (1 + n / max(1, len(files) - 1)) for n in range(len(files))]
+        # Stand-ins: sharpness does not depend on them. What focus does to magnification is not known.
+        telecentric, focal_length_mm = True, focal_length_mm or told[0].focal_length_mm or 50.0
+        pixel_pitch_um = pixel_pitch_um or told[0].pixel_pitch_um or 5.0
+        f_numbers = f_numbers or [one.f_number or told[0].f_number or 4.0 for one in told]
     lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
 
     def each(values: list[float | None], what: str, parameter: str) -> list[float]:
@@ -154,6 +165,7 @@ def from_exif(
                 {"image": file, "f_number": n, "focus_distance_m": d}
                 for file, n, d in zip(files, f_number, focus, strict=True)
             ],
+            "relative": relative,
             "calibration": calibrated and calibrated.calibration,
             "calibrated_plane": calibrated and calibrated.sensor.distances_from,
         },

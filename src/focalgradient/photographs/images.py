@@ -153,8 +153,12 @@ def read_photographs(
     paths: Sequence[str | os.PathLike[str]],
     encoding: Encoding | None = None,
     flats: Sequence[str | os.PathLike[str] | None] | None = None,
+    *,
+    crop: bool = False,
 ) -> list[Photograph]:
     """Read image files that must agree in size: `read_photograph` for each of `paths`, with its flat field if any.
+
+    With `crop`, images that differ in size are cropped to what all of them show, of the same scale.
 
     Raises
     ------
@@ -166,12 +170,17 @@ def read_photographs(
     require(needed, f"reading {len(paths)} images of {max(sizes, default=0) / 1e6:.3g} million pixels", _SMALLER)
     each = zip(paths, flats or [None] * len(paths), strict=True)
     photographs = [read_photograph(path, encoding, flat) for path, flat in each]
+    if crop and len({photograph.luminance.shape for photograph in photographs}) > 1:
+        from focalgradient.photographs.cropping import cropped
+
+        photographs = cropped(photographs)
     for other in photographs[1:]:
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
             raise InputError(
                 f"{photographs[0].path} is {w0} x {h0} pixels but {other.path} is {w} x {h}: views of one scene must "
-                "have the same size and orientation, so export them alike, neither cropped nor resized."
+                "have the same size and orientation, so export them alike, neither cropped nor resized, or crop them "
+                "to what all show (--align; crop=True)."
             )
     return photographs
 

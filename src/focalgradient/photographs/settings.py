@@ -74,6 +74,8 @@ class Settings(Table):
         None, exclude=True, description="the plane that the calibration's distances count from"
     )
 
+    relative: bool = Field(False, exclude=True, description="true where the foci are known by their order alone")
+
     tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
 
     @property

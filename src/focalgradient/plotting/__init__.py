@@ -14,13 +14,16 @@ from focalgradient.plotting.maps import (
     draw_uncertainty,
     draw_view,
 )
+from focalgradient.plotting.sheet import PAPERS, calibration_sheet
 
 __all__ = [
     "BLUE",
     "GREEN",
     "GREY",
     "ORANGE",
+    "PAPERS",
     "REFUSED",
+    "calibration_sheet",
     "depth_figure",
     "describe_optics",
     "draw_depth",

@@ -90,7 +90,7 @@ def depth_figure(
             f"truth has shape {truth.shape}, but the depth map {depth.shape}: give the true distance of every pixel."
         )
     shown = views[:_MOST_VIEWS]
-    titles = [describe_optics(view.optics) for view in shown]
+    titles = ["" if depth.details.get("order_only") else describe_optics(view.optics) for view in shown]
     if names is not None:
         titles = [f"{_shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
     limits = _vergence_limits(depth, truth)
@@ -134,6 +134,11 @@ def draw_depth(ax: Axes, depth: DepthMap, *, limits: tuple[float, float] | None 
     limits = limits or _vergence_limits(depth, None)
     note = _side_note(depth)
     title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
+    if depth.details.get("order_only"):
+        count = int(depth.details["order_only"])
+        bar = _map(ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "place in the stack (order only)")
+        bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
+        return _picture(ax, title)
     # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)

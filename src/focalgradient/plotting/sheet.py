@@ -1,0 +1,70 @@
+"""A sheet to print and photograph, to calibrate a camera from: fine texture of all scales, with a ruler."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from focalgradient.errors import InputError
+from focalgradient.plotting.figures import new_figure, style
+
+__all__ = ["PAPERS", "calibration_sheet"]
+
+PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "letter": (279.4, 215.9)}
+"""Width and height in mm, across (ISO 216; ANSI A)."""
+
+DOT = 0.254
+"""Side of a texture's pixel in mm: 100 dots an inch, which any printer resolves."""
+
+MARGIN, FOOT = 8.0, 14.0
+"""Blank margin, which printers leave, and what the ruler takes below the texture, in mm."""
+
+
+def calibration_sheet(paper: str = "A4") -> Figure:
+    """A page of texture whose amplitude falls as 1/frequency, as natural surfaces' does, with a ruler of 100 mm.
+
+    Parameters
+    ----------
+    paper
+        A key of `PAPERS`.
+
+    Examples
+    --------
+    >>> calibration_sheet("A4").get_size_inches().round(2).tolist()
+    [11.69, 8.27]
+    """
+    if paper not in PAPERS:
+        raise InputError(f"paper is {paper!r}, but must be one of {', '.join(PAPERS)}.")
+    width, height = PAPERS[paper]
+    columns, rows = (round(side / DOT) for side in (width - 2 * MARGIN, height - 2 * MARGIN - FOOT))
+    with style():
+        figure = new_figure(width, height)
+        ax = figure.add_axes(
+            (MARGIN / width, (MARGIN + FOOT) / height, columns * DOT / width, rows * DOT / height), frameon=False
+        )
+        ax.imshow(_texture(rows, columns), cmap="gray", vmin=0, vmax=1, interpolation="nearest", aspect="auto")
+        ax.set(xticks=[], yticks=[])
+        ruler = figure.add_axes((MARGIN / width, MARGIN / height, 100 / width, 4 / height))
+        ruler.set(xlim=(0, 100), ylim=(0, 1), yticks=[], xticks=range(0, 101, 10))
+        ruler.bar(np.arange(0, 100, 10) + 5, 1, width=10, color=["black", "white"] * 5)
+        ruler.tick_params(length=0, pad=1, labelsize=6)
+        figure.text(
+            (MARGIN + 106) / width,
+            (MARGIN + 2) / height,
+            "focalgradient calibration sheet. Print at 100 %: the ruler is 100 mm long. Lay it flat, face the camera, "
+            "fill the frame;\nlight it evenly. Tripod, raw or linear files, focus untouched; two or three distances, "
+            "each at all f-numbers to be used.",
+            fontsize=5.5,
+            va="center",
+        )
+    return figure
+
+
+def _texture(rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Grey levels 0.05 to 0.95, the same on every sheet."""
+    frequency = np.hypot(np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns))
+    white = np.fft.rfft2(np.random.default_rng(1987).standard_normal((rows, columns)))
+    # Below the lowest frequencies a frame shows none of it: these are kept flat, for contrast to go to detail.
+    spectrum = np.where(frequency > 0, white / np.maximum(frequency, 0.02), 0)
+    field = np.fft.irfft2(spectrum, (rows, columns))
+    return np.asarray(np.clip(0.5 + 0.2 * field / field.std(), 0.05, 0.95))

@@ -1,0 +1,118 @@
+"""Photographs as people have them: stacks without focus distances, views of unequal size, a sheet to print."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from photographed import SHAPE, TILE, RealCamera, encoded, write
+
+from focalgradient import DepthMap, InputError
+from focalgradient.cli import main
+from focalgradient.photographs import load_settings, read_photographs
+from focalgradient.plotting import PAPERS, calibration_sheet
+from focalgradient.psf import transfer
+
+OPTICS = ("--focal-length", "35", "--pixel-pitch", "20", "--focus-distance", "1", "--focus-distance", "1")
+STOPS = ("--f-number", "11", "--f-number", "4")
+
+
+def run(*args: object):
+    return CliRunner().invoke(main, [str(arg) for arg in args])
+
+
+def stack(folder, count=5):
+    """A slant that is in focus at the left in the first photograph, at the right in the last."""
+    random = np.random.default_rng(0)
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
+    spectrum = np.where(
+        frequency > 0, np.fft.rfft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1e-3), 0
+    )
+    spectrum *= 0.12 / np.fft.irfft2(spectrum).std()
+    height, width = SHAPE
+    vergence = np.linspace(2.0, 1.0, width)
+    paths = []
+    for number, focus in enumerate(np.linspace(2.1, 0.9, count)):
+        radius = np.abs(focus - vergence) * 8
+        radii = np.linspace(0, radius.max() + 0.01, 14)
+        blurred = np.stack(
+            [np.fft.irfft2(spectrum * transfer(frequency, one, "disc"))[:height, :width] for one in radii]
+        )
+        place = np.clip(radius / (radii[1] - radii[0]), 0, 12.99)
+        low, column = place.astype(int), np.arange(width)
+        light = blurred[low, :, column].T * (low + 1 - place) + blurred[low + 1, :, column].T * (place - low)
+        light = 0.4 + light + 0.003 * random.standard_normal(SHAPE)
+        paths.append(write(folder / f"s{number}.png", encoded(light)))
+    return paths
+
+
+def test_a_stack_without_focus_distances_gives_the_order(tmp_path):
+    result = run("depth", *stack(tmp_path), "--method", "autofocus", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "order of depth" in result.stderr
+    assert "--focus-distance" in result.stderr
+    assert "of 5 (order only)" in result.stdout
+    depth = DepthMap.load(tmp_path / "out" / "depth.npz")
+    assert np.isnan(depth.distance).all()
+    columns = np.array([np.median(part[valid]) for part, valid in zip(
+        np.array_split(depth.vergence, 8, axis=1), np.array_split(depth.valid, 8, axis=1), strict=True)])  # fmt: skip
+    assert (np.diff(columns) > 0.05).all()
+    # Foci are evenly spaced: vergences from 2.1 to 0.9 stand at 1 to 2.
+    assert columns[4] == pytest.approx(1 + (2.1 - 1.44) / 1.2, abs=0.03)
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["details"]["order_only"] == 5
+
+
+def test_other_methods_want_the_focus_distances(tmp_path):
+    result = run("depth", *stack(tmp_path, 3), "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    for option in ("--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"):
+        assert option in result.stderr  # all at once
+
+
+@pytest.fixture
+def pair(tmp_path):
+    camera = RealCamera(scale=1.0, focus=1.0, tilt=0.0, curvature=0.0)
+    paths = [camera.take(tmp_path / f"{mark}.png", 0.7, mark, seed=1) for mark in (11, 4)]
+    cut = cv2.imread(str(paths[1]), cv2.IMREAD_GRAYSCALE)[13:, 7:-12]
+    cv2.imwrite(str(tmp_path / "cut.png"), cut)
+    return paths[0], tmp_path / "cut.png"
+
+
+def test_views_of_unequal_size_are_cropped_when_asked(pair, tmp_path):
+    refused = run("depth", *pair, "--out", tmp_path / "out", *OPTICS, *STOPS, "--far", 1)
+    assert refused.exit_code == 2
+    assert "--align" in refused.stderr
+    result = run("depth", *pair, "--out", tmp_path / "out", *OPTICS, *STOPS, "--far", 1, "--align")
+    assert result.exit_code == 0, result.output
+    depth = DepthMap.load(tmp_path / "out" / "depth.npz")
+    assert depth.shape == (SHAPE[0] - 13, SHAPE[1] - 19)
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(0.7, abs=0.005)
+
+
+def test_cropping_finds_the_common_part_and_refuses_what_was_resized(pair, tmp_path):
+    whole, cut = read_photographs(pair, crop=True)
+    assert whole.luminance.shape == cut.luminance.shape
+    assert np.corrcoef(whole.luminance.ravel(), cut.luminance.ravel())[0, 1] > 0.85
+    image = cv2.imread(str(pair[0]), cv2.IMREAD_GRAYSCALE)
+    cv2.imwrite(str(tmp_path / "half.png"), cv2.resize(image, None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA))
+    with pytest.raises(InputError, match="not resized"):
+        read_photographs([pair[0], tmp_path / "half.png"], crop=True)
+
+
+def test_a_sheet_to_print(tmp_path):
+    for paper, (width, height) in PAPERS.items():
+        assert calibration_sheet(paper).get_size_inches() * 25.4 == pytest.approx((width, height))
+    result = run("calibrate", "--sheet", "A4", "--out", tmp_path / "sheet.pdf")
+    assert result.exit_code == 0, result.output
+    data = (tmp_path / "sheet.pdf").read_bytes()
+    assert data.startswith(b"%PDF")
+    assert b"/MediaBox [ 0 0 841.88" in data  # 297 mm in points
+    assert run("calibrate", "--sheet", "A4", "--out", tmp_path / "sheet.png").exit_code == 2
+    assert "--sheet A4" in run("calibrate", "--out", tmp_path / "c.toml").stderr
+
+
+def test_all_keys_that_are_missing_are_named_at_once(tmp_path):
+    (tmp_path / "v.toml").write_text('[camera]\n[[view]]\nimage = "a.png"\n')
+    with pytest.raises(InputError, match=r"focal_length_mm .* pixel_pitch_um .* are missing"):
+        load_settings(tmp_path / "v.toml")
