@@ -18,6 +18,7 @@ from focalgradient.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Plane, Scene, Texture, plane
 
+PURPLE = "#CC79A7"  # of the same set of colours (Okabe & Ito)
 FOCUS = 0.85  # m
 LENSES = tuple(Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) for number in (16, 8, 5.6))
 PIXEL = 8e-6 / LENSES[0].sensor_distance  # rad
@@ -81,7 +82,7 @@ KINDS: dict[str, tuple[Callable[[tuple[int, int], int], Views], str, str]] = {
     "moving object": (moving, BLUE, "-"),
     "occlusion edge": (occlusion, ORANGE, "-"),
     "reflection": (reflection, GREEN, "-"),
-    "saturation": (saturation, BLUE, "--"),
+    "saturation": (saturation, PURPLE, "--"),
 }
 
 
@@ -143,16 +144,19 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"Walls, cards and reflections at {NEAR:g} and {FAR:g} m, ray cast through f/16, f/8 and f/5.6 focused at "
             f"{FOCUS:g} m, with {100 * NOISE / 0.35:.1f} % noise. Each pair of views tells depth; where their "
             "estimates disagree by more than noise can explain (chi-square, the noise that pairs share taken into "
-            "account) the answer is refused.",
-            f"An answer is wrong if it is off by more than {WRONG:g} of the standard deviations it states. Each curve: "
-            "the share of one kind’s wrong answers that is refused, against the share of sound answers that the limit "
-            "is to refuse. Grey: the share of a sound wall’s that it does refuse. Dots: the default, 1 in 1000.",
-            "What moves or lies at two depths is mostly found. Where there is no texture all pairs know little and so "
-            "hardly disagree: there it is the stated uncertainty that refuses. Highlights that the sensor compresses "
-            "alike in all views pull all pairs alike, and mostly go unfound; those it cuts off sharply are left out "
-            "before any of this.",
-            "Right: what the default method refuses of its own wrong answers from the same views, by all its reasons "
-            "together (contradiction, too little texture, a second depth as good).",
+            "account) the answer is rejected.",
+            f"An answer is wrong if it is off by more than {WRONG:g} of the standard deviations it states. (a) Each "
+            "curve: the share of one kind’s wrong answers that is rejected, against the share of sound answers that "
+            "the limit is to reject. Grey: the share of a sound wall’s that it does reject. Dots: the default, 1 in "
+            "1000.",
+            f"At the default what moves is found in {100 * points['moving object']:.0f} %, what lies at two depths in "
+            f"{100 * points['reflection']:.0f} %. Where there is no texture all pairs know little and so hardly "
+            "disagree: there it is the stated uncertainty that rejects. Highlights that the sensor compresses alike in "
+            f"all views pull all pairs alike, and only {100 * points['saturation']:.0f} % are found; those it cuts off "
+            "sharply are left out before any of this.",
+            "(b) What the default method rejects of its own wrong answers from the same views, by all its reasons "
+            "together (contradiction, too little texture, a secondary minimum). The joint answer of the check and that "
+            "of the default method are two estimates from the same views: of each, another share is wrong.",
         ),
         figure=_draw(alarms, refused, curves, points, sound, cases),
         summary={
@@ -193,20 +197,22 @@ def _draw(
             ax.plot(FALSE_ALARM, points[name], "o", color=colour, markersize=4.5, clip_on=False, zorder=5)
         ax.set(xscale="log", xlim=(1e-3, 1), ylim=(0, 1.02))
         ax.set_xticks([1e-3, 1e-2, 1e-1, 1], labels=["0.001", "0.01", "0.1", "1"])
-        ax.set(xlabel="sound answers to be refused (false alarm)", ylabel="share of wrong answers refused")
-        ax.set_title("Disagreement of three views (simulated)")
+        ax.set(xlabel="false-alarm rate that is set", ylabel="share of wrong answers rejected")
+        ax.set_title("(a) The check: its joint answers")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         shares = [float(sound.default_refused.mean()), *(case.default_found for case in cases.values())]
         colours = ["#bdbdbd", *(colour for _, colour, _ in KINDS.values())]
         hatches = ["", *("" if dash == "-" else "////" for _, _, dash in KINDS.values())]
         labels = ["sound wall,\nall answers"]
         labels += [f"{name}\n({100 * case.default_wrong.mean():.0f} % wrong)" for name, case in cases.items()]
-        drawn = bars.barh(labels, shares, height=0.6, color=colours, hatch=hatches, edgecolor="white")
-        bars.bar_label(drawn, [f"{100 * share:.0f} %" if np.isfinite(share) else "–" for share in shares], padding=2)
-        bars.set(xlim=(0, 1.15), xlabel="share of its wrong answers")
+        drawn = bars.barh(labels, np.nan_to_num(shares), height=0.6, color=colours, hatch=hatches, edgecolor="white")
+        bars.bar_label(
+            drawn, [f"{100 * share:.0f} %" if np.isfinite(share) else "none wrong" for share in shares], padding=2
+        )
+        bars.set(xlim=(0, 1.15), xlabel="share of its wrong ones rejected")
         bars.set_xticks([0, 0.5, 1])
         bars.invert_yaxis()
-        bars.set_title("Refused by the default")
+        bars.set_title("(b) The default method")
         figure.draw_without_rendering()
     return figure
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
 from focalgradient import recover_depth
-from focalgradient.eye import Cones, Eye, Oscillation, eye_views, score
+from focalgradient.eye import Cones, Eye, Oscillation, band_light, eye_views, score
 from focalgradient.eye.retina import S_FINEST_CPD
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
@@ -99,7 +99,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         for kind in KINDS
     )
     return Shown(
-        title="Error of distance, measured for a simulated eye",
+        title="Fig. 2 measured for a simulated eye, by colour and by time",
         caption=(
             f"Textured walls as a simulated eye sees them that is focused at {FOCUS:g} m: by colour, the views of the "
             f"L and M and of the S cones at one moment (textures correlated at {CORRELATION:g}, S cones resolving "
@@ -121,6 +121,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         ),
         figure=_draw(distances, told),
         summary={
+            "difference_of_focus_between_the_bands_D": band_light("L+M", "D65").difference()
+            - band_light("S", "D65").difference(),
             "share_of_walls_better_than_the_paper_s_curve": {k: float(v.mean()) for k, v in better.items()},
             "share_of_walls_better_than_stereopsis": {k: float(v.mean()) for k, v in beats.items()},
             "side_right_mean": {k: float(v) for k, v in side.items()},
@@ -157,6 +159,13 @@ def _draw(distances: NDArray[np.float64], told: dict[str, dict[str, NDArray[np.f
             ax.set_xticks([0.3, 0.5, 1, 2, 5, 10], labels=["0.3", "0.5", "1", "2", "5", "10"])
             ax.minorticks_off()
             ax.set_title(f"Simulated eye, {KINDS[kind]}")
+            ax.axvline(FOCUS, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+            ax.text(FOCUS * 1.04, 5.0, "focus", color=GREY, va="center")
+            missing = np.isnan(told[kind]["rms_m"])
+            for column in np.flatnonzero(missing.any(axis=0)):
+                pupils = ", ".join(f"{mm:g}" for mm, none in zip(PUPILS_MM, missing[:, column], strict=True) if none)
+                ax.plot(distances[column], 5e-5, "x", color=colour, markersize=5)
+                ax.text(distances[column] * 1.1, 5e-5, f"no estimate: {pupils} mm", color=colour, va="center")
             ax.text(4.2, 0.0105, "stereopsis,\n1 mm at 1 m", color=GREY, va="top")
             ax.text(2.15, 1.2e-4, "paper: 2 % of blur", color=GREY)
             ax.legend(title="pupil", title_fontsize=8, loc="upper left")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse, Polygon, Rectangle
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse, Patch, Polygon, Rectangle
 from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
@@ -96,7 +97,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     sharpness = sweep(FOCI, pixel_angle, samples if full else 32, lambda share: report(0.5 + 0.5 * share))
     across, upright = (peak(FOCI, sharpness[name]) for name in ("across", "upright"))
     return Shown(
-        title="A scene through two apertures",
+        title="Fig. 1: a scene through two apertures",
         caption=(
             "Rendered pictures. Left: the set-up of the paper. A half-silvered mirror gives two cameras the same view, "
             f"one through a small aperture (f/{SMALL.f_number:g}) and one through a large one (f/{LARGE.f_number:g}); "
@@ -131,7 +132,8 @@ def _draw(pictures: list[Rendered], sharpness: dict[str, NDArray[np.float64]]) -
         for ax, one, lens in ((small, pictures[0], SMALL), (large, pictures[1], LARGE)):
             assert one.colour is not None
             ax.imshow(np.clip(one.colour / white, 0, 1) ** (1 / 2.2), interpolation="none")
-            ax.set_title(f"f/{lens.f_number:g}, rendered")
+            ax.set_title(f"(b) f/{lens.f_number:g}, rendered" if one is pictures[0] else f"(c) f/{lens.f_number:g}")
+            ax.set_anchor("N")
             ax.set_axis_off()
         height, width = pictures[0].view.shape
         scale = height / FIELD
@@ -141,24 +143,29 @@ def _draw(pictures: list[Rendered], sharpness: dict[str, NDArray[np.float64]]) -
             ax.add_patch(Rectangle(corner, *size, fill=False, edgecolor=ORANGE, linewidth=0.9))
         for name, colour, marker in (("across", BLUE, "o"), ("upright", ORANGE, "s")):
             middle, low, high = sharpness[f"traced_{name}"]
-            focus.axvspan(low, high, 0, 0.86, color=colour, alpha=0.22, linewidth=0)
-            focus.axvline(middle, 0, 0.86, color=colour, linewidth=0.7, linestyle=(0, (4, 3)))
+            focus.axvspan(low, high, 0, 0.74, color=colour, alpha=0.22, linewidth=0)
+            focus.axvline(middle, 0, 0.74, color=colour, linewidth=0.7, linestyle=(0, (4, 3)))
             focus.plot(FOCI, sharpness[name], color=colour, marker=marker, markersize=3, linewidth=1, label=name)
-        focus.axvline(FOCUS, 0, 0.86, color=GREY, linewidth=0.8)
+        focus.axvline(FOCUS, 0, 0.74, color=GREY, linewidth=0.8)
         focus.text(FOCUS + 0.012, 1.0, "surface", color=GREY, va="center", ha="left")
-        focus.set(xlabel="focus (D)", ylabel="differences (share of the largest)", ylim=(0, 1.22))
-        focus.set(xlim=(0.62, 1.23), xticks=(0.7, 0.8, 0.9, 1.0, 1.1, 1.2))
-        focus.set_title("Sharpness of the reflection")
-        focus.legend(loc="upper left", ncols=2, columnspacing=1.2)
+        focus.set(xlabel="focus (D)", ylabel="differences (share of the largest)", ylim=(0, 1.42))
+        focus.set(xlim=(0.62, 1.23), xticks=(0.7, 0.8, 0.9, 1.0, 1.1, 1.2), yticks=(0, 0.2, 0.4, 0.6, 0.8, 1))
+        focus.set_title("(d) Sharpness of the reflection")
+        traced = [
+            Patch(facecolor=GREY, alpha=0.3, label="traced rays, 10–90 %"),
+            Line2D([], [], color=GREY, linewidth=0.7, linestyle=(0, (4, 3)), label="their median"),
+        ]
+        handles = [*focus.get_legend_handles_labels()[0], *traced]
+        focus.legend(handles=handles, loc="upper left", ncols=2, columnspacing=1.0, handlelength=1.6, fontsize=7)
         figure.draw_without_rendering()
     return figure
 
 
 def _setup(ax: Axes) -> None:
     """Two cameras that share a view: light from below, a half-silvered mirror, a small and a large aperture."""
-    ax.set(xlim=(-1.2, 2.0), ylim=(-2.3, 2.2), aspect="equal")
+    ax.set(xlim=(-1.2, 2.0), ylim=(-2.3, 2.2), aspect="equal", anchor="N")
     ax.set_axis_off()
-    ax.set_title("the set-up")
+    ax.set_title("(a) The set-up")
     for x in (-0.22, 0.22):
         ax.plot([x * 0.2, x], [-1.7, 0.0 + x], color=GREY, linewidth=0.7)
         ax.plot([x, x * 0.9], [x, 1.35], color=GREY, linewidth=0.7)

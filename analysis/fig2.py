@@ -59,7 +59,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         axes[1].text(7.7, 0.52, "focal\ngradient", color=GREY, ha="right")
         figure.draw_without_rendering()
     return Shown(
-        title="Error of distance, from theory (the paper’s Fig. 2)",
+        title="Fig. 2: error of distance, from theory",
         caption=(
             "The error of distance that follows from an error of 2 % in the size of the blur, with focus at 2 m, and "
             "the error of stereopsis that can just tell one millimetre at one metre. Each panel repeats the other’s "
@@ -75,6 +75,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "focal_gradient_error_at_4_m_m": float(focal_gradient_error(4)),
             "focal_gradient_error_at_10_m_m": float(focal_gradient_error(10)),
             "stereo_error_at_1_m_m": float(stereo_error(1)),
+            "stereo_error_at_4_m_m": float(stereo_error(4)),
             "stereo_error_at_10_m_m": float(stereo_error(10)),
             "distances_where_both_are_equal_m": equal,
             "distance_where_focal_gradient_leaves_the_axis_of_the_paper_m": leaves,

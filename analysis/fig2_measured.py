@@ -101,7 +101,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     relative = float(np.sqrt(np.mean(on["relative_error"][clear] ** 2)))
     ratio = on["rms_m"] / focal_gradient_error(distances, relative)
     return Shown(
-        title="Error of distance, measured on rendered views",
+        title="Fig. 2 measured: error of distance on rendered views",
         caption=(
             f"Textured walls at {len(distances)} distances, ray cast through f/{SHARP.f_number:g} and "
             f"f/{BLURRED.f_number:g} with focus at {FOCUS:g} m and {100 * NOISE:g} % noise; depth recovered from the "

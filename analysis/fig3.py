@@ -1,4 +1,4 @@
-"""Fig. 3: how much deeper scenes look with more blur, from a data set: `python analysis/fig3.py DATASET`.
+"""Fig. 3: how much deeper scenes look with more blur, from a data set: `python analysis/fig3.py [DATASET]`.
 
 Any valid data set will do, of people or of simulated observers; in the picture it is said where no people took part.
 """
@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from report import Progress, Shown, images, numbers_json
+from simulated import take_part
 
 from focalgradient import InputError
 from focalgradient.plotting.subjects import depth_rating_figure
@@ -74,7 +76,7 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
             },
         }
     return Shown(
-        title="Depth from blur, near and far fixation (Fig. 3)",
+        title="Fig. 3: impression of depth by blur, near and far fixation",
         caption=(
             f"Increase in the impression of depth relative to a pinhole picture, {len(result.participants)} {who}, "
             "for growing apertures: with the nearest object in focus, so that farther ones are blurred, and with the "
@@ -109,13 +111,18 @@ def make(dataset: Path, *, full: bool = False, progress: Progress | None = None)
 
 
 def main(name: str, shown: Callable[[Path], Shown]) -> int:
-    """Make one figure of a data set named on the command line: PNG, PDF and its numbers."""
+    """Make one figure of a data set named on the command line, or of simulated observers: PNG, PDF and its numbers."""
     parser = argparse.ArgumentParser(description=f"Make {name} of a data set.")
-    parser.add_argument("dataset", type=Path, help="folder of the data set")
+    text = "folder of the data set; left out, simulated observers take part first"
+    parser.add_argument("dataset", type=Path, nargs="?", help=text)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the figure (default: results)")
     asked = parser.parse_args()
     try:
-        figure = shown(asked.dataset)
+        if asked.dataset is not None:
+            figure = shown(asked.dataset)
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                figure = shown(take_part(Path(folder, "simulated")))
     except InputError as error:
         print(f"Error: {error}", file=sys.stderr)
         return 2

@@ -13,7 +13,7 @@ from report import Progress, Shown, alone
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import focal_disparity
-from focalgradient.plotting import draw_depth, draw_distance, draw_view, new_figure, style
+from focalgradient.plotting import draw_distance, draw_view, new_figure, style
 from focalgradient.render import Rendered, noisy, render, render_series
 from focalgradient.scenes import bottle
 from focalgradient.scenes.bottle import BODY_RADIUS
@@ -125,6 +125,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     )
 
 
+DISPARITIES = (0.0, 1.1)
+"""One scale for the disparity and its control: 1 is no change of blur, and noise goes a little beyond."""
+
+
 def _rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
     ranks = [np.argsort(np.argsort(values)).astype(float) for values in (one, other)]
     return float(np.corrcoef(ranks[0], ranks[1])[0, 1])
@@ -143,19 +147,20 @@ def _draw(
     top = float(np.percentile(contents[0], 99))
     limits = 1 / FAR, 1 / FOCUS
     with style():
-        figure = new_figure(180, 96)
+        figure = new_figure(180, 104)
         axes = [
-            [figure.add_axes(((2 + 45 * column) / 180, y / 96, 27.5 / 180, 36.7 / 96)) for column in range(4)]
-            for y in (53, 4)
+            [figure.add_axes(((2 + 45 * column) / 180, y / 104, 27.5 / 180, 36.7 / 104)) for column in range(4)]
+            for y in (57, 4)
         ]
         for ax, view in zip(axes[0], views, strict=False):
             draw_view(ax, view, f"f/{view.optics.f_number:g}")  # type: ignore[attr-defined]
-        _map(axes[0][2], contents[0], "a  content, f/22", (0, top))
-        _map(axes[0][3], contents[1], "b  content, f/5.6", (0, top))
-        _map(axes[1][0], np.where(valid, disparity, 0), "c  disparity, b / a", (0, 1))
-        _map(axes[1][1], np.where(control_valid, control, 0), "d  control, f/22 twice", (0, 1.2))
-        draw_depth(axes[1][2], depth, limits=limits, title="e  recovered depth")
-        draw_distance(axes[1][3], truth, limits=limits, title="f  truth, mirrored too")
+        _map(axes[0][2], contents[0], "(a) content,\nf/22", (0, top))
+        _map(axes[0][3], contents[1], "(b) content,\nf/5.6", (0, top))
+        _map(axes[1][0], np.where(valid, disparity, 0), "(c) disparity,\nb / a", DISPARITIES)
+        _map(axes[1][1], np.where(control_valid, control, 0), "(d) control,\nf/22 twice", DISPARITIES)
+        found = np.where(depth.valid, depth.distance, np.nan)
+        draw_distance(axes[1][2], found, limits=limits, title="(e) recovered\ndepth")
+        draw_distance(axes[1][3], np.clip(truth, FOCUS, FAR), limits=limits, title="(f) true depth,\nmirrored too")
         figure.draw_without_rendering()
     return figure
 

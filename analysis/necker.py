@@ -1,4 +1,4 @@
-"""What is seen of the turning Necker cube, by its focal gradient: `python analysis/necker.py DATASET`."""
+"""What is seen of the turning Necker cube, by its focal gradient: `python analysis/necker.py [DATASET]`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from report import Progress, Shown
 from focalgradient import InputError
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report import analyse_necker
-from focalgradient.statistics import DurationFit, Effect, NotComputed
+from focalgradient.statistics import DurationFit, Effect, NeckerResult, NotComputed
 
 __all__ = ["make", "shown"]
 
@@ -44,6 +44,8 @@ def shown(dataset: Path) -> Shown:
             ends = [100 * share.estimate, 100 * share.low, 100 * share.high]
             summary[f"change_of_nonrigid_time_and_its_interval_{name}_percent"] = ends
             summary[f"p_{name}"] = share.p
+    summary["nonrigid_share_without_a_gradient_percent"] = _nonrigid(result, "none")
+    summary["nonrigid_share_at_its_largest_percent"] = _nonrigid(result, "nonrigid")
     fits = [each.lognormal if each.better == "lognormal" else each.gamma for each in result.dominance]
     return Shown(
         title="The Necker cube by focal gradient",
@@ -92,6 +94,14 @@ def shown(dataset: Path) -> Shown:
             ],
         },
     )
+
+
+def _nonrigid(result: NeckerResult, gradient: str) -> float | None:
+    """Nonrigid share of the time with one of the readings, in percent: mean over subjects, strongest gradient."""
+    own = [each for each in result.subject_shares if each.gradient == gradient and each.nonrigid is not None]
+    strongest = max((each.strength for each in own), default=0.0)
+    shares = [each.nonrigid for each in own if each.strength == strongest and each.nonrigid is not None]
+    return 100 * sum(shares) / len(shares) if shares else None
 
 
 def make(dataset: Path, *, full: bool = False, progress: Progress | None = None) -> Shown:

@@ -147,14 +147,17 @@ def _draw(wide: dict[str, Perceived], ratios: dict[str, dict[str, list[float]]])
             panels[row, 0].set_ylabel(f"{end} in focus")
             ax = panels[row, 4]
             ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)))
-            for name, marker, colour in (("blur-blind", "x", GREY), ("opposite", "o", ORANGE), ("default", "o", BLUE)):
+            for side, name, marker, colour in (
+                *((-0.12, "blur-blind", "x", GREY), (0.12, "opposite", "s", ORANGE), (0.0, "default", "o", BLUE)),
+            ):  # side by side, as some lie on one another
+                places = np.arange(len(APERTURES)) + side
                 fill = "full" if name == "default" else "none"
-                ax.plot(ratios[name][end], marker + "-", color=colour, fillstyle=fill, markersize=4, lw=1, label=name)
+                ax.plot(places, ratios[name][end], marker + "-", color=colour, fillstyle=fill, ms=4, lw=0.8, label=name)
             ax.set(ylim=(0.8, 3), xticks=range(4), xlim=(-0.3, 3.3))
             ax.set_xticklabels(["pin-\nhole", "f/22", "f/11", "f/5.6"] if row else [])
         for ax, title in zip(
             panels[0],
-            ("Picture at f/5.6", "True blur", "Estimated (arcmin)", "Perceived (D)", "Increase in depth"),
+            ("Picture at f/5.6", "True blur (arcmin)", "Estimated (arcmin)", "Perceived (D)", "Increase in depth"),
             strict=True,
         ):
             ax.set_title(title)

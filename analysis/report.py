@@ -14,13 +14,14 @@ import json
 import math
 import platform
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from claims import Answer
 from matplotlib.figure import Figure
 
 from focalgradient.plotting import style
@@ -72,8 +73,10 @@ def numbers_json(figures: Mapping[str, Shown]) -> str:
     return json.dumps(_plain(numbers), indent=1, allow_nan=False) + "\n"
 
 
-def report_html(figures: Mapping[str, Shown], pngs: Mapping[str, bytes], remark: str) -> str:
-    """One page with every figure and what was measured; it holds its pictures and needs nothing from elsewhere."""
+def report_html(
+    figures: Mapping[str, Shown], pngs: Mapping[str, bytes], remark: str, claims: Sequence[Answer] = ()
+) -> str:
+    """One page that needs nothing else: the paper's claims answered, then every figure and what was measured."""
     contents = "".join(f'<li><a href="#{name}">{html.escape(s.title)}</a></li>' for name, s in figures.items())
     sections = "".join(_section(name, shown, pngs[name]) for name, shown in figures.items())
     made_with = ", ".join(f"{name} {version(name)}" for name in ("focalgradient", "numpy", "scipy", "matplotlib"))
@@ -89,8 +92,9 @@ def report_html(figures: Mapping[str, Shown], pngs: Mapping[str, bytes], remark:
 <header>
 <h1>Depth from the focal gradient</h1>
 <p class="lead">{html.escape(remark)}</p>
-<ol>{contents}</ol>
 </header>
+{_claims_table(claims, figures)}
+<nav><h2>Figures</h2><ol>{contents}</ol></nav>
 {sections}
 <footer>
 <p>Made with {html.escape(made_with)} and Python {platform.python_version()}. The numbers behind every figure are in
@@ -101,6 +105,26 @@ PAMI-9(4), 523–531, 1987.</p>
 </body>
 </html>
 """
+
+
+def _claims_table(claims: Sequence[Answer], figures: Mapping[str, Shown]) -> str:
+    """The claims, each with its answer, a link to its figure, and the command that makes it."""
+    if not claims:
+        return ""
+    rows = []
+    for one in claims:
+        link = f'<a href="#{one.figure}">{html.escape(one.figure)}</a>' if one.figure in figures else "–"
+        cells = (one.section, one.claim, one.measured, one.verdict)
+        rows.append(
+            "<tr>"
+            + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+            + f"<td>{link}</td><td><code>{html.escape(one.command)}</code></td></tr>"
+        )
+    heads = "".join(f"<th>{head}</th>" for head in ("Section", "Claim", "Measured", "Verdict", "Figure", "Command"))
+    return f"""<section id="claims" class="claims">
+<h2>The paper’s claims, answered</h2>
+<table><thead><tr>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table>
+</section>"""
 
 
 def alone(name: str, make: Callable[..., Shown]) -> None:
@@ -117,14 +141,14 @@ def alone(name: str, make: Callable[..., Shown]) -> None:
     for kind, content in images(shown).items():
         (options.out / f"{name}.{kind}").write_bytes(content)
     (options.out / f"{name}.json").write_text(numbers_json({name: shown}), encoding="utf-8")
-    for label, value in shown.summary.items():
-        print(f"{_label(label)}: {_short(value)}")
+    for label, value in rows_of(shown.summary):
+        print(f"{label}: {value}")
 
 
 def _section(name: str, shown: Shown, png: bytes) -> str:
     rows = "".join(
-        f"<tr><th>{html.escape(_label(name))}</th><td>{html.escape(_short(value))}</td></tr>"
-        for name, value in shown.summary.items()
+        f"<tr><th>{html.escape(label)}</th><td>{html.escape(value)}</td></tr>"
+        for label, value in rows_of(shown.summary)
     )
     text = "".join(f"<p>{html.escape(paragraph)}</p>" for paragraph in shown.caption)
     picture = base64.b64encode(png).decode("ascii")
@@ -137,19 +161,58 @@ def _section(name: str, shown: Shown, png: bytes) -> str:
 """
 
 
-def _label(name: str) -> str:
-    """Write a number's name as words, with its unit in brackets."""
+def rows_of(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """A summary as rows of a table, label and value; of what is itself a mapping, a row for each of its entries."""
+    rows: list[tuple[str, str]] = []
+    for name, value in summary.items():
+        if isinstance(value, Mapping):
+            rows += [(_label(name, str(key)), _short(item)) for key, item in value.items()]
+        else:
+            rows.append((_label(name), _p(value) if name.startswith("p_") else _short(value)))
+    return rows
+
+
+def _p(value: float | None) -> str:
+    """Write a p value: not more exactly than it is known."""
+    return "< 0.0001" if value is not None and value < 1e-4 else _short(value)
+
+
+UNITS = {
+    **{unit: unit for unit in ("m", "mm", "cm", "px", "arcmin", "ms", "s", "D")},
+    "percent": "%",
+    "dioptres": "D",
+}
+
+
+def _label(name: str, entry: str = "") -> str:
+    """Write a number's name as words, then which `entry` of it, with its unit in brackets."""
     words, _, unit = name.rpartition("_")
-    units = {"m": "m", "mm": "mm", "px": "px", "arcmin": "arcmin", "percent": "%", "D": "D"}
-    return f"{words.replace('_', ' ')} ({units[unit]})" if unit in units else name.replace("_", " ")
+    label = (words if unit in UNITS else name).replace("_", " ")
+    label += f", {entry}" if entry else ""
+    return f"{label} ({UNITS[unit]})" if unit in UNITS else label
+
+
+ROUNDING = 1e-9
+"""What is smaller than this, in whatever unit, is a rounding error here."""
+
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def _short(value: Any) -> str:
-    """Write a number to four digits, anything else as it is."""
+    """Write a number to four digits, anything else as it is.
+
+    >>> _short([1.353e-14, 0.25, 3.93838e-05])
+    '0, 0.25, 3.938 × 10⁻⁵'
+    """
     plain = _plain(value)
     if isinstance(plain, list):
         return ", ".join(map(_short, plain))
-    return f"{plain:.4g}" if isinstance(plain, float) else "not defined" if plain is None else str(plain)
+    if isinstance(plain, bool):
+        return "yes" if plain else "no"
+    if not isinstance(plain, float):
+        return "not defined" if plain is None else str(plain)
+    digits, _, power = f"{0.0 if abs(plain) < ROUNDING else plain:.4g}".partition("e")
+    return digits + (f" × 10{str(int(power)).translate(SUPERSCRIPT)}" if power else "")
 
 
 def _plain(value: Any) -> Any:
@@ -187,7 +250,11 @@ caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
 th, td { border-top: 1px solid #e6e6e6; padding: .28rem .4rem .28rem 0; text-align: left; font-weight: 400; }
 td { text-align: right; padding-right: 0; white-space: nowrap; }
 footer { border-top: 1px solid #dcdcdc; margin-top: 3rem; padding-top: 1rem; font-size: .85rem; color: #555; }
+.claims table { width: calc(100vw - 3rem); max-width: 76rem; margin-left: 50%; transform: translateX(-50%); }
+.claims th { font-weight: 600; } .claims td, .claims th { text-align: left; white-space: normal; vertical-align: top;
+  padding-right: .8rem; } .claims td:nth-child(4) { font-weight: 600; } .claims code { white-space: nowrap; }
 @media print {
+  .claims table { width: 100%; margin-left: 0; transform: none; }
   body { margin: 0 auto; max-width: none; font-size: 10.5pt; } ol { display: none; }
   section { break-inside: avoid; } h2 { break-after: avoid; }
 }

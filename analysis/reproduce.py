@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import sys
 import tempfile
@@ -23,6 +24,7 @@ import fig3
 import fig4
 import fig5
 import fig6
+import grossman
 import motorcycle
 import necker
 import necker_strip
@@ -31,36 +33,42 @@ import observers_sensitivity
 import scene
 import simulated
 import stimulus_sheet
+from claims import answers
 from report import Progress, Shown, images, numbers_json, report_html
 from tqdm import tqdm
 
 from focalgradient import InputError
 from focalgradient.report import make_report
 
-FIGURES = (  # in the report's order; seconds that each takes, for an even progress bar
-    ("fig1", fig1.make, 20.0),
-    ("fig6", fig6.make, 1.0),
+FIGURES: tuple[
+    tuple[str, Callable[..., Shown], float], ...
+] = (  # in the report's order: the paper's, then ours; seconds that each takes, for an even progress bar
+    ("fig1", fig1.make, 45.0),
     ("fig2", fig2.make, 1.0),
-    ("fig2_measured", fig2_measured.make, 15.0),
-    ("scene", scene.make, 5.0),
-    ("fig4", fig4.make, 15.0),
-    ("fig5", fig5.make, 15.0),
-    ("estimators", estimators.make, 30.0),
-    ("check", check.make, 15.0),
-    ("autofocus", autofocus.make, 15.0),
-    ("motorcycle", motorcycle.make, 10.0),
-    ("eye_gaussian", eye_gaussian.make, 6.0),
-    ("eye_depth", eye_depth.make, 30.0),
+    ("fig2_measured", fig2_measured.make, 30.0),
+    ("fig3", fig3.make, 3.0),
+    ("fig4", fig4.make, 25.0),
+    ("fig5", fig5.make, 20.0),
+    ("fig6", fig6.make, 1.0),
+    ("necker", necker.make, 3.0),
+    ("estimators", estimators.make, 60.0),
+    ("check", check.make, 20.0),
+    ("grossman", grossman.make, 8.0),
+    ("autofocus", autofocus.make, 20.0),
+    ("scene", scene.make, 8.0),
+    ("motorcycle", motorcycle.make, 25.0),
+    ("eye_gaussian", eye_gaussian.make, 10.0),
+    ("eye_depth", eye_depth.make, 60.0),
+    ("necker_strip", necker_strip.make, 5.0),
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
-    ("necker_strip", necker_strip.make, 4.0),
-    ("observers", observers.make, 15.0),
-    ("observers_sensitivity", observers_sensitivity.make, 30.0),
+    ("observers", observers.make, 20.0),
+    ("observers_sensitivity", observers_sensitivity.make, 40.0),
 )
 
-OF_DATASET = (("fig3", fig3.make), ("necker", necker.make))
-"""Figures of answers, of one data set; of simulated observers here, for people have not been asked."""
+OF_DATASET = {"fig3", "necker"}
+"""Figures of answers, made of one data set: of simulated observers here, for people have not been asked."""
 
-TAKING_PART, EACH = 45.0, 3.0  # seconds of the observers, and of each of their figures
+TAKING_PART = 45.0  # seconds of the simulated observers
 
 NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
 
@@ -89,7 +97,8 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
     with tempfile.TemporaryDirectory(prefix=".partial-", dir=out) as folder:
         figures: dict[str, Shown] = {}
         bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
-        whole = sum(seconds for _, _, seconds in FIGURES) + bool(OF_DATASET) * TAKING_PART + EACH * len(OF_DATASET)
+        of_dataset = any(name in OF_DATASET for name, _, _ in FIGURES)
+        whole = sum(seconds for _, _, seconds in FIGURES) + of_dataset * TAKING_PART
         with tqdm(total=whole, bar_format=bar_format, disable=quiet) as bar:
             done = 0.0
 
@@ -102,23 +111,23 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
                 bar.update(done - bar.n)
                 return made
 
+            dataset = Path(folder, "simulated")
             for name, make, seconds in FIGURES:
+                if name in OF_DATASET and not dataset.exists():
+                    run(
+                        "observers",
+                        TAKING_PART,
+                        lambda progress: simulated.take_part(dataset, full=full, progress=progress),
+                    )
                 try:
-                    figures[name] = run(name, seconds, partial(_made, make, full=full))
+                    drawn = partial(make, dataset) if name in OF_DATASET else make
+                    figures[name] = run(name, seconds, partial(_made, drawn, full=full))
                 except InputError as error:
                     if name not in NEED_MITSUBA:
                         raise
                     bar.write(f"{name} is left out: {error}", file=sys.stderr)
                     done += seconds
-            if OF_DATASET:
-                dataset = Path(folder, "simulated")
-                run(
-                    "observers",
-                    TAKING_PART,
-                    lambda progress: simulated.take_part(dataset, full=full, progress=progress),
-                )
-                for name, of_dataset in OF_DATASET:
-                    figures[name] = run(name, EACH, partial(_made, partial(of_dataset, dataset), full=full))
+            if dataset.exists():
                 Path(folder, "simulated_report").mkdir()
                 for name, content in make_report(dataset).files.items():
                     Path(folder, "simulated_report", name).write_bytes(content)
@@ -127,8 +136,10 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
             for kind, content in kinds.items():
                 Path(folder, f"{name}.{kind}").write_bytes(content)
         pngs = {name: kinds["png"] for name, kinds in contents.items()}
-        Path(folder, "numbers.json").write_text(numbers_json(figures), encoding="utf-8")
-        Path(folder, "report.html").write_text(report_html(figures, pngs, REMARK), encoding="utf-8")
+        numbers = numbers_json(figures)
+        Path(folder, "numbers.json").write_text(numbers, encoding="utf-8")
+        report = report_html(figures, pngs, REMARK, answers(json.loads(numbers)))
+        Path(folder, "report.html").write_text(report, encoding="utf-8")
         for made in Path(folder).iterdir():
             if made.is_dir():
                 shutil.rmtree(out / made.name, ignore_errors=True)

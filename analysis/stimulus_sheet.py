@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -63,9 +63,16 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "largest_shift_against_the_prediction_px": told["shift_px"]["worst"],
             "largest_difference_of_amplitude_from_the_prediction_percent": told["spectrum_percent"]["worst"],
             "noise_in_steps_of_8_bits": told["noise_steps"]["worst"],
+            "limit_of_noise_in_steps_of_8_bits": told["noise_steps"]["limit"],
+            "controls_not_met": ", ".join(name for name, one in _controls(made).items() if not one["met"]) or "none",
         },
         plotted={"amplitude_over_predicted": ratios},
     )
+
+
+def _controls(made: StimulusSet) -> dict[str, dict[str, Any]]:
+    """What was controlled in the set, each with its worst value, its limit, and whether that is met."""
+    return {name: one for name, one in made.manifest["controls"].items() if isinstance(one, dict) and "met" in one}
 
 
 def _draw(made: StimulusSet) -> Figure:
@@ -129,6 +136,15 @@ def _amplitude(ax: Axes, made: StimulusSet) -> Axes:
     ax.minorticks_off()
     ax.set_xticks(frequency, labels=[f"{one:.2g}" for one in frequency])
     ax.set_title("The blur accounts for the spectra")
+    noise = told["noise_steps"]
+    ax.text(
+        *(0.02, 0.97, f"noise: {noise['worst']:.2g} steps of 8 bits, limit {noise['limit']:g}"),
+        transform=ax.transAxes,
+        va="top",
+        color=GREY if noise["met"] else ORANGE,
+    )
+    if not noise["met"]:
+        ax.text(0.02, 0.89, "NOT met: few rays, for a quick figure", transform=ax.transAxes, va="top", color=ORANGE)
     ax.legend(ncols=2, loc="lower center", fontsize=6.5, columnspacing=1.0)
     return ax
 

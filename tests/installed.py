@@ -1,7 +1,7 @@
 """Tries the package as others get it: `python tests/installed.py [PYTHON ...]`.
 
 Builds the wheel and the source archive, and installs the wheel, with no extra and with each, into empty environments of
-each Python that is named (else of this one). There README's "From Python" example is run, and the command line is
+each Python that is named (else of this one). There README's example from Python is run, and the command line is
 tried. Needs the network, and uv or pip.
 """
 
@@ -58,8 +58,7 @@ def _pip(own: Path) -> list[str]:
 
 def example() -> str:
     """README's example."""
-    section = (ROOT / "README.md").read_text(encoding="utf-8").split("## From Python")[1]
-    found = re.search(r"```python\n(.*?)```", section, re.DOTALL)
+    found = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert found
     return found[1]
 

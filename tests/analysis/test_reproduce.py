@@ -21,7 +21,6 @@ def results(tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "results"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproduce, "FIGURES", QUICK)
-        patch.setattr(reproduce, "OF_DATASET", ())
         reproduce.reproduce(out, quiet=True)
     return out
 
@@ -61,13 +60,13 @@ def test_report_is_one_page_that_needs_nothing_else(results):
     assert not open_tags
     assert len(sources) == 2
     assert all(source.startswith("data:image/png;base64,") for source in sources)
-    assert links == ["#fig6", "#fig2"]
+    assert links == ["#fig2", "#fig6", "#fig2"]  # of the table of claims, of the contents
+    assert text.index("The paper’s claims") < text.index("<h2>Figures")
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
     assert "<td>0.08</td>" in text
 
 
 def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)
     for file in results.iterdir():
@@ -79,7 +78,6 @@ def test_an_interrupted_run_leaves_the_results_as_they_were(tmp_path, monkeypatc
         raise KeyboardInterrupt
 
     (tmp_path / "report.html").write_text("earlier")
-    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", (QUICK[0], ("broken", interrupted, 1.0)))
     monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path)])
     assert reproduce.main() == 130
@@ -90,7 +88,6 @@ def test_an_interrupted_run_leaves_the_results_as_they_were(tmp_path, monkeypatc
 
 def test_a_folder_that_cannot_be_written_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr(reproduce, "OF_DATASET", ())
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     monkeypatch.setattr("sys.argv", ["reproduce.py", "--out", str(tmp_path / "file")])
     assert reproduce.main() == 2
@@ -107,3 +104,32 @@ def test_what_is_not_finite_is_null_and_text_is_escaped():
     assert "a &lt; b" in text
     assert "c &amp; d" in text
     assert "share (%)" in text
+
+
+def test_tables_hold_no_dictionaries_and_no_rounding_errors():
+    rows = report.rows_of(
+        {
+            "error_by_kind_percent": {"bands": 1.5, "time": 2.0},
+            "rest": 1.353e-14,
+            "light_percent": 3.93838e-05,
+            "p_of_it": 1e-13,
+            "p_of_none": None,
+            "met": np.bool_(True),
+        }
+    )
+    assert rows == [
+        ("error by kind, bands (%)", "1.5"),
+        ("error by kind, time (%)", "2"),
+        ("rest", "0"),
+        ("light (%)", "3.938 × 10⁻⁵"),
+        ("p of it", "< 0.0001"),
+        ("p of none", "not defined"),
+        ("met", "yes"),
+    ]
+
+
+def test_figures_are_the_papers_in_its_order_then_ours():
+    names = [name for name, _, _ in reproduce.FIGURES]
+    assert len(set(names)) == len(names)
+    paper = [name for name in names if name.startswith("fig")]
+    assert paper == ["fig1", "fig2", "fig2_measured", "fig3", "fig4", "fig5", "fig6"] == names[: len(paper)]

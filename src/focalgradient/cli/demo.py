@@ -91,6 +91,8 @@ picture.png, distance.npy       a picture all in focus, and its distances in met
 ratings.csv                     SIMULATED ratings of depth, 8 subjects, effect 1.3 with the nearest object in focus
 
 The true camera: a thin lens of 25 mm at f/5.6 or f/16, 8 um pixels, focused at 0.85 m unless said otherwise.
+A thin lens magnifies more the nearer its focus: near.png shows the scene 0.2 % larger and far.png 1.4 % smaller than
+picture.png and distance.npy, which have a focus at 0.85 m. The distances in depth/ are on the pixels of near.png.
 """
 
 TRUST = (

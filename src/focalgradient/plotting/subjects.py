@@ -54,7 +54,10 @@ def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure
     """Fig. 3: how much deeper a scene looks than through the pinhole, by aperture, for both fixations."""
     with style():
         figure = new_figure(120, 90, layout="constrained")
-        draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
+        ax = draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
+        subjects, scenes = len(result.participants), len(result.scenes)
+        who = "simulated observer" if simulated else "subject"
+        ax.set_title(f"{_count(subjects, who)}, {_count(scenes, 'scene')}")
         _settle(figure)
     return figure
 
@@ -350,12 +353,21 @@ def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:
 
 
 def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> None:
-    """Name what ends at these heights at the right of the axes, the names `apart` of its height from each other."""
+    """Name what ends at these heights at the right of the axes, beside it, the names `apart` of its height or more."""
     low, high = ax.get_ylim()
-    last = -np.inf
-    for y, label, colour in sorted(labels):
-        last = max((y - low) / (high - low), last + apart)
-        ax.text(1.02, last, label, transform=ax.transAxes, ha="left", va="center", color=colour, fontweight="bold")
+    places: list[float] = []
+    for y, _, _ in sorted(labels):
+        places.append(max((y - low) / (high - low), places[-1] + apart if places else -np.inf))
+    top = 1 - apart / 2
+    for index in reversed(range(len(places))):  # those that were pushed beyond the top come down again
+        places[index] = top = min(places[index], top)
+        top -= apart
+    for place, (_, label, colour) in zip(places, sorted(labels), strict=True):
+        ax.text(1.02, place, label, transform=ax.transAxes, ha="left", va="center", color=colour, fontweight="bold")
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}{'' if number == 1 else 's'}"
 
 
 def _settle(figure: Figure) -> None:
