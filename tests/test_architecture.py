@@ -29,10 +29,11 @@ ROOMS = {
     "depth": {"errors", "files", "optics", "parallel", "progress", "psf", "view"},
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
-    "eye": {"errors", "optics", "psf", "render", "scenes", "view"},
+    "eye": {"errors", "optics", "parallel", "psf", "render", "scenes", "view"},
     "display": {"errors"},
     "stimuli": {
-        *("display", "errors", "eye", "files", "optics", "photographs", "plotting", "progress", "render", "scenes"),
+        *("display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
+        *("progress", "render", "scenes"),
     },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},

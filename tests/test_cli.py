@@ -409,7 +409,16 @@ BAD = {
     ),
     "undefined far": (None, (*SETTINGS, "--far", "nan"), r"--far is nan, but must be a positive number of metres"),
     "near no number": (None, (*SETTINGS, "--near", "x"), r"'--near': 'x' is not a valid float"),
-    "two settings files": (None, ("views.toml", *SETTINGS), r"views\.toml is a settings file, .*: give it alone"),
+    "a settings file twice": (
+        None,
+        ("views.toml", *SETTINGS),
+        r"several settings files have one name, .*: rename them",
+    ),
+    "a picture beside a settings file": (
+        None,
+        ("a.png", *SETTINGS),
+        r"views\.toml is a settings file, .*: give it alone",
+    ),
     "one photograph": (
         None,
         ("a.png", "--out", "out"),

@@ -12,11 +12,21 @@ from scipy import stats
 from focalgradient import InputError, power
 from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
-from focalgradient.design import DepthRatingDesign
+from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.parallel import processes
 from focalgradient.plotting.subjects import power_figure
-from focalgradient.power import Model, Study, experiment, run, simulated_ratings
-from focalgradient.statistics import depth_rating, quality
+from focalgradient.power import (
+    CubeModel,
+    CubeStudy,
+    Model,
+    Study,
+    experiment,
+    run,
+    simulated_ratings,
+    simulated_reports,
+)
+from focalgradient.power.cube import _changes
+from focalgradient.statistics import depth_rating, necker, quality
 
 SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
 
@@ -111,7 +121,7 @@ def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return experiment(*args)
 
-    monkeypatch.setattr(power, "experiment", counted)
+    monkeypatch.setattr(power.ratings, "experiment", counted)
     file = tmp_path / "file.jsonl"
     with pytest.raises(KeyboardInterrupt):
         run(study, [3], 5, file)
@@ -147,7 +157,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
     def interrupted(*args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(power, "experiment", interrupted)
+    monkeypatch.setattr(power.ratings, "experiment", interrupted)
     result = call("--subjects", "3", "--experiments", 2, "--out", tmp_path / "power", *small)
     assert result.exit_code == 130
     assert "is kept; the same command goes on" in result.stderr
@@ -167,6 +177,7 @@ def test_the_figure_says_that_subjects_are_simulated(tmp_path):
         (["--effect", "-1"], "effect is -1.0, but must be a ratio from 0.1 to 10"),
         (["--noise", "-1"], "noise is -1.0, but must be a standard deviation"),
         (["--lapses", "1"], "lapses is 1.0, but must be a share"),
+        (["--nonrigid", "0.3"], "--nonrigid cannot go with depth-rating"),
         (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
     ],
 )
@@ -175,6 +186,52 @@ def test_bad_options_are_said_in_one_sentence(tmp_path, args, sentence):
     assert result.exit_code == 2
     assert sentence in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_the_cube_s_changes_are_those_of_the_analysis():
+    table = simulated_reports(NeckerDesign(), 6, CubeModel(), np.random.default_rng(5))
+    effects = {(one.gradient, one.strength): one.share for one in necker(table).effects}
+    changes = _changes(table)
+    assert set(changes) == set(effects) == {(g, s) for g in ("rigid", "nonrigid") for s in (2.0, 4.0)}
+    for condition, values in changes.items():
+        assert values.mean() == pytest.approx(effects[condition].estimate, abs=1e-12)
+
+
+def test_shares_of_time_are_those_of_the_model():
+    """Without differences between subjects: the odds of the time are the model's, to what 60 subjects tell."""
+    model = CubeModel(effect=3.0, between=0.0, between_levels=0.0, between_dominances=0.0, dominance=0.5, lapses=0.0)
+    table = simulated_reports(NeckerDesign(catch_trials=0), 20, model, np.random.default_rng(2))
+    times = table.groupby(["gradient", "strength", "percept"])["duration"].sum()
+    for gradient, strength, odds in (("none", 0.0, 0.25), ("nonrigid", 4.0, 0.75), ("rigid", 4.0, 0.25 / 3)):
+        found = times[gradient, strength, "nonrigid"] / times[gradient, strength, "rigid"]
+        assert found == pytest.approx(odds, rel=0.05)
+    assert set(table.groupby("trial")["duration"].sum().round(6)) == {20 * 40.0}
+
+
+def test_an_effect_on_the_cube_is_found_and_none_is_not():
+    design = NeckerDesign()
+    strong = CubeStudy(CubeModel(effect=4.0), design).experiment(12, 1)
+    assert strong["nonrigid_longer"] == strong["nonrigid_shorter"] == 1.0
+    assert 0 < strong["width"] < 0.5
+    nothing = [CubeStudy(CubeModel(effect=1.0, between=0.0), design).experiment(6, n) for n in range(5)]
+    assert sum(one["nonrigid_longer"] + one["nonrigid_shorter"] for one in nothing) <= 1
+
+
+def test_the_command_simulates_the_cube_and_goes_on(tmp_path):
+    design, out = tmp_path / "cube.toml", tmp_path / "power"
+    design.write_text('task = "necker"\nstrengths_mm = [4.0]\ngradients = ["none", "nonrigid"]\n')
+    args = ["power", "necker", "--subjects", "3,4", "--design", str(design), "--out", str(out), "--experiments"]
+    program = Program("focalgradient", commands=[command])
+    assert CliRunner().invoke(program, [*args, "1"]).exit_code == 0
+    first = (out / "experiments.jsonl").read_text()
+    result = CliRunner().invoke(program, [*args, "2"])
+    assert result.exit_code == 0, result.output
+    assert (out / "experiments.jsonl").read_text().startswith(first)
+    assert "nonrigid for longer" in result.stdout
+    assert "nonrigid for less" not in result.stdout
+    assert list(pd.read_csv(out / "power.csv")["experiments"]) == [2, 2]
+    result = CliRunner().invoke(program, ["power", "necker", "--bound", "1.3", "--out", str(out)])
+    assert "--bound cannot go with necker" in result.stderr
 
 
 def test_a_design_of_something_else_is_refused(tmp_path):

@@ -19,10 +19,16 @@ from typing import Any, TypeVar
 
 from focalgradient.errors import InputError
 
-__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "shared"]
+__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "shared", "workers_for"]
 
 WAIT = 15
 """Seconds that a scheduler is waited for."""
+
+WORTH_S = 20.0
+"""Seconds of work that are worth workers on this machine: each takes some 3 s of processor time to begin."""
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Environment variables that say how many threads a process may use, by what reads them: OpenMP, BLAS, Numba."""
 
 ORPHAN = 1
 """Exit code of a process that ends because the one that gave it work is gone."""
@@ -33,6 +39,15 @@ Result = TypeVar("Result")
 def cores() -> int:
     """Processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def workers_for(seconds: float) -> int:
+    """Processes that work of so many seconds on one core is shared among: one, this process, where it is short.
+
+    >>> workers_for(1.0)
+    1
+    """
+    return cores() if seconds > WORTH_S else 1
 
 
 @contextmanager
@@ -65,7 +80,7 @@ def processes(workers: int) -> Iterator[Executor | None]:
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_begin)
     try:
-        with _deaths():
+        with _deaths(), _threads(max(1, cores() // workers)):
             yield pool
     except BaseException:
         for process in set(multiprocessing.active_children()) - before:
@@ -73,6 +88,18 @@ def processes(workers: int) -> Iterator[Executor | None]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _threads(most: int) -> Iterator[None]:
+    """Let processes that start now use so many threads each, unless the environment says how many."""
+    told = [name for name in THREADS if name not in os.environ]
+    os.environ.update(dict.fromkeys(told, str(most)))
+    try:
+        yield
+    finally:
+        for name in told:
+            os.environ.pop(name, None)
 
 
 def _begin() -> None:
@@ -134,8 +161,8 @@ def completed(
         yield from enumerate(map(function, jobs))
         return
     numbers = {future: number for number, future in enumerate(_submitted(executor, function, jobs))}
-    for future in as_completed(numbers):
-        yield numbers[future], future.result()
+    for future in as_completed(list(numbers)):
+        yield numbers.pop(future), future.result()
 
 
 def _submitted(executor: Executor, function: Callable[[Any], Result], jobs: Sequence[Any]) -> list[Future[Result]]:

@@ -95,7 +95,7 @@ def test_the_video_shows_a_whole_turn(made: Path, told: dict) -> None:
 
 def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dict, tmp_path: Path) -> None:
     def interrupt(share: float, what: str) -> None:
-        if what == "nonrigid":
+        if what == "rigid":
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

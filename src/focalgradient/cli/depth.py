@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
-from focalgradient.cli.options import optics_options, options_named, search_options
+from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
+from focalgradient.cli.options import optics_options, options_named, search_options, shared_options, shared_work
 from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_told, writable
 from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, refuse_overwriting, replace_set
+from focalgradient.files import printable, refuse_overwriting
 from focalgradient.memory import require
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ NEEDED = 200
 
 @click.command(short_help="Recover depth from views that differ in aperture or focus.")
 @click.argument(
-    "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml | A.jpg B.jpg ..."
+    "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml ... | A.jpg B.jpg ..."
 )
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
@@ -78,6 +79,7 @@ NEEDED = 200
     help="The camera as `focalgradient calibrate` measured it; f-number and focus distance are then marks on the lens.",
 )
 @optics_options
+@shared_options
 @json_option
 def depth(
     inputs: tuple[Path, ...],
@@ -88,6 +90,8 @@ def depth(
     psf: BlurSource,
     align: bool,
     calibration: Path | None,
+    workers: int | None,
+    scheduler: str | None,
     **optics: Any,
 ) -> None:
     """Recover depth from two or more views that differ in aperture, in focus, or both.
@@ -108,6 +112,10 @@ def depth(
       ratio      two apertures at one focus: fast, with errors of some per cent. For video see 'stream'.
       autofocus  three or more foci: the sharpest of a stack. With ten or more images the most exact of all.
 
+    Of several settings files, one for each frame, each gets such a folder of its own in DIR, named as the file, or as
+    its folder where several files have one name. The workers of a --scheduler must see the same files under the same
+    paths.
+
     Two views that differ only in aperture do not tell on which side of the focus a point lies: limit the search with
     --near or --far to one side, or change the focus too.
 
@@ -118,6 +126,7 @@ def depth(
       focalgradient depth demo/views.toml --out results
       focalgradient depth VIEWS.toml --out results --near 0.9 --far 2.2
       focalgradient depth f16.jpg f4.jpg --out results --focus-distance 0.85 --focus-distance 0.85
+      focalgradient depth frame01.toml frame02.toml frame03.toml --out results --workers 4
 
     \b
     VIEWS.toml:
@@ -133,10 +142,9 @@ def depth(
       focus_distance_m = 0.85
       flat = "flat0.png"         # may be left out: a blank, evenly lit surface, to divide out vignetting
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    start = time.perf_counter()
-    limits = near, far
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
+<<<<<<< HEAD
     names = ("depth.npz", "depth.png", "summary.json")
     writable(out, names, inputs if calibration is None else (*inputs, calibration))
     with progress(STAGES) as say, warnings_told() as told:
@@ -173,33 +181,91 @@ def depth(
             result = _place_in_stack(result, len(views))
         elif settings.calibration is None:
             result = replace(result, offset=offset, plane=settings.plane)
+=======
+    asked: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
+    read = inputs if calibration is None else (*inputs, calibration)
+    if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
+        frames = {
+            name: Frame((path,), optics, calibration, asked, out / name).absolute()
+            for name, path in zip(folders(inputs), inputs, strict=True)
+        }
+        for frame in frames.values():
+            writable(frame.out, NAMES, read)
+        recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
+        return
+    writable(out, NAMES, read)
+    with progress(STAGES) as say, warnings_told() as told, shared_work(workers, scheduler) as executor:
+        frame = Frame(inputs, optics, calibration, asked, out)
+        if executor is None:
+            found = _recovered(frame, told, say)
+>>>>>>> cfd9c69 (stimuli, eye, depth of many frames and power of the cube: --workers and --scheduler, one result however the work is shared)
         else:
-            marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-            result = apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
-        if not result.valid.any():
-            lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
-            warnings.warn(
-                f"no pixel is valid: {lacking}, or they contradict each other.", FocalGradientWarning, stacklevel=1
-            )
-        say("drawing")
-        from focalgradient.plotting import depth_figure
+            found = executor.submit(by_worker, _recovered, frame.absolute()).result()
+            found.tell()
+    found.write(out)
+    written = [out / name for name in NAMES]
+    show(
+        {**found.summary, "written": [printable(path) for path in written]},
+        f"Median distance: {found.distance}",
+        f"Valid pixels: {found.valid:.1%}",
+        f"Written: {', '.join(str(path) for path in written)}",
+    )
 
-        figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
 
-    asked = {
-        "method": method,
-        "near_m": limits[0],
-        "far_m": limits[1],
-        "psf": result.details.get("psf", psf),
-        "align": align,
-    }
+def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> Recovered:
+    """Recover the depth of one frame; `told` are the warnings that were given by then."""
+    start = time.perf_counter()
+    method, asked = frame.asked["method"], frame.asked
+    say("reading the views")
+    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, METHODS[method].least)
+    refuse_overwriting(settings.files, [frame.out / name for name in NAMES])
+    pixels = photographs[0].luminance.size
+    announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
+    require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
+
+    from focalgradient import recover_depth
+    from focalgradient.calibration import apply_calibration
+    from focalgradient.photographs import make_views
+    from focalgradient.plotting import depth_figure
+
+    views = make_views(settings, photographs)
+    psf = _shape(asked["psf"], method, settings.calibration)
+    # The optics count from their entrance pupil, the user from a plane on the camera.
+    with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
+        offset = settings.offset
+    near, far = (None if asked[end] is None else asked[end] + offset for end in ("near_m", "far_m"))
+    near, far = _beside_focus(near, far, settings)
+    result = recover_depth(
+        views,
+        method=method,
+        near=near,
+        far=far,
+        psf=psf,
+        k=settings.blur_k,
+        align=asked["align"],
+        progress=lambda share, words: say(words),
+    )
+    if settings.calibration is None:
+        result = replace(result, offset=offset, plane=settings.plane)
+    else:
+        marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
+        result = apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
+    if not result.valid.any():
+        lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
+        warnings.warn(
+            f"no pixel is valid: {lacking}, or they contradict each other.", FocalGradientWarning, stacklevel=1
+        )
+    say("drawing")
+    figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
+    asked = {**asked, "psf": result.details.get("psf", psf)}
     summary = _summary(settings, views, photographs, asked, result, told)
-
-    writers: dict[str, bytes | Callable[[Path], object]] = {
+    summary |= {"seconds": time.perf_counter() - start}
+    files: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": result.save,
         "depth.png": figure.savefig,
-        "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
+        "summary.json": summary_json(summary),
     }
+<<<<<<< HEAD
     replace_set(out, writers, "summary.json")
     distance = summary["medians"]["distance_m"]
     middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
@@ -213,6 +279,9 @@ def depth(
         f"Valid pixels: {summary['share_valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+=======
+    return Recovered(files, summary, [], plane=settings.plane)
+>>>>>>> cfd9c69 (stimuli, eye, depth of many frames and power of the cube: --workers and --scheduler, one result however the work is shared)
 
 
 def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
@@ -318,10 +387,10 @@ def _summary(
 
     views = [
         {
-            "image": str(photograph.path),
+            "image": printable(photograph.path.name),
             "f_number": shot.f_number,
             "focus_distance_m": shot.focus_distance_m,
-            "flat": None if shot.flat is None else str(shot.flat),
+            "flat": None if shot.flat is None else printable(shot.flat.name),
             "pixel_angle_rad": view.pixel_angle,
             "encoding": photograph.encoding,
             "pixel_type": photograph.pixel_type,

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from focalgradient.cli.options import positive
+from focalgradient.cli.options import positive, shared_options, shared_work
 from focalgradient.cli.program import json_option, progress, show, summary_json, warnings_told, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, replace_set
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from focalgradient.eye import Band, TimeCourse
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
@@ -86,8 +88,19 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     help="Amplitude of the fluctuation of focus, from the mean to an extreme.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Of scene and noise.")
+@shared_options
 @json_option
-def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, amplitude: float, seed: int) -> None:
+def eye(
+    scene: str,
+    out: Path,
+    pupil: float,
+    accommodation: float,
+    views: str,
+    amplitude: float,
+    seed: int,
+    workers: int | None,
+    scheduler: str | None,
+) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
 
     The scene is ray cast through the pupil in five wavelengths for each cone class, with 1 % noise; the S cones
@@ -107,7 +120,7 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
     if scene not in NAMES:
         raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
     writable(out, FILES)
-    with progress(STAGES) as say, warnings_told() as told:
+    with progress(STAGES) as say, warnings_told() as told, shared_work(workers, scheduler) as executor:
         say("forming the views")
         from focalgradient import recover_depth
         from focalgradient.eye import Cones, Eye, Oscillation, eye_views, score
@@ -123,11 +136,12 @@ def eye(scene: str, out: Path, pupil: float, accommodation: float, views: str, a
             for band in bands
         ]
         world = _scene(scene, seed, accommodation)
-        seen = eye_views(world, cones, SHAPE, MINUTE, noise=NOISE, correlation=CORRELATION, samples=SAMPLES, seed=seed)
+        how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
+        seen = eye_views(world, cones, SHAPE, MINUTE, executor=executor, **how)
         truth = seen[0].distance
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
-        film = _film(world, subject, course, seed)
+        film = _film(world, subject, course, seed, executor)
         say("drawing")
         moments = [f"{band} at {1e3 * t:.0f} ms" for t in PAIR for band in bands]
         figure = depth_figure(
@@ -193,11 +207,13 @@ def _scene(name: str, seed: int, fixation: float) -> Scene:
     return plane(farther, seed=seed) if name == "plane" else spheres(seed, field=field)
 
 
-def _film(world: Scene, subject: Any, course: TimeCourse, seed: int) -> list[Rendered]:
+def _film(world: Scene, subject: Any, course: TimeCourse, seed: int, executor: Executor | None) -> list[Rendered]:
     from focalgradient.eye import accommodation_views
 
     times = (np.arange(FRAMES) / FRAMES / 2).tolist()
-    return accommodation_views(world, subject, times, course, SHAPE, MINUTE, wavelengths=1, samples=32, seed=seed)
+    return accommodation_views(
+        world, subject, times, course, SHAPE, MINUTE, wavelengths=1, samples=32, seed=seed, executor=executor
+    )
 
 
 def _write_film(path: Path, film: list[Rendered]) -> None:

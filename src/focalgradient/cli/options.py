@@ -96,17 +96,22 @@ def _added(command: Command, options: list[Callable[[Command], Command]]) -> Com
 
 
 def shared_options(command: Command) -> Command:
-    """Add how the work is shared: ``workers``, None for one for each core, and ``scheduler``."""
+    """Add how the work is shared: ``workers``, None where the command chooses, and ``scheduler``."""
     return _added(command, _SHARED)
 
 
-def shared_work(workers: int | None, scheduler: str | None) -> AbstractContextManager[Executor | None]:
-    """Give what shares the work, of the options that `shared_options` added."""
-    from focalgradient.parallel import cores, shared
+def shared_work(
+    workers: int | None, scheduler: str | None, seconds: float = 0.0
+) -> AbstractContextManager[Executor | None]:
+    """Give what shares the work, of the options that `shared_options` added.
+
+    `seconds` is about what the work takes on one core: without --workers it is shared where that pays.
+    """
+    from focalgradient.parallel import shared, workers_for
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
-    return shared(workers or cores(), scheduler)
+    return shared(workers or workers_for(seconds), scheduler)
 
 
 _SHARED: list[Callable[[Any], Any]] = [
@@ -114,9 +119,14 @@ _SHARED: list[Callable[[Any], Any]] = [
         "--workers",
         type=click.IntRange(1, 256),
         metavar="N",
-        help="Processes on this machine; the results do not depend on it.  [default: one for each core]",
+        help="Processes on this machine; the results do not depend on it.  [default: one for each core for long work, "
+        "else none beside this]",
     ),
-    click.option("--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, whose workers do the work instead."),
+    click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Of a Dask scheduler in a network that you trust, whose workers do the work instead.",
+    ),
 ]
 
 _SEARCH: list[Callable[[Any], Any]] = [

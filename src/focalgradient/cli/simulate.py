@@ -22,6 +22,9 @@ __all__ = ["simulate"]
 
 TASKS = {"depth-rating": "depthrating", "necker": "necker"}
 
+OBSERVER_S = {"depth-rating": 0.5, "necker": 0.05}
+"""Seconds that an observer's experiment takes about, on one core."""
+
 LEFT = "what is recorded stays, and the same command goes on from it."
 
 Say = Callable[[float, str], object]
@@ -87,7 +90,8 @@ def simulate(
 
     observer_named(observer)
     chosen = _design(experiment, design)
-    with resumable(LEFT) as say, warnings_told(), shared_work(workers, scheduler) as executor:
+    seconds = OBSERVER_S[experiment] * observers
+    with resumable(LEFT) as say, warnings_told(), shared_work(workers, scheduler, seconds) as executor:
         run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
         # The pictures lie in a folder of this machine, which the workers of a scheduler need not see.
         new = _run(chosen, out, stimuli, executor if scheduler is None else None, say, run)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from focalgradient.cli.options import gamma_of, positive, screen_size
+from focalgradient.cli.options import gamma_of, positive, screen_size, shared_options, shared_work
 from focalgradient.cli.program import announce, json_option, resumable, show, warnings_told, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -181,6 +181,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
 )
 @click.option("--depth-scale", type=float, metavar="S", callback=positive(), help="Units in a step of the depth.")
 @click.option("--baseline", type=float, metavar="M", callback=positive(" of metres"), help="For disparity in pixels.")
+@shared_options
 @_display_options
 @json_option
 def depth_rating(
@@ -198,6 +199,8 @@ def depth_rating(
     depth_unit: Any,
     depth_scale: float | None,
     baseline: float | None,
+    workers: int | None,
+    scheduler: str | None,
     **display: Any,
 ) -> None:
     """Make the pictures of the depth-rating experiment.
@@ -228,7 +231,7 @@ def depth_rating(
         if seed is not None or chromatic:
             raise InputError("--seed and --chromatic are for scenes of ours: leave them out with --picture.")
         shown = {"unit": depth_unit, "scale": depth_scale, "baseline": baseline}
-        with warnings_told(), resumable(LEFT) as say:
+        with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
             photographs, angle = _photographs(pictures, depths, field, shown)
             made = make_from_photographs(
                 out,
@@ -236,6 +239,7 @@ def depth_rating(
                 pixel_angle=angle,
                 apertures=apertures,
                 display=_display(**display),
+                executor=executor,
                 progress=say,
             )
         _tell(made, out)
@@ -244,7 +248,7 @@ def depth_rating(
         raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     announce(SECONDS["path" if traced else "cast"] * scenes * size**2 * samples, f"{scenes} scenes")
-    with warnings_told(), resumable(LEFT) as say:
+    with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
         made = make_depth_rating(
             out,
             seed=seed,
@@ -255,6 +259,7 @@ def depth_rating(
             samples=samples,
             chromatic=chromatic,
             apertures=apertures,
+            executor=executor,
             progress=say,
         )
     _tell(made, out)
@@ -413,6 +418,7 @@ class _Gradients(click.Choice[str]):
 @click.option(
     "--focus", type=click.Choice(["near", "far"]), default="near", show_default=True, help="Which end is sharp."
 )
+@shared_options
 @_display_options
 @json_option
 def necker(
@@ -427,6 +433,8 @@ def necker(
     line_width: float,
     aperture: float,
     focus: Any,
+    workers: int | None,
+    scheduler: str | None,
     **display: Any,
 ) -> None:
     """Make the frames of the rotating Necker cube, and a video of each condition.
@@ -454,7 +462,7 @@ def necker(
         speed=speed,
         line_width=math.radians(line_width / 60),
     )
-    with warnings_told(), resumable(LEFT) as say:
+    with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
         made = make_necker(
             out,
             cube,
@@ -464,6 +472,7 @@ def necker(
             aperture=aperture * 1e-3,
             focus=focus,
             display=_display(**display),
+            executor=executor,
             progress=say,
         )
     departure = made["departure"]

@@ -184,7 +184,7 @@ def stream(
             seconds = time.perf_counter() - start
             limits = {"near_m": near, "far_m": far}
             summary = {
-                "video": str(video),
+                "video": printable(video.name),
                 "settings": {**said, **limits, "psf": psf, "encoding": encoding, "window_px": window},
                 "scale": {"what": scale.title, "dark": scale.ticks[0][1], "bright": scale.ticks[-1][1]},
                 "even_over_odd_detail": float(np.exp(step)),

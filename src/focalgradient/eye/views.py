@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from focalgradient.errors import InputError, check_list, check_number, described
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
+from focalgradient.parallel import in_order
 from focalgradient.psf import pixel_transfer
 from focalgradient.render import Rendered, cast
 from focalgradient.scenes import Mesh, Scene
@@ -118,6 +120,7 @@ def accommodation_views(
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
     """What the L and M cones see at the moments `times` (s, in order) in the time `course` of its accommodation.
@@ -136,7 +139,17 @@ def accommodation_views(
     _check_eye(eye)
     moments = eye.through(check_list("times", times, "seconds"), course)
     cones = [Cones.of(one, "L+M", illuminant=illuminant, wavelengths=wavelengths) for one in moments]
-    return eye_views(scene, cones, shape, pixel_angle, noise=noise, samples=samples, seed=seed, progress=progress)
+    return eye_views(
+        scene,
+        cones,
+        shape,
+        pixel_angle,
+        noise=noise,
+        samples=samples,
+        seed=seed,
+        executor=executor,
+        progress=progress,
+    )
 
 
 def eye_views(
@@ -150,11 +163,13 @@ def eye_views(
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Rendered]:
     """What each of the `cones` sees; those of another light than the first's see textures of some `correlation`.
 
-    Parameters are those of `band_views`.
+    Parameters are those of `band_views`; and `executor`, which forms the views: they do not depend on it, and None is
+    this process.
 
     Examples
     --------
@@ -174,18 +189,40 @@ def eye_views(
         if not isinstance(one, Cones):
             raise InputError(f"cones holds {described(one)}, but must hold Cones: make them with Cones.of(eye, band).")
     shares = (correlation, math.sqrt(1 - correlation**2))
-    seen = []
+    views = []
     for number, one in enumerate(cones):
         mixed = one.light != cones[0].light
         mix = (gain * shares[0], gain * shares[1]) if mixed else (1.0, 0.0)
-        if isinstance(scene, Scene):
-            optics, image, distance = _by_rays(scene, one, shape, pixel_angle, mix, samples, seed)
-        else:
-            optics, image, distance = _by_waves(scene, one, shape, pixel_angle, mix, seed)
-        image = _noisy(image, optics, pixel_angle, noise, np.random.default_rng([seed, 3, number]))
-        seen.append(Rendered(View(image.astype(np.float32), optics, pixel_angle), distance))
-        say((number + 1) / len(cones))
+        views.append(_Formed(scene, one, shape, pixel_angle, mix, noise, samples, seed, number))
+    seen = []
+    for rendered in in_order(executor, _formed, views):
+        seen.append(rendered)
+        say(len(seen) / len(cones))
     return seen
+
+
+@dataclass(frozen=True, slots=True)
+class _Formed:
+    """What a view is formed from; `number` is its place among the views, which its noise depends on."""
+
+    scene: Scene | float
+    cones: Cones
+    shape: tuple[int, int]
+    pixel_angle: float
+    mix: tuple[float, float]
+    noise: float | Photons
+    samples: int
+    seed: int
+    number: int
+
+
+def _formed(of: _Formed) -> Rendered:
+    if isinstance(of.scene, Scene):
+        optics, image, distance = _by_rays(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
+    else:
+        optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)
+    image = _noisy(image, optics, of.pixel_angle, of.noise, np.random.default_rng([of.seed, 3, of.number]))
+    return Rendered(View(image.astype(np.float32), optics, of.pixel_angle), distance)
 
 
 def _check_eye(eye: object) -> None:

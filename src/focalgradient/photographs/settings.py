@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from pydantic import Field, InstanceOf
+from pydantic import Field, InstanceOf, PrivateAttr
 
 from focalgradient.calibration import Calibration
 from focalgradient.errors import InputError
@@ -75,8 +75,15 @@ class Settings(Table):
     )
 
     relative: bool = Field(False, exclude=True, description="true where the foci are known by their order alone")
+    _calibration_file: Path | None = PrivateAttr(None)
 
     tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
+
+    @property
+    def files(self) -> list[Path]:
+        """All files that these settings name: images, blank ones, and the calibration."""
+        named = [path for shot in self.shots for path in (shot.image, shot.flat)]
+        return [path for path in (*named, self._calibration_file) if path is not None]
 
     @property
     def blur_k(self) -> float:
@@ -163,18 +170,22 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
     path = Path(path)
     data = read_toml(path)
     camera = data.get("camera")
+    file: Path | None = None
     if isinstance(camera, dict) and "calibration" in camera:
         data["camera"] = {key: value for key, value in camera.items() if key != "calibration"}
         named = camera["calibration"]
         if not isinstance(named, str):
             raise InputError(f"{path}: camera: calibration is {shown(named)}, but must be a path, like 'camera.toml'.")
-        calibrated = calibrated or load_camera(path.parent / named)
+        file = path.parent / named
+        calibrated = calibrated or load_camera(file)
     if calibrated is not None:
         data = calibrated.fill(data) | {
             "calibration": calibrated.calibration,
             "calibrated_plane": calibrated.sensor.distances_from,
         }
     settings = load_table(path, data, Settings)
+    settings._calibration_file = file
+    settings._calibration_file = file
     if calibrated is not None:
         stated, known = settings.camera.focal_length_mm, calibrated.sensor.focal_length_mm
         if not math.isclose(stated, known, rel_tol=0.01):

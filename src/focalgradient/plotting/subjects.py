@@ -6,6 +6,7 @@ Where observers were simulated the picture itself says so.
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
-from focalgradient.power import TESTS, Power
+from focalgradient.power import CUBE_TESTS, TESTS, Power
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 if TYPE_CHECKING:
@@ -387,7 +388,9 @@ def power_figure(found: Sequence[Power]) -> Figure:
         left, right = figure.subplots(1, 2)
         subjects = [each.subjects for each in found]
         labels = []
-        for (name, meaning), colour in zip(TESTS.items(), (BLUE, ORANGE, GREEN), strict=True):
+        cube = not set(found[0].found) <= set(TESTS)
+        meanings = {name: meaning for name, meaning in {**TESTS, **CUBE_TESTS}.items() if name in found[0].found}
+        for (name, meaning), colour in zip(meanings.items(), (BLUE, ORANGE, GREEN), strict=False):
             shares = [100 * each.found[name] for each in found]
             errors = [196 * each.standard_error[name] for each in found]
             left.errorbar(subjects, shares, errors, marker="o", markersize=4, color=colour, capsize=2)
@@ -396,13 +399,18 @@ def power_figure(found: Sequence[Power]) -> Figure:
         left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
         left.legend(handles=labels, loc="lower right", fontsize=7, handlelength=1.4)
         for name, colour, marker, label in (
-            ("width", BLUE, "o", "near object in focus"),
-            ("far_width", ORANGE, "s", "far object in focus"),
+            ("width", BLUE, "o", "nonrigid gradient" if cube else "near object in focus"),
+            ("far_width", ORANGE, "s", "rigid gradient" if cube else "far object in focus"),
         ):
-            widths = [getattr(each, name) for each in found]
-            right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=label)
-        right.set(ylabel="95 % interval of the rise: ratio of its ends")
-        right.set_ylim(1, None)
+            widths = [100 * getattr(each, name) if cube else getattr(each, name) for each in found]
+            if not all(map(math.isnan, widths)):
+                right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=label)
+        if cube:
+            right.set(ylabel="95 % interval of the change: width (%)")
+            right.set_ylim(0, None)
+        else:
+            right.set(ylabel="95 % interval of the rise: ratio of its ends")
+            right.set_ylim(1, None)
         right.legend(loc="upper right", fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,8 +21,9 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
-from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_loop
-from focalgradient.scenes.necker import NeckerCube, Reading, departure_from_rigid
+from focalgradient.parallel import in_order
+from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
+from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import display_json, png
 
@@ -49,6 +52,7 @@ def make_necker(
     aperture: float = 0.012,
     focus: Focus = "near",
     display: Display | None = None,
+    executor: Executor | None = None,
     progress: Callable[[float, str], object] | None = None,
 ) -> dict[str, Any]:
     """Make the frames and videos, or go on with what was interrupted, or verify what is finished.
@@ -71,6 +75,8 @@ def make_necker(
         Whether the ``"near"`` or the ``"far"`` end of the depth is sharp.
     display
         What they are shown on.
+    executor
+        What draws the frames, some at a time; the files do not depend on it. None: this process.
     progress
         Called now and then with the share done, 0 to 1, and what is being made.
 
@@ -98,16 +104,7 @@ def make_necker(
     if gradients != ["none"]:
         display.check_steps([0.0, 4 * widest])  # a disc's diameter is four times the standard deviation of its light
 
-    def loop(gradient: Gradient) -> Iterator[NDArray[np.float32]]:
-        return necker_loop(
-            *(cube, frames),
-            shape=(size, size),
-            pixel_angle=pixel_angle,
-            gradient=gradient,
-            aperture=aperture,
-            focus=focus,
-        )
-
+    look = _Look(cube, frames, (size, size), pixel_angle, aperture, focus, display)
     parameters = {
         "gradients": [stored[gradient] for gradient in gradients],
         "frame_px": [size, size],
@@ -127,7 +124,7 @@ def make_necker(
     names = ("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless")
     folder = Folder(out, asked, {"python": platform.python_version(), **{name: version(name) for name in names}})
     if not folder.complete:
-        white = max(float(frame.max()) for frame in loop("none"))
+        white = max(float(look.frame("none", number).max()) for number in range(frames))
         conditions = folder.content.setdefault("conditions", {})
         for index, gradient in enumerate(gradients):
 
@@ -141,7 +138,7 @@ def make_necker(
                 "video": f"{name}.mp4",
                 "blur_sd_px": widths,
                 "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
-                **_make_loop(folder, name, loop(gradient), frames, frame_rate, white, display, share),
+                **_make_loop(folder, name, look, gradient, white, frame_rate, executor, share),
             }
         departure = {stored[reading]: told for reading, told in _departure(cube, frames).items()}
         folder.content |= {"white": white, "departure": departure, "controls": _controls(conditions)}
@@ -175,37 +172,92 @@ def _stored_names(folder: Path) -> dict[Gradient, str]:
     return {gradient: gradient for gradient in GRADIENTS}
 
 
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What all frames share: the cube, how many frames, and how it is seen and shown."""
+
+    cube: NeckerCube
+    frames: int
+    shape: tuple[int, int]
+    pixel_angle: float
+    aperture: float
+    focus: Focus
+    display: Display
+
+    def frame(self, gradient: Gradient, number: int) -> NDArray[np.float32]:
+        return necker_frame(
+            self.cube,
+            SYMMETRY * number / self.frames,
+            shape=self.shape,
+            pixel_angle=self.pixel_angle,
+            gradient=gradient,
+            aperture=self.aperture,
+            focus=self.focus,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Batch:
+    """Frames made at one time: `lacking` are those whose files are to be written."""
+
+    look: _Look
+    gradient: Gradient
+    white: float
+    numbers: range
+    lacking: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """A frame: its 8-bit values, its PNG file or None, and its light as computed and as shown, 1 being white."""
+
+    values: NDArray[np.uint8]
+    png: bytes | None
+    light: float
+    shown: float
+    clipped: float
+
+
+def _made(batch: _Batch) -> list[_Frame]:
+    display, made = batch.look.display, []
+    for number in batch.numbers:
+        share = batch.look.frame(batch.gradient, number) / batch.white
+        values = display.encode(share, number)
+        light, shown = float(share.mean(dtype=float)), float(display.decode(values).mean())
+        file = png(values) if number in batch.lacking else None
+        made.append(_Frame(values, file, light, shown, float(np.mean(share > 1))))
+    return made
+
+
 def _make_loop(
     folder: Folder,
-    condition: str,
-    loop: Iterator[NDArray[np.float32]],
-    frames: int,
-    frame_rate: float,
+    name: str,
+    look: _Look,
+    gradient: Gradient,
     white: float,
-    display: Display,
+    frame_rate: float,
+    executor: Executor | None,
     progress: Callable[[float], object],
 ) -> dict[str, Any]:
     """Write what is lacking of a condition; the mean light of each frame, as computed and as shown."""
-    light, shown, clipped, pictures = [], [], 0.0, []
-    lacking: dict[str, bytes] = {}
-    for number, frame in enumerate(loop):
-        share = frame / white
-        values = display.encode(share, number)
-        light.append(float(share.mean(dtype=float)))
-        shown.append(float(display.decode(values).mean()))
-        clipped = max(clipped, float(np.mean(share > 1)))
-        pictures.append(values)
-        name = f"{condition}/{number:04}.png"
-        if not folder.has(name):
-            lacking[name] = png(values)
-        if len(lacking) == BATCH or number == frames - 1:
-            folder.put(lacking)
-            lacking = {}
-        progress(0.9 * (number + 1) / frames)
-    if not folder.has(f"{condition}.mp4"):
-        folder.put({f"{condition}.mp4": _video(folder.path, pictures, frame_rate)})
+    files = [f"{name}/{number:04}.png" for number in range(look.frames)]
+    lacking = frozenset(number for number, file in enumerate(files) if not folder.has(file))
+    numbers = [range(first, min(first + BATCH, look.frames)) for first in range(0, look.frames, BATCH)]
+    frames: list[_Frame] = []
+    for made in in_order(executor, _made, [_Batch(look, gradient, white, some, lacking) for some in numbers]):
+        written = {files[len(frames) + at]: one.png for at, one in enumerate(made) if one.png is not None}
+        frames += [replace(one, png=None) for one in made]
+        if written:
+            folder.put(written)
+        progress(0.9 * len(frames) / look.frames)
+    if not folder.has(f"{name}.mp4"):
+        folder.put({f"{name}.mp4": _video(folder.path, [one.values for one in frames], frame_rate)})
     progress(1.0)
-    return {"mean_light": light, "mean_light_shown": shown, "clipped": clipped}
+    return {
+        "mean_light": [one.light for one in frames],
+        "mean_light_shown": [one.shown for one in frames],
+        "clipped": max(one.clipped for one in frames),
+    }
 
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:

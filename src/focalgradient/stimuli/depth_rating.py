@@ -10,7 +10,8 @@ import io
 import math
 import platform
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +23,9 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye.chromatic import chromatic_difference
+from focalgradient.files import read_array
+from focalgradient.parallel import completed
+from focalgradient.progress import Progress
 from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
@@ -65,7 +69,8 @@ def make_depth_rating(
     samples: int = 256,
     chromatic: bool = False,
     apertures: Sequence[float] = F_NUMBERS,
-    progress: Callable[[float, str], object] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> StimulusSet:
     """Make a set of pictures, or go on with one that was interrupted, or verify a finished one.
 
@@ -90,6 +95,8 @@ def make_depth_rating(
         Whether red, green and blue are each focused as by an eye, which puts the sign of defocus into the picture.
     apertures
         f-numbers of the lens, each once; the pinhole is added.
+    executor
+        What renders the scenes, each as a whole; the files do not depend on it. None: this process.
     progress
         Called now and then with the share done, 0 to 1, and what is being made.
 
@@ -127,13 +134,11 @@ def make_depth_rating(
     asked = {"set": "depth-rating", "seed": seed, "parameters": parameters, "display": display_json(display)}
     folder = Folder(out, asked, _versions(how))
     if not folder.complete:
-        for index in range(scenes):
-
-            def share(done: float, what: str, before: int = index) -> None:
-                say((before + done) / scenes, f"spheres-{before:02} {what}")
-
-            recipe = Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic, lenses)
-            _make_scene(folder, f"spheres-{index:02}", recipe, display, share)
+        recipes = {
+            f"spheres-{index:02}": Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic, lenses)
+            for index in range(scenes)
+        }
+        _make_scenes(folder, recipes, display, executor, say)
         measured = folder.content["controls"]["scenes"]
         folder.content["controls"] |= judged(
             [one for scene in measured.values() for stem, one in scene["pictures"].items() if stem != "pinhole"]
@@ -220,61 +225,153 @@ def _residual(rendered: Rendered) -> NDArray[np.float32]:
     return rendered.residual
 
 
-def _make_scene(
-    folder: Folder, name: str, recipe: Recipe, display: Display, progress: Callable[[float, str], object]
-) -> None:
-    """Make what is lacking of a scene: its pictures, its depth, and its part of the folder's content."""
-    conditions = {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
-    content = folder.content
-    content.setdefault("scenes", {})
-    content.setdefault("pictures", [])
-    content.setdefault("controls", {"scenes": {}})
-    files = [f"{name}/depth.npy", *(f"{name}/{stem}.{kind}" for stem in conditions for kind in ("png", "npy"))]
-    if name in content["scenes"] and folder.has(*files):
-        return
-    progress(0.0, "modelling")
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """What the pictures of a scene are made from; and of those that are there, what was measured.
+
+    `lacking` are the stems of the pictures to make. `white` is None, and `sharp_mean` too, until the pinhole's is made.
+    """
+
+    name: str
+    recipe: Recipe
+    display: Display
+    lacking: tuple[str, ...]
+    white: float | None
+    sharp_mean: float | None
+    versions: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """A picture: its files, what was measured in it, what is told of its scene, and the scene's white."""
+
+    stem: str
+    files: Mapping[str, bytes]
+    measured: dict[str, Any]
+    scene: dict[str, Any]
+    white: float
+
+
+def _conditions(recipe: Recipe) -> dict[str, tuple[str, Fixation]]:
+    """Aperture and fixation by the stem of the picture's files; the pinhole's picture, first, serves both fixations."""
+    return {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
+
+
+def _files(name: str, stem: str) -> list[str]:
+    """Of a picture; the scene's depth goes with the pinhole's."""
+    return [f"{name}/{stem}.{kind}" for kind in ("png", "npy")] + [f"{name}/depth.npy"] * (stem == "pinhole")
+
+
+def _scene_to_make(folder: Folder, name: str, recipe: Recipe, display: Display) -> _Scene:
+    known = folder.content["controls"]["scenes"].get(name, {"pictures": {}})
+    held = known["pictures"]
+    lacking = [stem for stem in _conditions(recipe) if stem not in held or not folder.has(*_files(name, stem))]
+    if not lacking and name not in folder.content["scenes"]:
+        lacking = ["pinhole"]
+    sharp = held.get("pinhole", {}).get("mean_luminance")
+    return _Scene(name, recipe, display, tuple(lacking), known.get("white"), sharp, folder.versions)
+
+
+def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
+    """Make what is lacking of a scene."""
+    recipe, name, display = scene.recipe, scene.name, scene.display
+    if _versions(recipe.engine) != scene.versions:
+        raise InputError(
+            "a worker has other versions of the programs than this process, so that its pictures would differ: install "
+            "the same everywhere."
+        )
+    progress(0.0, f"{name} modelling")
     world = recipe.world()
-    known = content["controls"]["scenes"].setdefault(name, {"pictures": {}})
+    told: dict[str, Any] = {"seed": recipe.seed, "depth": f"{name}/depth.npy"}
+    told |= {end: _target(world.mark(end), recipe) for end in FIXATIONS}
+    white, sharp_mean = scene.white, scene.sharp_mean
     sharp: Sharp | None = None
-    for index, (stem, (aperture, end)) in enumerate(conditions.items()):
-        needed = [f"{name}/{stem}.png", f"{name}/{stem}.npy"] + [files[0]] * (aperture == "pinhole")
-        if folder.has(*needed) and stem in known["pictures"]:
-            continue
-        share = _part(progress, index / len(conditions), (index + 1) / len(conditions), stem)
+    conditions = _conditions(recipe)
+    for number, stem in enumerate(scene.lacking):
+        aperture, end = conditions[stem]
+        share = _part(progress, number / len(scene.lacking), (number + 1) / len(scene.lacking), f"{name} {stem}")
         optics = recipe.optics(aperture, 1 / world.mark(end).distance)
         radiance, depth, residual = recipe.render(world, optics, share)
         if aperture == "pinhole":
-            known["white"] = float(radiance.max())  # blur only averages: but for noise nothing is brighter
-        light = (radiance / known["white"]).astype(np.float32)
+            white = float(radiance.max())  # blur only averages: but for noise nothing is brighter
+        assert white is not None  # the pinhole comes first
+        light = (radiance / white).astype(np.float32)
         luminance = light @ np.array(LUMINANCE)
-        mean, noise = float(luminance.mean()), float(np.sqrt(np.mean(residual**2.0)) / known["white"])
-        told: dict[str, Any] = {
+        mean, noise = float(luminance.mean()), float(np.sqrt(np.mean(residual**2.0)) / white)
+        measured: dict[str, Any] = {
             "mean_luminance": mean,
             "noise": noise,
             "noise_steps": noise / display.step(mean),
             "clipped": float(np.mean(light > 1)),
         }
-        known["pictures"][stem] = told
-        made = {needed[0]: png(display.encode(light, recipe.seed)), needed[1]: _npy(light)}
+        png_file, light_file, *depth_file = _files(name, stem)
+        files = {png_file: png(display.encode(light, recipe.seed)), light_file: _npy(light)}
         if aperture == "pinhole":
-            made[files[0]] = _npy(depth.astype(np.float32))
+            sharp_mean = mean
+            files[depth_file[0]] = _npy(depth.astype(np.float32))
         else:
             if sharp is None:
                 # Finer than the pictures, as a pixel that sees an edge has one depth but the light of two.
                 fine = recipe.finer()
                 colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done: None)
-                sharp = Sharp(colour / known["white"], noise_of / known["white"], far, fine.pixel_angle)
-            told["mean_luminance_percent"] = 100 * (mean / known["pictures"]["pinhole"]["mean_luminance"] - 1)
-            told |= against_prediction(luminance, residual / known["white"], sharp, optics)
-        folder.put(made)
-    depth = np.load(folder.path / files[0])
-    targets: dict[str, Any] = {end: _target(world.mark(end), recipe) for end in FIXATIONS}
-    content["scenes"][name] = {"seed": recipe.seed, "depth": files[0], **targets}
-    content["pictures"] = [entry for entry in content["pictures"] if entry["scene"] != name] + [
-        _entry(name, aperture, end, recipe, depth, targets[end]["distance_m"], display)
-        for end in FIXATIONS
-        for aperture in recipe.apertures
-    ]
+                sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
+            assert sharp_mean is not None
+            measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
+            measured |= against_prediction(luminance, residual / white, sharp, optics)
+        yield _Made(stem, files, measured, told, white)
+
+
+def _all_pictures(scene: _Scene) -> list[_Made]:
+    return list(_pictures(scene, lambda share, words: None))
+
+
+def _made(executor: Executor | None, scenes: Sequence[_Scene], say: Progress) -> Iterator[tuple[_Scene, _Made]]:
+    """Every picture that is lacking, as it is made: here one by one, by workers a scene at a time."""
+    if executor is None:
+        for number, scene in enumerate(scenes):
+
+            def share(done: float, words: str, before: int = number) -> None:
+                say((before + done) / len(scenes), words)
+
+            yield from ((scene, picture) for picture in _pictures(scene, share))
+        return
+    for done, (number, pictures) in enumerate(completed(executor, _all_pictures, scenes), start=1):
+        yield from ((scenes[number], picture) for picture in pictures)
+        say(done / len(scenes), f"{scenes[number].name} made")
+
+
+def _make_scenes(
+    folder: Folder, recipes: Mapping[str, Recipe], display: Display, executor: Executor | None, say: Progress
+) -> None:
+    """Make what is lacking of all scenes: their pictures, their depth, and their part of the folder's content."""
+    content = folder.content
+    content.setdefault("scenes", {})
+    content.setdefault("controls", {"scenes": {}})
+    lacking = [_scene_to_make(folder, name, recipe, display) for name, recipe in recipes.items()]
+    for made, picture in _made(executor, [one for one in lacking if one.lacking], say):
+        known = content["controls"]["scenes"].setdefault(made.name, {"pictures": {}})
+        known["white"] = picture.white
+        known["pictures"][picture.stem] = picture.measured
+        content["scenes"][made.name] = picture.scene
+        folder.put(picture.files)
+    # In one order, whoever made what first.
+    content["scenes"] = {name: content["scenes"][name] for name in recipes}
+    measured = content["controls"]["scenes"]
+    content["controls"]["scenes"] = {
+        name: {
+            "pictures": {stem: measured[name]["pictures"][stem] for stem in _conditions(recipe)},
+            "white": measured[name]["white"],
+        }
+        for name, recipe in recipes.items()
+    }
+    content["pictures"] = []
+    for name, recipe in recipes.items():
+        depth = read_array(folder.path / name / "depth.npy")
+        content["pictures"] += [
+            _entry(name, aperture, end, recipe, depth, content["scenes"][name][end]["distance_m"], display)
+            for end in FIXATIONS
+            for aperture in recipe.apertures
+        ]
 
 
 def _entry(
@@ -334,7 +431,7 @@ def _plain(seed: int) -> Scene:
     return replace(made, marks=tuple(marks))
 
 
-def _part(progress: Callable[[float, str], object], start: float, end: float, what: str) -> Callable[[float], object]:
+def _part(progress: Progress, start: float, end: float, what: str) -> Callable[[float], object]:
     return lambda done: progress(start + (end - start) * done, what)
 
 

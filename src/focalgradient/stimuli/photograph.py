@@ -7,6 +7,8 @@ import io
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
+from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
@@ -40,6 +43,7 @@ def make_from_photographs(
     pixel_angle: float,
     apertures: Sequence[float] = F_NUMBERS,
     display: Display | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
     """Make a set for depth rating from photographs; go on with one that was interrupted, verify a finished one.
@@ -57,6 +61,8 @@ def make_from_photographs(
         f-numbers of a lens of 50 mm; the pinhole, which is the photograph itself, is added.
     display
         What they are shown on.
+    executor
+        What blurs the pictures; the files do not depend on it. None: this process.
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -102,7 +108,7 @@ def make_from_photographs(
             def share(done: float, words: str, before: int = number) -> None:
                 say((before + done) / len(photographs), words)
 
-            _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, share)
+            _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
         measured = folder.content["controls"]["scenes"].values()
         folder.content["controls"] |= judged(
             [one for scene in measured for stem, one in scene["pictures"].items() if stem != "pinhole"]
@@ -154,6 +160,29 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
     return first
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Condition:
+    """A photograph, whose depth is known, through one lens."""
+
+    sharp: NDArray[np.float32]
+    distance: NDArray[np.floating]
+    optics: Pupil
+    pixel_angle: float
+
+
+def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, float]]:
+    """The light of the picture, and what was measured in it."""
+    sharp, distance, optics, weights = condition.sharp, condition.distance, condition.optics, np.array(LUMINANCE)
+    blurred = sharp
+    if optics.aperture_diameter > 0:
+        blurred = blur_picture(sharp, distance, optics, pixel_angle=condition.pixel_angle)
+    light = np.maximum(blurred, 0).astype(np.float32)
+    measured = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
+    if optics.aperture_diameter > 0:
+        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, condition.pixel_angle)
+    return light, measured
+
+
 def _scene(
     folder: Folder,
     name: str,
@@ -162,6 +191,7 @@ def _scene(
     lenses: Mapping[str, float],
     pixel_angle: float,
     display: Display,
+    executor: Executor | None,
     say: Progress,
 ) -> None:
     """Make the pictures of one photograph, and their part of the folder's content."""
@@ -169,42 +199,38 @@ def _scene(
     sharp = np.asarray(sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2), np.float32)
     sharp = sharp / max(1.0, float(sharp.max()))
     folder.put({f"{name}/depth.npy": _npy(distance.astype(np.float32))})
+    shown: dict[tuple[Fixation, str], tuple[str, Pupil]] = {}
+    for end in FIXATIONS:
+        for aperture in lenses:
+            stem = "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
+            shown[end, aperture] = stem, Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
+    optics_of = dict(shown.values())  # the pinhole's first
+    jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}
-    entries = []
-    weights = np.array(LUMINANCE)
-    count = len(lenses) * len(FIXATIONS)
-    for number, (end, aperture) in enumerate((end, aperture) for end in FIXATIONS for aperture in lenses):
-        stem = "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
-        say(number / count, f"{name} {stem}")
-        focus = targets[end][1]
-        optics = Pupil(FOCAL_LENGTH / lenses[aperture], 1 / focus)
-        if stem not in known:
-            seen = sharp if aperture == "pinhole" else blur_picture(sharp, distance, optics, pixel_angle=pixel_angle)
-            light = np.maximum(seen, 0).astype(np.float32)
-            known[stem] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
-            if aperture != "pinhole":
-                known[stem]["mean_luminance_percent"] = 100 * (
-                    known[stem]["mean_luminance"] / known["pinhole"]["mean_luminance"] - 1
-                )
-                known[stem] |= against_discs(light @ weights, sharp @ weights, distance, optics, pixel_angle)
-            folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": _npy(light)})
-        diameters = 2 * optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
+    for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):
+        if stem != "pinhole":
+            ratio = measured["mean_luminance"] / known["pinhole"]["mean_luminance"]
+            measured["mean_luminance_percent"] = 100 * (ratio - 1)
+        known[stem] = measured
+        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": _npy(light)})
+        say(len(known) / len(optics_of), f"{name} {stem}")
+    for (end, aperture), (stem, optics) in shown.items():
+        diameters = optics.aperture_diameter * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
         blur = [float(diameters.min()), float(diameters.max())]
-        entries.append(
+        folder.content["pictures"].append(
             {
                 "scene": name,
                 "aperture": aperture,
                 "fixation": end,
                 "png": f"{name}/{stem}.png",
                 "linear": f"{name}/{stem}.npy",
-                "focus_m": focus,
+                "focus_m": targets[end][1],
                 "aperture_mm": 1e3 * optics.aperture_diameter,
                 "blur_px": blur,
                 "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
             }
         )
     folder.content["controls"]["scenes"][name] = {"pictures": known}
-    folder.content["pictures"] += entries
     folder.content["scenes"][name] = {"seed": None, "depth": f"{name}/depth.npy"} | {
         end: {"name": end, "distance_m": metres, "position_px": list(position)}
         for end, (position, metres) in targets.items()

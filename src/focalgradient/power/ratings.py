@@ -1,21 +1,16 @@
-"""How many subjects an experiment needs: whole experiments simulated, judged and analysed, and what they find counted.
+"""Power of experiment 1: ratings of simulated subjects, judged and analysed.
 
-Subjects are drawn from a *statistical* model, not from pictures: the logarithm of a rating is the subject's own rise
-plus the scene's, times the aperture over the largest, plus what a scene adds, plus noise. Results are as good as that
-model.
+The logarithm of a rating is the subject's own rise plus the scene's, times the aperture over the largest, plus what a
+scene adds, plus noise.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -24,14 +19,12 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
-from focalgradient.files import parse_json, printable, read_bytes, write_whole
-from focalgradient.parallel import completed
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, moments
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["TESTS", "Model", "Power", "Study", "experiment", "power", "quick_power", "run", "simulated_ratings"]
+__all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "simulated_ratings"]
 
 TESTS = {
     "near_rise": "near: rises with blur",
@@ -131,34 +124,14 @@ class Study:
         told = {"bound": self.bound, "seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
+    @property
+    def tests(self) -> Mapping[str, str]:
+        """What is counted, and what it means."""
+        return TESTS
 
-@dataclass(frozen=True, slots=True)
-class Power:
-    """What experiments with so many subjects found.
-
-    Parameters
-    ----------
-    subjects, experiments
-        How many.
-    found
-        Share of the experiments in which each of `TESTS` came out; where one could not be done it did not.
-    standard_error
-        Of these shares, by how many experiments there were.
-    width
-        Median width of the 95 % interval of the near rise, as the ratio of its ends.
-    far_width
-        The same of the far rise.
-    left_out
-        Mean number of subjects that the rules of quality left out.
-    """
-
-    subjects: int
-    experiments: int
-    found: Mapping[str, float]
-    standard_error: Mapping[str, float]
-    width: float
-    far_width: float
-    left_out: float
+    def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
+        """One experiment: see `experiment`."""
+        return experiment(self, subjects, number)
 
 
 @cache
@@ -267,112 +240,6 @@ def experiment(study: Study, subjects: int, number: int) -> dict[str, float | No
     if isinstance(result.interaction, Effect):
         told["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
     return told
-
-
-def run(
-    study: Study,
-    subjects: Sequence[int],
-    experiments: int,
-    file: Path,
-    *,
-    executor: Executor | None = None,
-    progress: Callable[[int], object] = lambda done: None,
-) -> pd.DataFrame:
-    """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
-
-    Parameters
-    ----------
-    study
-        What is simulated.
-    subjects, experiments
-        So many experiments with each of these numbers of subjects.
-    file
-        A line of JSON an experiment, after one that tells the study: kept, and gone on with, when this is cut off.
-    executor
-        What simulates them: the numbers do not depend on it. None: this process.
-    progress
-        Told how many are done.
-
-    Returns
-    -------
-    DataFrame
-        A row an experiment, in order.
-
-    Raises
-    ------
-    InputError
-        If the file holds another study.
-    """
-    done = _begun(study, file)
-    wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
-    missing = [task for task in wanted if task not in done]
-    progress(len(wanted) - len(missing))
-    jobs = [(study, *task) for task in missing]
-    with file.open("a", encoding="utf-8") as lines:
-        for finished, (job, told) in enumerate(completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1):
-            count, number = missing[job]
-            done[count, number] = told
-            lines.write(json.dumps({"subjects": count, "number": number} | told) + "\n")
-            lines.flush()
-            progress(finished)
-    rows = [{"subjects": count, "number": number} | done[count, number] for count, number in sorted(wanted)]
-    return pd.DataFrame(rows)
-
-
-def _begun(study: Study, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
-    """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
-    head = json.dumps({"focalgradient": version("focalgradient")} | study.told())
-    text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
-    first, *lines = text.split("\n")
-    if lines and first != head:
-        raise InputError(
-            f"{printable(file)} holds experiments of another effect, design, bound, seed or version, or is damaged: "
-            "give another folder."
-        )
-    rows = {line: row for line in lines if (row := _row(line)) is not None}
-    whole = "".join(f"{line}\n" for line in (head, *rows))
-    if text != whole:
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{printable(file.parent)} cannot be made ({error.strerror}): give another.") from error
-        write_whole(file, whole.encode())
-    return {(int(row.pop("subjects") or 0), int(row.pop("number") or 0)): row for row in rows.values()}
-
-
-def _row(line: str) -> dict[str, float | None] | None:
-    """An experiment as a line tells it; None if it is not whole."""
-    try:
-        row = parse_json(line, "a line")
-    except InputError:
-        return None
-    if not isinstance(row, dict) or set(row) != {"subjects", "number", "width", "far_width", "left_out", *TESTS}:
-        return None
-    numbers = {name: value for name, value in row.items() if value is not None or name not in ("width", "far_width")}
-    return row if all(type(value) in (int, float) for value in numbers.values()) else None
-
-
-def _experiment(task: tuple[Study, int, int]) -> dict[str, float | None]:
-    return experiment(*task)
-
-
-def power(experiments: pd.DataFrame) -> list[Power]:
-    """Sum up: `experiments` has a row an experiment, with `subjects` and what `experiment` told.
-
-    Examples
-    --------
-    >>> rows = [{"subjects": 6, "left_out": 0, "near_rise": one, "far_equivalent": 0, "interaction": 1,
-    ...          "width": 0.1, "far_width": 0.1} for one in (0, 1, 1, 1)]
-    >>> power(pd.DataFrame(rows))[0].found["near_rise"]
-    0.75
-    """
-    summed = []
-    for subjects, rows in experiments.groupby("subjects"):
-        found = {name: float(rows[name].mean()) for name in TESTS}
-        error = {name: math.sqrt(share * (1 - share) / len(rows)) for name, share in found.items()}
-        near, far = (float(np.exp(rows[name].astype(float).median())) for name in ("width", "far_width"))
-        summed.append(Power(int(str(subjects)), len(rows), found, error, near, far, float(rows["left_out"].mean())))
-    return summed
 
 
 def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:

@@ -1,0 +1,159 @@
+"""Depth of many frames, each a set of views with results of its own, by this process or by several."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from focalgradient.cli.program import resumable, show, warnings_told
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import plain_name, printable, replace_set
+from focalgradient.parallel import completed
+
+__all__ = ["NAMES", "Frame", "Recovered", "by_worker", "folders", "recover_frames"]
+
+NAMES = ("depth.npz", "depth.png", "summary.json")
+
+LEFT = "folders that have a summary.json are whole; the same command makes all of them anew."
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What one depth map is made from, and where it goes."""
+
+    inputs: tuple[Path, ...]
+    optics: Mapping[str, Any]
+    calibration: Path | None
+    asked: Mapping[str, Any]
+    out: Path
+
+    def absolute(self) -> Frame:
+        """The same for a process with another working folder."""
+        marked = None if self.calibration is None else self.calibration.absolute()
+        inputs = tuple(path.absolute() for path in self.inputs)
+        return replace(self, inputs=inputs, calibration=marked, out=self.out.absolute())
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """A depth map's files, or what writes them; its summary; the warnings of another process; where distances begin.
+
+    Where the frame is wrong there is only the sentence that says so.
+    """
+
+    files: Mapping[str, bytes | Callable[[Path], object]]
+    summary: Mapping[str, Any]
+    warnings: Sequence[str]
+    wrong: str | None = None
+    plane: str = ""
+
+    @property
+    def distance(self) -> str:
+        """Median distance in words, from the plane that it counts from."""
+        metres = float(self.summary["medians"]["distance_m"])
+        return "unknown" if math.isnan(metres) else f"{metres:.4g} m from {self.plane}"
+
+    @property
+    def valid(self) -> float:
+        """Share of valid pixels."""
+        return float(self.summary["share_valid"])
+
+    def tell(self, name: str = "") -> None:
+        """Give the warnings of another process; raise where the frame is wrong."""
+        for told in self.warnings:
+            warnings.warn(FocalGradientWarning(f"{name}{told}"), stacklevel=2)
+        if self.wrong is not None:
+            raise InputError(self.wrong)
+
+    def write(self, out: Path) -> None:
+        """Write the files into a folder, whole or not at all."""
+        replace_set(out, self.files, "summary.json")
+
+
+Recover = Callable[[Frame, list[str], Callable[[str], object]], Recovered]
+"""Recovers one frame; is given a list for warnings, and what to call at each stage."""
+
+
+def folders(inputs: Sequence[Path]) -> list[str]:
+    """A folder's name for each settings file: the file's, or that of its folder where files have one name.
+
+    >>> folders([Path("a/views.toml"), Path("b/views.toml")])
+    ['a', 'b']
+    """
+    for names in ([path.stem for path in inputs], [path.absolute().parent.name for path in inputs]):
+        if len({name.casefold() for name in names}) == len(names):
+            return [plain_name(name, "the name of a settings file or its folder") for name in names]
+    raise InputError(
+        "several settings files have one name, and lie in folders of one name: rename them, so that each can have a "
+        "folder of its own."
+    )
+
+
+def by_worker(recover: Recover, frame: Frame) -> Recovered:
+    """Recover a frame in any process, with all that another one is to be given."""
+    told: list[str] = []
+
+    def keep(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if issubclass(category, FocalGradientWarning):
+            told.append(str(message))
+
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+        warnings.simplefilter("always", FocalGradientWarning)
+        warnings.showwarning = keep
+        try:
+            found = recover(frame, told, lambda stage: None)
+        except InputError as error:
+            return Recovered({}, {}, told, str(error))
+        files: dict[str, bytes] = {}
+        for name, content in found.files.items():
+            if not isinstance(content, bytes):
+                content(place := Path(folder, name))
+                content = place.read_bytes()
+            files[name] = content
+    return replace(found, files=files, warnings=told)
+
+
+def recover_frames(
+    recover: Recover, frames: Mapping[str, Frame], out: Path, work: AbstractContextManager[Executor | None]
+) -> None:
+    """Recover every frame, each written as soon as it is done; those that are wrong are named in the end.
+
+    Raises
+    ------
+    InputError
+        If a frame failed, after all the others were made.
+    """
+    names, wrong, summaries = list(frames), [], {}
+    with warnings_told(), resumable(LEFT) as say, work as executor:
+        made = completed(executor, partial(by_worker, recover), list(frames.values()))
+        for done, (number, found) in enumerate(made, start=1):
+            name = names[number]
+            try:
+                found.tell(f"{name}: ")
+            except InputError as error:
+                wrong.append(name)
+                click.echo(f"{name}: {' '.join(str(error).split())}", err=True)
+            else:
+                found.write(out / name)
+                summaries[name] = found.summary
+                show(None, f"{name}: median distance {found.distance}, valid pixels {found.valid:.1%}")
+            say(done / len(names), f"{done} of {len(names)} frames")
+    if wrong:
+        raise InputError(
+            f"{len(wrong)} of {len(names)} frames failed, first {wrong[0]}: see above what is wrong there."
+        )
+    ordered = {name: summaries[name] for name in names}
+    show(
+        {"frames": ordered, "written": [printable(out / name) for name in names]},
+        f"Written: {len(names)} folders in {out}",
+    )

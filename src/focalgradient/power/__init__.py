@@ -1,0 +1,26 @@
+"""How many subjects an experiment needs: whole experiments simulated, judged and analysed, and what they find counted.
+
+Subjects are drawn from a *statistical* model, not from pictures: results are as good as that model.
+"""
+
+from focalgradient.power.cube import CUBE_TESTS, CubeModel, CubeStudy, cube_experiment, simulated_reports
+from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, simulated_ratings
+from focalgradient.power.running import AnyStudy, Power, power, run
+
+__all__ = [
+    "CUBE_TESTS",
+    "TESTS",
+    "AnyStudy",
+    "CubeModel",
+    "CubeStudy",
+    "Model",
+    "Power",
+    "Study",
+    "cube_experiment",
+    "experiment",
+    "power",
+    "quick_power",
+    "run",
+    "simulated_ratings",
+    "simulated_reports",
+]

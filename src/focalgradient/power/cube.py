@@ -1,0 +1,269 @@
+"""Power of experiment 2: reports of simulated subjects on the turning cube, judged and analysed.
+
+Rigid and nonrigid readings take turns, each for a time of the gamma distribution. The log odds of the time in which the
+nonrigid one is reported are the subject's own without a gradient; a gradient that favours it adds the subject's shift
+times its strength over the largest, and one that favours the rigid reading takes as much away.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pandas as pd
+from numpy.random import SeedSequence, default_rng
+from numpy.typing import NDArray
+
+from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.errors import InputError
+from focalgradient.statistics import Effect, quality
+from focalgradient.statistics.means import family, paired_effect
+from focalgradient.statistics.records import ALPHA
+
+__all__ = ["CubeModel", "CubeStudy", "cube_experiment", "simulated_reports"]
+
+CUBE_TESTS = {
+    "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
+    "nonrigid_shorter": "rigid gradient: nonrigid for less long",
+}
+"""What is counted, and what it means: at the largest strength, by Holm's p over all gradients and strengths."""
+
+ANALYSIS = 1
+"""Number of the analysis, told in the file of experiments: those of another are not gone on with."""
+
+UNAMBIGUOUS = 4.0
+"""Log odds of the nonrigid reading of a catch trial, whose shape is nonrigid beyond doubt."""
+
+ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept", "censored", "trial_duration")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CubeModel:
+    """Simulated subjects of experiment 2; docs/statistics.md tells where the numbers come from.
+
+    Parameters
+    ----------
+    effect
+        Ratio of the odds of the nonrigid reading (its time over that of the rigid one) with a gradient that favours it,
+        at the largest strength, to those without a gradient. A gradient that favours the rigid reading divides them.
+    between
+        Standard deviation over subjects of the logarithm of that ratio.
+    nonrigid
+        Share of the time, of that with either reading, that is nonrigid without a gradient, for the median subject.
+    between_levels
+        Standard deviation over subjects of the log odds without a gradient.
+    dominance, between_dominances, regularity
+        Geometric mean over people of the mean time (s) that a reading lasts at even odds, the standard deviation of its
+        logarithm, and the shape of the gamma distribution of these times.
+    lapses
+        Share of trials that are answered without looking, at even odds.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    effect: float = 1.5
+    between: float = 0.3
+    nonrigid: float = 0.2
+    between_levels: float = 0.7
+    dominance: float = 5.46
+    between_dominances: float = 0.63
+    regularity: float = 1.71
+    lapses: float = 0.01
+
+    def __post_init__(self) -> None:
+        if not 0.01 <= self.effect <= 100:
+            raise InputError(
+                f"effect is {self.effect!r}, but must be a ratio of odds from 0.01 to 100: 1 is no effect."
+            )
+        for name in ("between", "between_levels", "between_dominances"):
+            value = getattr(self, name)
+            if not 0 <= value <= 3:
+                raise InputError(f"{name} is {value!r}, but must be a standard deviation of a logarithm, from 0 to 3.")
+        if not 0 < self.nonrigid < 1:
+            raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share between 0 and 1, like 0.2.")
+        for name, least, most in (("dominance", 0.5, 100.0), ("regularity", 0.5, 20.0)):
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise InputError(f"{name} is {value!r}, but must be a number from {least:g} to {most:g}.")
+        if not 0 <= self.lapses < 1:
+            raise InputError(f"lapses is {self.lapses!r}, but must be a share of 0 or more, below 1.")
+
+
+@dataclass(frozen=True, slots=True)
+class CubeStudy:
+    """What is simulated of experiment 2.
+
+    Parameters
+    ----------
+    model
+        How subjects answer.
+    design
+        What they are shown.
+    seed
+        Of all chance.
+
+    Raises
+    ------
+    InputError
+        If the design lacks what is tested.
+    """
+
+    model: CubeModel
+    design: NeckerDesign
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if "none" not in self.design.gradients or len(self.design.gradients) < 2:
+            raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
+
+    def told(self) -> dict[str, object]:
+        """All of it, as a file may tell it."""
+        told = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
+        return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
+
+    @property
+    def tests(self) -> Mapping[str, str]:
+        """What is counted, and what it means."""
+        gradients = {"nonrigid": "nonrigid_longer", "rigid": "nonrigid_shorter"}
+        return {name: CUBE_TESTS[name] for gradient, name in gradients.items() if gradient in self.design.gradients}
+
+    def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
+        """One experiment: see `cube_experiment`."""
+        return cube_experiment(self, subjects, number)
+
+
+@cache
+def _trials(design_json: str, participant: str) -> tuple[NeckerTrial, ...]:
+    """The trials that count; making a list takes longer than simulating it."""
+    design = NeckerDesign.model_validate_json(design_json)
+    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
+
+
+def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng: np.random.Generator) -> pd.DataFrame:
+    """Reports of simulated subjects, in the columns that a data set has: a row a report.
+
+    Parameters
+    ----------
+    design
+        What they are shown.
+    subjects
+        How many.
+    model
+        How they answer.
+    rng
+        Source of chance.
+
+    Examples
+    --------
+    >>> table = simulated_reports(NeckerDesign(), 2, CubeModel(), default_rng(1))
+    >>> table["trial"].nunique(), sorted(table["percept"].unique())
+    (21, ['nonrigid', 'rigid'])
+    """
+    told = design.model_dump_json()
+    signs = {"none": 0.0, "rigid": -1.0, "nonrigid": 1.0}
+    tables = []
+    for number in range(1, subjects + 1):
+        level = math.log(model.nonrigid / (1 - model.nonrigid)) + rng.normal(0, model.between_levels)
+        shift = rng.normal(math.log(model.effect), model.between)
+        dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
+        rows: list[tuple[object, ...]] = []
+        for trial in _trials(told, f"{number:02}"):
+            odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
+            if trial.catch:
+                odds = UNAMBIGUOUS
+            if rng.random() < model.lapses:
+                odds = 0.0
+            for onset, lasts, percept in _reports(trial.trial_s, odds, dominance, model.regularity, rng):
+                cut = onset + lasts >= trial.trial_s
+                rows.append(
+                    (
+                        trial.trial,
+                        trial.gradient,
+                        trial.strength,
+                        trial.catch,
+                        onset,
+                        lasts,
+                        percept,
+                        cut,
+                        trial.trial_s,
+                    )
+                )
+        table = pd.DataFrame(rows, columns=list(ROWS))
+        tables.append(table.assign(participant_id=f"sub-{number:02}", session="", kind="simulated", dropped_frames=0))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _reports(
+    duration: float, odds: float, dominance: float, regularity: float, rng: np.random.Generator
+) -> list[tuple[float, float, str]]:
+    """Onset, duration and reading of each report, till the trial ends: the shares of time are as exp(odds)."""
+    percepts = ("rigid", "nonrigid")
+    means = (dominance * math.exp(-odds / 2), dominance * math.exp(odds / 2))
+    now, percept = 0.0, int(rng.random() < 1 / (1 + math.exp(-odds)))
+    reports = []
+    while now < duration:
+        lasts = max(float(rng.gamma(regularity, means[percept] / regularity)), 1e-3)
+        reports.append((now, min(lasts, duration - now), percepts[percept]))
+        now, percept = now + lasts, 1 - percept
+    return reports
+
+
+def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, float | None]:
+    """One experiment through the whole chain: reports, quality, the tests of the shares of time.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects
+        How many take part.
+    number
+        Of the experiment: another number, other subjects.
+
+    Returns
+    -------
+    dict
+        For each of the study's tests 1.0 if it came out, else 0.0; `width` and `far_width`, of the 95 % intervals of
+        the changes of the nonrigid share by the gradients of the nonrigid and of the rigid reading at the largest
+        strength, None where there is none; and `left_out`, subjects that quality left out.
+    """
+    rng = default_rng(SeedSequence([study.seed, subjects, number]))
+    kept, found = quality(simulated_reports(study.design, subjects, study.model, rng))
+    told: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
+    told["left_out"] = float(found.subjects_before - found.subjects_after)
+    if not found.subjects_after:
+        return told
+    changes = _changes(kept)
+    effects = dict(zip(changes, family(paired_effect(one, "t") for one in changes.values()), strict=True))
+    largest = max(study.design.strengths_mm)
+    for gradient, sign, name, width in (
+        ("nonrigid", 1, "nonrigid_longer", "width"),
+        ("rigid", -1, "nonrigid_shorter", "far_width"),
+    ):
+        effect = effects.get((gradient, largest))
+        if isinstance(effect, Effect):
+            told[width] = effect.high - effect.low
+            told[name] = float(effect.p_holm is not None and effect.p_holm < ALPHA and sign * effect.estimate > 0)
+    return told
+
+
+def _changes(table: pd.DataFrame) -> dict[tuple[str, float], NDArray[np.float64]]:
+    """Each subject's change of the nonrigid share of time by each gradient, as `statistics.necker` has them."""
+    rows = table[~table["catch"]]
+    times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
+    times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
+    share = times["nonrigid"] / times.sum(axis=1)
+    conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in share.index.tolist()})
+    own = {(gradient, strength): share.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
+    return {
+        condition: (rows - own["none", 0.0]).dropna().to_numpy(dtype=float)
+        for condition, rows in own.items()
+        if condition[0] != "none"
+    }

@@ -1,0 +1,163 @@
+"""Experiments simulated, kept in a file as each is done, and what they found counted."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import parse_json, printable, read_bytes, write_whole
+from focalgradient.parallel import completed
+from focalgradient.power.cube import CUBE_TESTS, CubeStudy
+from focalgradient.power.ratings import TESTS, Study
+
+__all__ = ["AnyStudy", "Power", "power", "run"]
+
+AnyStudy = Study | CubeStudy
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """What experiments with so many subjects found.
+
+    Parameters
+    ----------
+    subjects, experiments
+        How many.
+    found
+        Share of the experiments in which each of the study's tests came out; where one could not be done it did not.
+    standard_error
+        Of these shares, by how many experiments there were.
+    width
+        Median width of the 95 % interval of the near rise, as the ratio of its ends; of the cube that of the change by
+        the nonrigid gradient, as a difference of shares.
+    far_width
+        The same of the far rise; of the cube of the change by the rigid gradient.
+    left_out
+        Mean number of subjects that the rules of quality left out.
+    """
+
+    subjects: int
+    experiments: int
+    found: Mapping[str, float]
+    standard_error: Mapping[str, float]
+    width: float
+    far_width: float
+    left_out: float
+
+
+def run(
+    study: AnyStudy,
+    subjects: Sequence[int],
+    experiments: int,
+    file: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int], object] = lambda done: None,
+) -> pd.DataFrame:
+    """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects, experiments
+        So many experiments with each of these numbers of subjects.
+    file
+        A line of JSON an experiment, after one that tells the study: kept, and gone on with, when this is cut off.
+    executor
+        What simulates them: the numbers do not depend on it. None: this process.
+    progress
+        Told how many are done.
+
+    Returns
+    -------
+    DataFrame
+        A row an experiment, in order.
+
+    Raises
+    ------
+    InputError
+        If the file holds another study.
+    """
+    done = _begun(study, file)
+    wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
+    missing = [task for task in wanted if task not in done]
+    progress(len(wanted) - len(missing))
+    jobs = [(study, *task) for task in missing]
+    with file.open("a", encoding="utf-8") as lines:
+        for finished, (job, told) in enumerate(completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1):
+            count, number = missing[job]
+            done[count, number] = told
+            lines.write(json.dumps({"subjects": count, "number": number} | told) + "\n")
+            lines.flush()
+            progress(finished)
+    rows = [{"subjects": count, "number": number} | done[count, number] for count, number in sorted(wanted)]
+    return pd.DataFrame(rows)
+
+
+def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
+    """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
+    head = json.dumps({"focalgradient": version("focalgradient")} | study.told())
+    text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
+    first, *lines = text.split("\n")
+    if lines and first != head:
+        raise InputError(
+            f"{printable(file)} holds experiments of another effect, design, bound, seed or version, or is damaged: "
+            "give another folder."
+        )
+    rows = {line: row for line in lines if (row := _row(line, study.tests)) is not None}
+    whole = "".join(f"{line}\n" for line in (head, *rows))
+    if text != whole:
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{printable(file.parent)} cannot be made ({error.strerror}): give another.") from error
+        write_whole(file, whole.encode())
+    return {(int(row.pop("subjects") or 0), int(row.pop("number") or 0)): row for row in rows.values()}
+
+
+def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
+    """An experiment as a line tells it; None if it is not whole."""
+    try:
+        row = parse_json(line, "a line")
+    except InputError:
+        return None
+    if not isinstance(row, dict) or set(row) != {"subjects", "number", "width", "far_width", "left_out", *tests}:
+        return None
+    numbers = {name: value for name, value in row.items() if value is not None or name not in ("width", "far_width")}
+    return row if all(type(value) in (int, float) for value in numbers.values()) else None
+
+
+def _experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
+    study, subjects, number = task
+    return study.experiment(subjects, number)
+
+
+def power(experiments: pd.DataFrame) -> list[Power]:
+    """Sum up: `experiments` has a row an experiment, with `subjects` and what its `experiment` told.
+
+    Examples
+    --------
+    >>> rows = [{"subjects": 6, "left_out": 0, "near_rise": one, "far_equivalent": 0, "interaction": 1,
+    ...          "width": 0.1, "far_width": 0.1} for one in (0, 1, 1, 1)]
+    >>> power(pd.DataFrame(rows))[0].found["near_rise"]
+    0.75
+    """
+    tests = [name for name in (*TESTS, *CUBE_TESTS) if name in experiments]
+    ratio = "near_rise" in tests  # widths of ratios are kept as logarithms
+    summed = []
+    for subjects, rows in experiments.groupby("subjects"):
+        found = {name: float(rows[name].mean()) for name in tests}
+        error = {name: math.sqrt(share * (1 - share) / len(rows)) for name, share in found.items()}
+        medians = [float(rows[name].astype(float).median()) for name in ("width", "far_width")]
+        near, far = (math.exp(one) for one in medians) if ratio else medians
+        summed.append(Power(int(str(subjects)), len(rows), found, error, near, far, float(rows["left_out"].mean())))
+    return summed

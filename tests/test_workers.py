@@ -1,0 +1,168 @@
+"""Every long command gives the same on one process, on two, and on a cluster of two workers of which one is killed."""
+
+import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from recorded import record_necker, record_ratings
+
+from focalgradient.cli import main
+from focalgradient.observers import pictures
+
+pytestmark = [
+    pytest.mark.skipif(os.name != "posix", reason="kills as POSIX does"),
+    pytest.mark.filterwarnings("ignore:::distributed"),
+]
+
+RATING = 'task = "depthrating"\nscenes = ["spheres-00"]\nrepetitions = 1\ncatch_trials = 1\npractice_trials = 0\n'
+NECKER = (
+    'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
+    "catch_trials = 0\npractice_trials = 0\n"
+)
+VIEWS = """\
+[camera]
+focal_length_mm = 25.0
+pixel_pitch_um = 8.0
+[[view]]
+image = "sharp.png"
+f_number = 16
+focus_distance_m = 0.85
+[[view]]
+image = "soft{}.png"
+f_number = 5.6
+focus_distance_m = 0.85
+"""
+
+COMMANDS = {
+    "stimuli depth-rating": (
+        *("stimuli", "depth-rating", "--seed", "3", "--scenes", "3", "--size", "64", "--samples", "4"),
+        *("--engine", "cast", "--apertures", "4", "--pixel-pitch", "3"),
+    ),
+    "stimuli of photographs": (
+        *("stimuli", "depth-rating", "--picture", "sharp.png", "--depth", "depth.npy", "--field", "10"),
+        *("--apertures", "4,2", "--pixel-pitch", "0.5"),
+    ),
+    "stimuli necker": (
+        *("stimuli", "necker", "--gradient", "none", "--gradient", "nonrigid", "--size", "320", "--edge", "3"),
+        *("--speed", "0.1"),
+    ),
+    "simulate depth-rating": ("simulate", "depth-rating", "--observers", "3", "--seed", "1", "--design", "rating.toml"),
+    "simulate necker": ("simulate", "necker", "--observers", "3", "--seed", "1", "--design", "necker.toml"),
+    "power depth-rating": (
+        *("power", "depth-rating", "--subjects", "3,4", "--experiments", "6", "--design", "rating.toml"),
+    ),
+    "power necker": ("power", "necker", "--subjects", "3,4", "--experiments", "6", "--design", "necker.toml"),
+    "eye": ("eye", "plane", "--views", "both"),
+    "report": ("report", "data"),
+    "depth": ("depth", "frame0.toml", "frame1.toml", "frame2.toml", "frame3.toml"),
+}
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the commands are given, in one folder."""
+    folder = tmp_path_factory.mktemp("given")
+    (folder / "rating.toml").write_text(RATING)
+    (folder / "necker.toml").write_text(NECKER)
+    noise = np.random.default_rng(1).standard_normal((64, 64))
+    texture = np.clip(0.5 + 0.15 * cv2.GaussianBlur(noise, (0, 0), 1.2) / 0.23, 0.02, 0.98)
+    cv2.imwrite(str(folder / "sharp.png"), np.rint(65535 * texture).astype(np.uint16))
+    for number in range(4):
+        soft = cv2.GaussianBlur(texture, (0, 0), 0.8 + 0.2 * number)
+        cv2.imwrite(str(folder / f"soft{number}.png"), np.rint(65535 * soft).astype(np.uint16))
+        (folder / f"frame{number}.toml").write_text(VIEWS.format(number))
+    rows = np.where(np.arange(64)[:, None] < 32, 0.5, 2.0) * np.ones(64)
+    np.save(folder / "depth.npy", rows.astype(np.float32))
+    record_necker(record_ratings(folder / "data", 3), 3)
+    return folder
+
+
+def contents(folder: Path) -> dict[str, Any]:
+    """What the files of a folder hold; without what tells how long it took, when it was made and in which order."""
+    found: dict[str, Any] = {}
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if not path.is_file():
+            continue
+        if path.suffix == ".json":
+            told = json.loads(path.read_bytes())
+            found[name] = {key: value for key, value in told.items() if key != "seconds"}
+        elif path.name == "experiments.jsonl":
+            found[name] = sorted(path.read_text().splitlines())
+        elif path.suffix == ".npz":
+            with np.load(path) as arrays:
+                found[name] = {key: arrays[key].tobytes() for key in arrays.files}
+        else:
+            found[name] = path.read_bytes()
+    return found
+
+
+def made(name: str, out: Path, *how: str) -> dict[str, Any]:
+    result = CliRunner().invoke(main, [*COMMANDS[name], *how, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    return contents(out)
+
+
+@contextmanager
+def one_worker_killed(cluster: Any) -> Iterator[list[int]]:
+    """Kill a worker of the cluster as soon as it has work to do; gives how many pieces of work it had then."""
+    had: list[int] = []
+    stop = threading.Event()
+
+    def watch() -> None:
+        while not stop.is_set() and not had:
+            for state in list(cluster.scheduler.workers.values()):
+                work = len(state.processing)
+                if work and (worker := cluster.workers.get(state.name)) is not None:
+                    os.kill(worker.pid, signal.SIGKILL)
+                    had.append(work)
+                    break
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield had
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
+    ) as local:
+        yield local
+
+
+@pytest.mark.slow  # each starts processes, which import the package: some seconds of processor time a command
+@pytest.mark.parametrize("name", list(COMMANDS))
+def test_one_process_two_and_a_cluster_of_which_one_is_killed(
+    name: str, given: Path, cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(given)
+    monkeypatch.setenv(pictures.CACHE, str(given / "cache"))
+    if name == "simulate depth-rating":  # looks at small pictures of one scene, made here
+        made("stimuli depth-rating", given / "set", "--workers", "1")
+        monkeypatch.setitem(COMMANDS, name, (*COMMANDS[name], "--stimuli", str(given / "set")))
+    one = made(name, tmp_path / "one", "--workers", "1")
+    assert one
+    two = made(name, tmp_path / "two", "--workers", "2")
+    assert two == one
+    cluster.wait_for_workers(2)
+    with one_worker_killed(cluster) as had:
+        three = made(name, tmp_path / "three", "--scheduler", cluster.scheduler_address)
+    assert had, "no worker had work to be killed at"
+    assert three == one
