@@ -24,7 +24,10 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:::distributed"),
 ]
 
-RATING = 'task = "depthrating"\nscenes = ["spheres-00"]\nrepetitions = 1\ncatch_trials = 1\npractice_trials = 0\n'
+RATING = (
+    'task = "depthrating"\nscenes = ["spheres-00"]\napertures = ["pinhole", "f/4"]\nrepetitions = 1\n'
+    "catch_trials = 1\npractice_trials = 0\n"
+)
 NECKER = (
     'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
     "catch_trials = 0\npractice_trials = 0\n"
