@@ -144,44 +144,6 @@ def depth(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-<<<<<<< HEAD
-    names = ("depth.npz", "depth.png", "summary.json")
-    writable(out, names, inputs if calibration is None else (*inputs, calibration))
-    with progress(STAGES) as say, warnings_told() as told:
-        say("reading the views")
-        settings, photographs = _read(inputs, optics, calibration, method, align)
-        read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path is not None]
-        refuse_overwriting(read, [out / name for name in names])
-        pixels = photographs[0].luminance.size
-        announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
-        require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
-
-        from focalgradient import recover_depth
-        from focalgradient.calibration import apply_calibration
-        from focalgradient.photographs import make_views
-
-        views = make_views(settings, photographs)
-        psf = _shape(psf, method, settings.calibration)
-        # The optics count from their entrance pupil, the user from a plane on the camera.
-        with options_named(FROM_EXIF if inputs[0].suffix.lower() != ".toml" else {}):
-            offset = settings.offset
-        near, far = (None if limit is None else limit + offset for limit in (near, far))
-        near, far = _beside_focus(near, far, settings)
-        result = recover_depth(
-            views,
-            method=method,
-            near=near,
-            far=far,
-            psf=psf,
-            k=settings.blur_k,
-            align=align or settings.relative,  # what focus does to magnification is not known then
-            progress=lambda share, words: say(words),
-        )
-        if settings.relative:
-            result = _place_in_stack(result, len(views))
-        elif settings.calibration is None:
-            result = replace(result, offset=offset, plane=settings.plane)
-=======
     asked: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
     read = inputs if calibration is None else (*inputs, calibration)
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
@@ -198,7 +160,6 @@ def depth(
         frame = Frame(inputs, optics, calibration, asked, out)
         if executor is None:
             found = _recovered(frame, told, say)
->>>>>>> cfd9c69 (stimuli, eye, depth of many frames and power of the cube: --workers and --scheduler, one result however the work is shared)
         else:
             found = executor.submit(by_worker, _recovered, frame.absolute()).result()
             found.tell()
@@ -206,7 +167,7 @@ def depth(
     written = [out / name for name in NAMES]
     show(
         {**found.summary, "written": [printable(path) for path in written]},
-        f"Median distance: {found.distance}",
+        found.middle,
         f"Valid pixels: {found.valid:.1%}",
         f"Written: {', '.join(str(path) for path in written)}",
     )
@@ -217,7 +178,7 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     start = time.perf_counter()
     method, asked = frame.asked["method"], frame.asked
     say("reading the views")
-    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, METHODS[method].least)
+    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, method, asked["align"])
     refuse_overwriting(settings.files, [frame.out / name for name in NAMES])
     pixels = photographs[0].luminance.size
     announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
@@ -242,10 +203,12 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
         far=far,
         psf=psf,
         k=settings.blur_k,
-        align=asked["align"],
+        align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
         progress=lambda share, words: say(words),
     )
-    if settings.calibration is None:
+    if settings.relative:
+        result = _place_in_stack(result, len(views))
+    elif settings.calibration is None:
         result = replace(result, offset=offset, plane=settings.plane)
     else:
         marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
@@ -265,23 +228,12 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
         "depth.png": figure.savefig,
         "summary.json": summary_json(summary),
     }
-<<<<<<< HEAD
-    replace_set(out, writers, "summary.json")
     distance = summary["medians"]["distance_m"]
     middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
     if settings.relative:
         place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (len(photographs) - 1)
         middle = f"Median place in the stack: {place:.2f} of {len(photographs)} (order only)"
-    written = [printable(out / name) for name in writers]
-    show(
-        summary | {"written": written},
-        middle,
-        f"Valid pixels: {summary['share_valid']:.1%}",
-        f"Written: {', '.join(written)}",
-    )
-=======
-    return Recovered(files, summary, [], plane=settings.plane)
->>>>>>> cfd9c69 (stimuli, eye, depth of many frames and power of the cube: --workers and --scheduler, one result however the work is shared)
+    return Recovered(files, summary, [], middle=middle)
 
 
 def _place_in_stack(result: DepthMap, count: int) -> DepthMap:

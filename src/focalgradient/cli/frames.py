@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -46,7 +45,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """A depth map's files, or what writes them; its summary; the warnings of another process; where distances begin.
+    """A depth map's files, or what writes them; its summary; the warnings of another process; its median in words.
 
     Where the frame is wrong there is only the sentence that says so.
     """
@@ -55,13 +54,7 @@ class Recovered:
     summary: Mapping[str, Any]
     warnings: Sequence[str]
     wrong: str | None = None
-    plane: str = ""
-
-    @property
-    def distance(self) -> str:
-        """Median distance in words, from the plane that it counts from."""
-        metres = float(self.summary["medians"]["distance_m"])
-        return "unknown" if math.isnan(metres) else f"{metres:.4g} m from {self.plane}"
+    middle: str = ""
 
     @property
     def valid(self) -> float:
@@ -146,7 +139,7 @@ def recover_frames(
             else:
                 found.write(out / name)
                 summaries[name] = found.summary
-                show(None, f"{name}: median distance {found.distance}, valid pixels {found.valid:.1%}")
+                show(None, f"{name}: {found.middle}; valid pixels {found.valid:.1%}")
             say(done / len(names), f"{done} of {len(names)} frames")
     if wrong:
         raise InputError(
