@@ -37,7 +37,7 @@ ROOMS = {
     },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},
-    "dataset": {"design", "errors", "files"},
+    "dataset": {"design", "errors", "files", "parallel"},
     "observers": {
         *("dataset", "depth", "design", "errors", "files", "eye", "parallel", "render", "scenes", "stimuli", "display"),
     },

@@ -319,7 +319,7 @@ BAD = {
     "not TOML": (edit("= 25.0", "25.0"), SETTINGS, r"views\.toml is not valid TOML: .*line 2"),
     "not text": (content("views.toml", b"\xff\xfe\x00"), SETTINGS, r"views\.toml is not text in UTF-8 \(byte 1\)"),
     "backslash": (edit("a.png", "C:\\Users\\a.png"), SETTINGS, r"views\.toml is not valid TOML: .*write \\ as /"),
-    "empty settings": (content("views.toml", b""), SETTINGS, r"camera is missing: give a table \[camera\]"),
+    "empty settings": (content("views.toml", b""), SETTINGS, r"camera \(a table \[camera\].* are missing: give them"),
     "missing key": (
         edit("pixel_pitch_um = 8.0\n", ""),
         SETTINGS,

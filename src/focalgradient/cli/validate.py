@@ -6,10 +6,14 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError
 
 __all__ = ["validate"]
+
+SESSION_S = 0.04
+"""Seconds that the check of a session of some 400 trials takes, on one core."""
 
 
 @click.command(short_help="Check a data set of the experiments.")
@@ -18,8 +22,9 @@ __all__ = ["validate"]
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures shown, to check them too."
 )
 @click.option("--export", is_flag=True, help="First make the tables of sessions that were cut off, of their journals.")
+@shared_options
 @json_option
-def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
+def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | None, scheduler: str | None) -> None:
     """Check the data set in DIR.
 
     Its files by the standard, BIDS (where bids-validator-deno is installed); and that every trial of the design is
@@ -27,7 +32,7 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
     problem is listed. Exit code 1 where something is wrong: 'focalgradient repair' makes damaged sessions readable.
     Nothing is changed, but with --export missing tables are made.
 
-    Takes some seconds for 20 participants.
+    Takes some seconds for 20 participants. The workers of a --scheduler must see DIR under the same path.
 
     \b
     Examples:
@@ -44,7 +49,9 @@ def validate(folder: Path, stimuli: Path | None, export: bool) -> None:
             make_tables(journal)
         except InputError as error:
             refused.append(str(error))
-    found = check(folder, stimuli)
+    seconds = SESSION_S * sum(1 for _ in folder.glob("sub-*"))
+    with shared_work(workers, scheduler, seconds) as executor:
+        found = check(folder, stimuli, executor=executor)
     by_standard = bids_problems(folder)
     notes = list(found.notes)
     if by_standard is None:

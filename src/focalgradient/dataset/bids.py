@@ -330,7 +330,19 @@ def table_text(log: Log) -> str:
     """The long table that a journal makes, as its file holds it."""
     names = [column.name for column in COLUMNS[log.head["design"]["task"]]]
     lines = ["\t".join(names)]
-    lines += ["\t".join(cell(row.get(name)) for name in names) for row in table_rows(log)]
+    known: dict[tuple[type, Any], str] = {}  # most cells but the numbers are the same in many rows
+    for row in table_rows(log):
+        cells = []
+        for name in names:
+            value = row.get(name)
+            if value.__class__ is float:
+                cells.append(repr(round(value, 9)) if value == value else "n/a")
+                continue
+            text = known.get((value.__class__, value))
+            if text is None:
+                text = known[value.__class__, value] = cell(value)
+            cells.append(text)
+        lines.append("\t".join(cells))
     return "\n".join(lines) + "\n"
 
 

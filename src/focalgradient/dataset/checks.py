@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,11 +30,15 @@ from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.read import NAME, SessionTable, participants_of, read_session, sessions_of
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.errors import InputError
+from focalgradient.parallel import in_order
 
 __all__ = ["VALIDATOR", "Findings", "bids_problems", "validate"]
 
 VALIDATOR = "bids-validator-deno"
 """The program that knows the standard."""
+
+BATCH = 25
+"""Sessions that are checked at a time."""
 
 SHA256 = re.compile(r"[0-9a-f]{64}")
 
@@ -61,7 +66,7 @@ class Findings:
     notes: tuple[str, ...]
 
 
-def validate(root: Path, stimuli: Path | None = None) -> Findings:
+def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | None = None) -> Findings:
     """Check a data set by its own lights: that every trial of its design is there once, as the journal has it.
 
     All that is wrong is listed, session by session; a damaged session does not keep the others from being checked.
@@ -72,11 +77,14 @@ def validate(root: Path, stimuli: Path | None = None) -> Findings:
         Its folder.
     stimuli
         Folder of the pictures that were shown, to check them too.
+    executor
+        What checks the sessions, some at a time: what is found does not depend on it. Its workers must see the folder
+        under the same path. None: this process.
 
     Raises
     ------
     InputError
-        If the folder holds no data set.
+        If the folder holds no data set, or a worker does not see it.
     """
     root = Path(root)
     checked = _Checked(root, bool(read_description(root).get("Simulated")))
@@ -87,8 +95,10 @@ def validate(root: Path, stimuli: Path | None = None) -> Findings:
             checked.problems.append(f"{path} does not lie where its name says: put it back where it was.")
         else:
             of_files.add(files)
-    for files in sorted(of_files, key=lambda one: one.name):
-        checked.session(files)
+    ordered = sorted(of_files, key=lambda one: one.name)
+    jobs = [(root, checked.simulated, ordered[first : first + BATCH]) for first in range(0, len(ordered), BATCH)]
+    for part in in_order(executor, _check_sessions, jobs):
+        checked.add(part)
     checked.alike()
     checked.people()
     if stimuli is not None:
@@ -96,6 +106,16 @@ def validate(root: Path, stimuli: Path | None = None) -> Findings:
     for entry in withdrawn(root):
         checked.notes.append(f"{entry.get('participant')} withdrew on {entry.get('date')}; their data were removed.")
     return Findings(len(of_files), checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
+
+
+def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
+    root, simulated, sessions = job
+    if not (root / "dataset_description.json").exists():
+        raise InputError(f"a worker does not see {root}: give a path that is the same on every machine.")
+    checked = _Checked(root, simulated)
+    for files in sessions:
+        checked.session(files)
+    return checked
 
 
 def _named(root: Path, path: Path) -> Files | None:
@@ -117,6 +137,16 @@ class _Checked:
         self.manifests: dict[str, tuple[list[str], dict[tuple[str, ...], str], frozenset[str]]] = {}
         self.said: dict[Files, tuple[str, dict[str, Any]]] = {}
         self.labels: set[str] = set()
+
+    def add(self, other: _Checked) -> None:
+        """Take over what was found in other sessions."""
+        self.problems += other.problems
+        self.notes += other.notes
+        self.trials += other.trials
+        self.late += other.late
+        self.manifests |= other.manifests
+        self.said |= other.said
+        self.labels |= other.labels
 
     def session(self, files: Files) -> None:
         """Check one session."""

@@ -63,6 +63,9 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
         raise ValueError(f"{key} names {twice[0]!r} more than once: leave out the second.")
 
 
+_LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
+
+
 class Plan(Table):
     """Settings that all designs have."""
 
@@ -126,7 +129,13 @@ class Plan(Table):
 
         `factors` gives the levels of a trial that must not come too often in a row.
         """
-        order = in_order(blocks, factors, longest=self.longest_run, draws=self.draws(participant, session, "order"))
+        # Both of a pair have one order, and lists are made one after the other: the last order is kept.
+        key = (self.model_dump_json(), self.place(participant).stream, session)
+        if key not in _LAST_ORDER:
+            found = in_order(blocks, factors, longest=self.longest_run, draws=self.draws(participant, session, "order"))
+            _LAST_ORDER.clear()
+            _LAST_ORDER[key] = tuple(found)
+        order: list[Kind] = list(_LAST_ORDER[key])
         if self.place(participant).mirrored:
             order.reverse()
         # What follows must differ within a pair, whose orders are alike.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,6 +93,7 @@ def make_report(
     conditions: Mapping[str, str] | None = None,
     focal_length_mm: float | None = None,
     bayes: bool = False,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Report:
     """Analyse a data set, or a table of one's own depth ratings, and write down all of it.
@@ -112,6 +114,8 @@ def make_report(
         Of a table of one's own.
     bayes
         Whether the ratings are analysed by Bayesian models, too: see `focalgradient.statistics.bayes`.
+    executor
+        What checks the sessions of a data set: see `focalgradient.dataset.validate`. None: this process.
     progress
         Called with the share done of the ordinal model, then of the Bayesian ones: the parts that take long.
 
@@ -138,7 +142,7 @@ def make_report(
         title = str(read_description(root).get("Name", root.name))
         ratings, reports = _analysed(root, used, scale, stated.rules, problems, progress)
         try:
-            found = validate(root)
+            found = validate(root, executor=executor)
             problems = list(dict.fromkeys([*problems, *found.problems]))
             notes += found.notes
         except InputError as error:
