@@ -20,6 +20,9 @@ Image = NDArray[np.float32]
 SHIFT_WARNING = 0.25
 """Displacement between views, in pixels, above which a user is warned."""
 
+ALIKE = 0.3
+"""How far, as a share, the scale that is left may be from that of reversed foci to be taken for it: a choice."""
+
 LEAST_MASKED = 0.05
 """Share of a resampled pixel that may come from masked ones."""
 
@@ -197,6 +200,7 @@ class RegisteredViews:
             moved, covered = resample(image, placement)
             shift, error = measure_placement(first, moved)
             warnings.append(_displacement_warning(number, shift, error, view.shape, align))
+            warnings.append(_order_warning(number, shift, error, view.shape, placement.scale))
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
@@ -248,6 +252,22 @@ def _displacement_warning(number: int, shift: Placement, error: float, shape: tu
             f"{shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: align the views (align=True)."
         )
     return ""
+
+
+def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int, int], expected: float) -> str:
+    """What to warn of where a view's magnification is that of the opposite order of focus.
+
+    `expected` is the scale that the optics stated make, and was removed; `shift` what was left; `error` its standard
+    deviation, in pixels at the corner.
+    """
+    corner = float(np.hypot(*shape)) / 2
+    left, reversed_order = np.log(shift.scale), -2 * np.log(expected)
+    if abs(reversed_order) * corner < max(1.0, 6 * error) or abs(left / reversed_order - 1) > ALIKE:
+        return ""
+    return (
+        f"view {number} is magnified against view 1 by {1 / (expected * shift.scale):.4f}, where its focus makes it "
+        f"{1 / expected:.4f}: the focus distances seem to be in the opposite order (--focus-distance)."
+    )
 
 
 def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:

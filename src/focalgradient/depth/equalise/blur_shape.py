@@ -20,7 +20,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import DISC_K, PsfName
 
-__all__ = ["Fit", "Shape", "fit_shapes", "judge_shape"]
+__all__ = ["Fit", "Shape", "fit_models", "fit_shapes", "judge_shape"]
 
 DOUBTFUL = 0.05
 """Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01, and up to 0.04
@@ -70,10 +70,21 @@ def fit_shapes(
 
     `noise` is the noise variance in units of that of `noise_sd`.
     """
+    return fit_models([(search, shape) for shape in shapes], views, noise_sd, window, noise)
+
+
+def fit_models(
+    models: Sequence[tuple[Search, Shape]],
+    views: RegisteredViews,
+    noise_sd: Sequence[float],
+    window: float,
+    noise: float = 1.0,
+) -> list[Fit]:
+    """The same for optics, by the search that they make, each with a shape of blur."""
     weight = views.usable.astype(np.float32)
-    blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
     read, taus = [], []
-    for shape in shapes:
+    for search, shape in models:
+        blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
         equalised = equalise(views.images, search.blurs(shape.psf, shape.k), noise_sd, window=window)
         nodes = equalised.read(weight, noise)
         nodes = equalised.refine(nodes, equalised.evaluate(nodes), weight, noise)

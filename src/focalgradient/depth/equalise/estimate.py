@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
+from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
@@ -88,10 +89,14 @@ def estimate(problem: Problem) -> Estimate:
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
+    misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
+    slips: dict[str, float] = {}
     # A displacement, of which the user is warned, looks like blur of another shape.
-    if valid.any() and gains is None and settings.psf != "optics" and not registered.warnings:
+    if gains is None and settings.psf != "optics" and not registered.warnings:
         shape = Shape(settings.model if settings.psf != "blend" else "blend", settings.k)
-        shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
+        slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
+        if valid.any() and not texts:
+            shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
     return Estimate(
         vergence,
         vergence_sd,
@@ -102,6 +107,7 @@ def estimate(problem: Problem) -> Estimate:
             "misfit": float(np.median(nodes.misfit)),
             "split_band": split.stated(),
             **({"fit_by_shape": shapes} if shapes else {}),
+            **({"fit_by_optics": slips} if slips else {}),
             "share_of_texture_explained": explained,
             "share_disagreeing": float(1 - agrees.mean()),
         },

@@ -1,0 +1,97 @@
+"""Wrong optics are warned of: an order reversed, apertures off by a factor, foci exchanged."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+from blurred import PIXEL, SHAPE, TILE, Camera, wall
+
+from focalgradient import Lens, View, recover_depth
+from focalgradient.psf import transfer
+
+
+def lens(f_number: float, focus: float = 0.85) -> Lens:
+    return Lens(0.025, f_number, focus)
+
+
+def slant(lenses, low, high, psf="disc", k=0.5):
+    """Views of a textured slant from `high` (D, left) to `low` (right)."""
+    random = np.random.default_rng(0)
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
+    spectrum = np.where(
+        frequency > 0, np.fft.rfft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1e-3), 0
+    )
+    spectrum *= 0.2 / np.fft.irfft2(spectrum).std()
+    height, width = SHAPE
+    vergence, column = np.linspace(high, low, width), np.arange(width)
+    views = []
+    for one in lenses:
+        radius = one.aperture_diameter / 2 * np.abs(one.focus_vergence - vergence) / PIXEL
+        radii = np.linspace(0, radius.max() + 0.01, 24)
+        blurred = np.stack([np.fft.irfft2(spectrum * transfer(frequency, r, psf, k))[:height, :width] for r in radii])
+        place = np.clip(radius / radii[1], 0, 22.99)
+        below = place.astype(int)
+        image = (
+            1 + blurred[below, :, column].T * (below + 1 - place) + blurred[below + 1, :, column].T * (place - below)
+        )
+        views.append(View((image + 0.01 * random.standard_normal(SHAPE)).astype(np.float32), one, PIXEL))
+    return views
+
+
+def said(views, stated, **limits):
+    """What is warned of where the views are said to be through the lenses `stated`."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        recover_depth([View(v.image, one, PIXEL) for v, one in zip(views, stated, strict=True)], **limits)
+    return "\n".join(str(one.message) for one in caught)
+
+
+STOPS = [lens(16), lens(4)]
+
+
+@pytest.mark.parametrize(
+    ("stated", "named"),
+    [
+        (STOPS, None),
+        (STOPS[::-1], "apertures in reverse order"),
+        ([lens(16), lens(8)], r"0\.5 times the f-number of the most open view"),
+    ],
+)
+def test_apertures(stated, named):
+    text = said(slant(STOPS, 0.5, 1.1), stated, near=0.85)
+    if named is None:
+        assert "contradict" not in text
+    else:
+        assert re.search(f"contradict the optics stated: they fit better with (the )?{named}", text)
+        assert "--f-number" in text
+
+
+@pytest.mark.parametrize("psf", ["gaussian", "blend"])
+def test_another_shape_of_blur_is_not_taken_for_other_optics(psf):
+    text = said(slant(STOPS, 0.5, 1.1, psf, 0.5 if psf == "gaussian" else 0.35), STOPS, near=0.85)
+    assert "contradict the optics" not in text
+    assert "not quite a disc" in text
+
+
+def test_foci_of_a_stack():
+    foci = [lens(5.6, 0.7), lens(5.6, 1.0), lens(5.6, 1.5)]
+    views = slant(foci, 0.7, 1.4)
+    assert "contradict" not in said(views, foci)
+    assert "foci of views 1 and 2 exchanged" in said(views, [foci[1], foci[0], foci[2]])
+
+
+def test_magnification_tells_the_order_of_two_foci():
+    lenses = [lens(5.6, 0.6), lens(5.6, 1.5)]
+    scale = lenses[1].sensor_distance / lenses[0].sensor_distance  # of the second view's picture
+    first, second = wall(lenses, 0.9, cameras=[Camera(), Camera(scale=scale)])
+    angles = [8e-6 / one.sensor_distance for one in lenses]
+
+    def text(order):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            recover_depth([View(v.image, lenses[n], angles[n]) for v, n in zip((first, second), order, strict=True)])
+        return "\n".join(str(one.message) for one in caught)
+
+    assert "opposite order" not in text((0, 1))
+    assert "opposite order (--focus-distance)" in text((1, 0))
