@@ -47,7 +47,8 @@ def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) 
     )
     assert result.exit_code == 0, result.output
     assert {path.name for path in out.iterdir()} == {
-        *("blurred-1.0m.png", "blurred-1.0m.npy", "blurred-2.5m.png", "blurred-2.5m.npy", "summary.json")
+        *("blurred-1.0m.png", "blurred-1.0m.npy", "blurred-2.5m.png", "blurred-2.5m.npy"),
+        *("distance.npy", "summary.json"),
     }
     light = np.load(out / "blurred-1.0m.npy")
     picture = cv2.imread(str(folder / "picture.png"))[..., ::-1]

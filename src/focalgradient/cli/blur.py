@@ -32,6 +32,9 @@ __all__ = ["blur"]
 SECONDS_PER_MEGAPIXEL = 1.1
 """Of one picture through one lens on two cores: 1920 x 1080 pixels with a blur of 15 pixels took 2.3 s."""
 
+SINGLE, DISTANCE = "blurred", "distance.npy"
+"""How the files begin that are made of one picture; its distances in metres, holes filled."""
+
 UNITS = ("m", "mm", "dioptres", "disparity")
 
 CLIPPED = 1e-3
@@ -124,9 +127,10 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a lens,
     or that of the display (--display, or --screen-width and --distance).
 
-    For each --focus M it writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light;
-    DIR/summary.json says how they were made. Two folders in place of the two files: every picture with the depth of the
-    same name (a video's frames), into DIR/NAME-M.png and .npy; the same command goes on where it was cut off.
+    For each --focus M it writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light, beside them
+    DIR/distance.npy, the depth in metres with its holes filled; DIR/summary.json says how they were made. Two folders
+    in place of the two files: every picture with the depth of the same name (a video's frames), into DIR/NAME-M.png
+    and .npy; the same command goes on where it was cut off.
 
     Takes about 2 s for 2 megapixels and each focus on two cores, an eye three times that; longer where blur is wider
     than 15 pixels.
@@ -147,6 +151,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     start = time.perf_counter()
     pairs = list(_pairs(picture, depth))
     names = [f"{stem}-{metres}m{end}" for _, _, stem in pairs for metres in focus for end in (".png", ".npy")]
+    if len(pairs) == 1:
+        names.append(DISTANCE)
     writable(out, [*names, "summary.json"], [picture, depth])
     refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
     display = _display(options)
@@ -186,7 +192,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
 def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
     """Pictures with their depth, and how the names of what is made of them begin."""
     if not picture.is_dir() and not depth.is_dir():
-        yield picture, depth, "blurred"
+        yield picture, depth, SINGLE
         return
     if not (picture.is_dir() and depth.is_dir()):
         raise InputError("PICTURE and DEPTH must both be files, or both folders: give two of a kind.")
@@ -244,6 +250,8 @@ class _Job:
             writers[f"{self.stem}-{metres}m.png"] = self._png(light)
             writers[f"{self.stem}-{metres}m.npy"] = partial(_save, light)
         low, high = float(distances.metres.min()), float(distances.metres.max())
+        if self.stem == SINGLE:
+            writers[DISTANCE] = partial(_save, distances.metres.astype(np.float32))
         facts = {
             "picture": printable(self.picture),
             "encoding": shown.encoding,

@@ -6,6 +6,9 @@ import click
 
 __all__ = ["run"]
 
+GAZE = "gaze-focus"
+"""Shows a focus series by the gaze; nothing is asked, so that it has no design."""
+
 
 @click.command(
     short_help="Run an experiment with a person.",
@@ -17,6 +20,8 @@ __all__ = ["run"]
 def run(context: click.Context, words: tuple[str, ...]) -> None:
     """Run EXPERIMENT (depth-rating, necker or pinhole) with a person, in PsychoPy (extra lab).
 
+    Or show a focus series by where one looks (gaze-focus; eye trackers need the extra gaze).
+
     What is answered is on the disk before the next trial begins. Exit code 1: stopped before the end; the same command
     with --resume goes on.
 
@@ -25,6 +30,7 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
       focalgradient run depth-rating --pilot --stimuli pictures
       focalgradient run necker --participant 01 --monitor lab --data data
       focalgradient run necker --print-design > mine.toml
+      focalgradient run gaze-focus --series blurred --gaze mouse --windowed
       focalgradient run necker --help
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     name, *given = words or ("--help",)
@@ -33,8 +39,10 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
         return
     from focalgradient.design import NAMES
 
-    if name not in NAMES:
-        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join(NAMES)}", context)
+    if name not in (*NAMES, GAZE):
+        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join((*NAMES, GAZE))}", context)
     from focalgradient import lab
 
+    if name == GAZE:
+        context.exit(lab.gaze_focus.run(given, program=f"{context.command_path} {name}"))
     context.exit(lab.run(lab.EXPERIMENTS[name], given, program=f"{context.command_path} {name}"))

@@ -4,7 +4,7 @@ An `Experiment` says what is particular to one; `run` takes a participant throug
 `EXPERIMENTS`, by the names that ``focalgradient run`` knows. PsychoPy (extra ``lab``) is imported when a window opens.
 """
 
-from focalgradient.lab import depth_rating, necker, pinhole
+from focalgradient.lab import depth_rating, gaze_focus, necker, pinhole
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.questions import Given, Scale, ask, form, pages
 from focalgradient.lab.running import run
@@ -22,6 +22,7 @@ __all__ = [
     "ask",
     "depth_rating",
     "form",
+    "gaze_focus",
     "necker",
     "pages",
     "pinhole",

@@ -41,6 +41,7 @@ EVENTS = {
     "picture": 11,
     "cube": 12,
     "look": 13,
+    "focus": 18,
     "off": 20,
     "question": 21,
     "confidence": 22,

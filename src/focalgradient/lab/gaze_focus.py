@@ -1,0 +1,378 @@
+"""Focus where one looks: a focus series of which the picture is shown that is in focus at the place looked at.
+
+The gaze is that of an eye tracker (ioHub, extra gaze), or the mouse's pointer. The distance of what is shown there
+chooses the focus of the series. From each gaze sample that changed the focus to the first frame that shows it the time
+is measured; the square of --photodiode turns over with that frame.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+
+from focalgradient.dataset import Files, Journal, begin_dataset
+from focalgradient.dataset.bids import add_participant
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_json
+from focalgradient.lab.experiment import EVENTS, Again, Quit
+from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
+from focalgradient.lab.gaze_record import Change, write_tables
+from focalgradient.lab.preparation import WINDOW, _markers, import_screen
+
+if TYPE_CHECKING:
+    from focalgradient.lab.screen import Screen
+
+__all__ = ["run"]
+
+AROUND_DEG = 0.25
+"""Degrees each way about the gaze over which depth is the median: about the error of a good eye tracker."""
+
+ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57
+"""Metres, of a screen whose size and distance are not known."""
+
+SIMULATED = "eyetracker.hw.mouse.EyeTracker"
+"""ioHub's eye tracker that follows the mouse."""
+
+
+class Sample(NamedTuple):
+    """Where somebody looked: pixels from the middle of the window, x right and y up; when, on the screen's clock."""
+
+    x: float
+    y: float
+    time: float
+
+
+class Gaze(Protocol):
+    """What tells where somebody looks."""
+
+    name: str
+
+    def sample(self) -> Sample | None:
+        """The newest sample; None where the eyes are not found."""
+
+    def close(self) -> None:
+        """Stop."""
+
+
+class _Mouse:
+    """The pointer, as if it were the gaze; read when a frame is drawn."""
+
+    name = "mouse"
+
+    def __init__(self, screen: Screen):
+        self._screen = screen
+        screen.mouse.setVisible(True)
+
+    def sample(self) -> Sample | None:
+        x, y = self._screen.mouse.getPos()
+        return Sample(float(x), float(y), self._screen.now())
+
+    def close(self) -> None:
+        self._screen.mouse.setVisible(False)
+
+
+class _Tracker:
+    """An eye tracker that ioHub knows, with its own time of each sample."""
+
+    def __init__(self, screen: Screen, kind: str, settings: dict[str, Any], calibrate: bool):
+        from psychopy.iohub import launchHubServer
+
+        self.name, self._screen = kind, screen
+        width, height = (1e3 * screen.display.pixel_pitch * side for side in screen.display.size_px)
+        where = {
+            "physical_dimensions": {"width": width, "height": height, "unit_type": "mm"},
+            "default_eye_distance": {"surface_center": 1e3 * screen.display.distance, "unit_type": "mm"},
+        }
+        self._hub = launchHubServer(window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}})
+        self._tracker: Any = getattr(self._hub.devices, "tracker", None)
+        if self._tracker is None:
+            self._hub.quit()
+            raise InputError(f"the eye tracker {kind} does not answer: see that it is on, and its --tracker file.")
+        if calibrate:
+            self._tracker.runSetupProcedure()
+        self._tracker.setRecordingState(True)
+
+    def sample(self) -> Sample | None:
+        sample, place = self._tracker.getLastSample(), self._tracker.getLastGazePosition()
+        if not sample or place is None:
+            return None
+        age = self._hub.getTime() - sample[7]  # the header's field "time", by ioHub's clock
+        return Sample(float(place[0]), float(place[1]), self._screen.now() - age)
+
+    def close(self) -> None:
+        self._tracker.setRecordingState(False)
+        self._hub.quit()
+
+
+class _Arguments(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message.rstrip('.')}: see --help.")
+
+
+def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Namespace:
+    parser = _Arguments(program, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add(
+        "--series",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder that 'focalgradient blur' made, of two foci up",
+    )
+    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what tells where one looks (default: mouse)")
+    add(
+        "--tracker",
+        type=Path,
+        metavar="FILE",
+        help='JSON file with the eye tracker\'s ioHub settings, as {"eyetracker.hw.tobii.EyeTracker": {...}} '
+        "(default: ioHub's simulated tracker, which follows the mouse)",
+    )
+    add("--transition", choices=("eye", "immediate"), default="eye", help="how focus changes (default: eye, 0.3 s)")
+    add("--seconds", type=float, default=60.0, metavar="S", help="how long (default: 60)")
+    add("--participant", default="pilot", metavar="LABEL", help="letters and digits (default: pilot)")
+    add("--session", metavar="LABEL", help="for participants who come more than once")
+    add("--data", type=Path, default=Path("data"), metavar="DIR", help="folder of the data set (default: data)")
+    add("--windowed", action="store_true", help=f"a window of {WINDOW[0]} x {WINDOW[1]} pixels, not the whole screen")
+    add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
+    add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center: size, distance, gamma")
+    add("--photodiode", choices=("left", "right"), help="lower corner for a square that turns over when focus changes")
+    add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
+    options = parser.parse_args(given)
+    if not 0 < options.seconds <= 3600:
+        raise InputError(f"--seconds is {options.seconds:g}, but must be above 0 and up to 3600.")
+    if options.tracker is not None and options.gaze != "tracker":
+        raise InputError("--tracker is given, but --gaze is mouse: give --gaze tracker too.")
+    if options.windowed and options.gaze == "tracker":
+        raise InputError("--gaze tracker counts from the middle of the whole screen: leave out --windowed.")
+    return options
+
+
+def run(given: Sequence[str] | None = None, *, program: str | None = None) -> int:
+    """Show a series by the gaze, with one participant.
+
+    Parameters are as for `focalgradient.lab.run`.
+
+    Returns
+    -------
+    int
+        Exit code: 0 at the end, 1 when it was stopped before, 2 where it cannot run, which one sentence then says.
+    """
+    try:
+        options = _arguments(given, program)
+        series = read_series(options.series)
+        files = Files(options.data, "gazefocus", options.participant, options.session)
+        kind, settings = _tracker_settings(options)
+        hook = _markers(options.markers)
+        module = import_screen()
+        display = _display(options, module)
+        size = WINDOW if options.windowed else display.size_px
+        height, width = series.metres.shape
+        if width > size[0] or height > size[1]:
+            raise InputError(
+                f"the series has {width} x {height} pixels, but the window {size[0]} x {size[1]}: make it smaller, or "
+                "leave out --windowed."
+            )
+        about = _about(options, series, kind)
+        journal = _begin(files, options, about)
+        try:
+            return _window(module, options, display, series, (kind, settings), hook, files, about, journal)
+        finally:
+            journal.close()
+    except InputError as error:
+        print(f"Error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+
+
+def _tracker_settings(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    """Name of the eye tracker in ioHub, and its settings; "mouse" without one."""
+    if options.gaze == "mouse":
+        return "mouse", {}
+    missing = [name for name in ("gevent", "astunparse", "esprima") if importlib.util.find_spec(name) is None]
+    if importlib.util.find_spec("psychopy") is not None and missing:
+        raise InputError(f"ioHub, which reads eye trackers, lacks {missing[0]}: pip install 'focalgradient[gaze]'.")
+    if options.tracker is None:
+        controls = {"move": ["CONTINUOUS"], "blink": ["LEFT_BUTTON", "RIGHT_BUTTON"], "saccade_threshold": 0.5}
+        return SIMULATED, {"controls": controls, "runtime_settings": {"sampling_rate": 100}}
+    table = read_json(options.tracker, "the settings of an eye tracker")
+    if not (isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict)):
+        raise InputError(
+            f"{printable(options.tracker)} must hold one eye tracker's name with its settings, as "
+            '{"eyetracker.hw.tobii.EyeTracker": {}}.'
+        )
+    return next(iter(table.items()))
+
+
+def _display(options: argparse.Namespace, module: Any) -> Display:
+    size = module.screen_size(options.screen)
+    if options.monitor is None:
+        return Display(size, ASSUMED_PITCH, ASSUMED_DISTANCE)
+    found = module.calibration_of(options.monitor)
+    if not (found.width and found.distance):
+        raise InputError(f"the monitor {options.monitor!r} has no width or no distance: enter them in PsychoPy.")
+    return Display(size, found.width / size[0], found.distance, found.gamma or "sRGB")
+
+
+def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[str, Any]:
+    """What the session is run with."""
+    return {
+        "task": "gazefocus",
+        "participant": options.participant,
+        "session": options.session,
+        "series": printable(series.folder),
+        "focus_dioptre": series.vergences,
+        "gaze": kind,
+        "transition": options.transition,
+        "time_constant_s": TIME_CONSTANT if options.transition == "eye" else 0.0,
+        "versions": {name: version(name) for name in ("focalgradient", "psychopy")},
+    }
+
+
+def _begin(files: Files, options: argparse.Namespace, about: dict[str, Any]) -> Journal:
+    """The data set, and the journal of this session."""
+    begin_dataset(options.data, "human")
+    path = files.journal.with_name(files.journal.name.replace("_beh.", "_events."))
+    head = {"event": "begun", **about}
+    try:
+        journal = Journal.begin(path, head, durable=False)  # a wait for the disk would cost frames
+    except FileExistsError as error:
+        raise InputError(f"{printable(path)} is there already: give another --participant or --session.") from error
+    add_participant(options.data, options.participant, {"kind": "human"})
+    return journal
+
+
+def _window(
+    module: Any,
+    options: argparse.Namespace,
+    display: Display,
+    series: FocusSeries,
+    tracker: tuple[str, dict[str, Any]],
+    hook: Any,
+    files: Files,
+    about: dict[str, Any],
+    journal: Journal,
+) -> int:
+    (kind, settings) = tracker
+    screen = module.Screen(options.screen, WINDOW if options.windowed else None, display, patch=options.photodiode)
+    start = screen.now()
+    changes: list[Change] = []
+    gaze: Gaze | None = None
+
+    def listen(name: str, time: float) -> None:
+        journal.write({"event": "note", "kind": name, "time": time - start})
+        if hook is not None:
+            hook(EVENTS[name], name, time - start)
+
+    screen.on_event = listen
+    try:
+        gaze = _Mouse(screen) if kind == "mouse" else _Tracker(screen, kind, settings, calibrate=kind != SIMULATED)
+        pictures = [screen.picture(pixels) for pixels in series.encoded(display)]
+        screen.warm(*pictures)
+        _instruct(screen)
+        _follow(screen, gaze, series, pictures, options, journal, start, changes)
+        screen.on_event("end", screen.now())
+    except Quit:
+        return 1
+    finally:
+        if gaze is not None:
+            gaze.close()
+        screen.close()
+        write_tables(files, about, changes, screen.refresh_hz, screen.frame_s)
+    return 0
+
+
+def _instruct(screen: Screen) -> None:
+    """Say what there is to do, and wait for the space bar."""
+    title = screen.text("Look around in the picture", height=0.05, y=0.1, bold=True)
+    about = screen.text("What you look at comes into focus. ESCAPE stops.", y=0.0)
+    keys = screen.text("Press SPACE to start.", y=-0.1)
+    while True:
+        try:
+            screen.wait(lambda: [part.draw() for part in (title, about, keys)], ["space"], "ready")
+            return
+        except Again:
+            continue
+
+
+def _follow(
+    screen: Screen,
+    gaze: Gaze,
+    series: FocusSeries,
+    pictures: Sequence[Any],
+    options: argparse.Namespace,
+    journal: Journal,
+    start: float,
+    changes: list[Change],
+) -> None:
+    """Show frames, each in the focus that the gaze asks for, until the time is over."""
+    height, width = series.metres.shape
+    # The picture's middle, in the window: half a pixel off where one side is odd and the other even.
+    middle = [(side - own) % 2 / 2 for side, own in zip(screen.size, (width, height), strict=True)]
+    around = AROUND_DEG * screen.display.pixels_per_degree
+    focusing = Focusing(series.vergences, options.transition)
+    kept = _Samples(journal)
+    lit, onset, before = True, None, None
+    while onset is None or screen.now() < onset + options.seconds:
+        found = gaze.sample()
+        pending = None
+        if found is not None:
+            x, y = found.x - middle[0] + width / 2, height / 2 - (found.y - middle[1])
+            kept.add(found.time - start, x, y)
+            vergence = series.vergence_at(x, y, around)
+            if vergence is not None and (focusing.look(series.nearest(vergence)) or onset is None):
+                pending = (found, x, y, vergence)
+                lit = not lit
+        pictures[series.number_of(focusing.step(screen.frame_s))].draw()
+        flip = screen.frame(lit)
+        if onset is None:
+            onset = flip
+            screen.on_event("picture", onset)
+        elif before is not None:
+            screen.dropped += max(round((flip - before) / screen.frame_s) - 1, 0)
+        before = flip
+        if pending is not None:
+            sample, x, y, vergence = pending
+            change = Change(
+                onset=flip - start,
+                focus_dioptre=series.vergences[focusing.target],
+                gaze_x=x,
+                gaze_y=y,
+                gaze_dioptre=vergence,
+                latency_ms=1e3 * (flip - sample.time),
+                latency_frames=(flip - sample.time) / screen.frame_s,
+            )
+            changes.append(change)
+            journal.write({"event": "note", "kind": "focus", **change._asdict()})
+            screen.on_event("focus", flip)
+        try:
+            screen.stop_if_asked(screen.keys.events())
+        except Again:
+            before = None
+        except Quit:
+            kept.write(screen.dropped)
+            raise
+    kept.write(screen.dropped)
+    screen.on_event("off", screen.blank())
+
+
+class _Samples:
+    """Gaze samples on their way to the journal, a second of them at a time: time (s), x and y in the picture (px)."""
+
+    def __init__(self, journal: Journal):
+        self._journal = journal
+        self._found: list[tuple[float, float, float]] = []
+
+    def add(self, time: float, x: float, y: float) -> None:
+        self._found.append((time, x, y))
+        if len(self._found) >= 60:
+            self.write()
+
+    def write(self, dropped: int | None = None) -> None:
+        about = {} if dropped is None else {"dropped_frames": dropped}
+        self._journal.write({"event": "note", "kind": "gaze", "samples": self._found, **about})
+        self._found = []
