@@ -15,17 +15,18 @@ from focalgradient.lab.depth_rating import ask_confidence, ask_depth, show_pictu
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
     """Show one picture and ask. `sitting.screen` has what is needed to show something else (`text`, `play`, `wait`)."""
-    if trial.standard_before and trial.trial > 1:  # the first comes by itself, after the instructions
+    if trial.standard_before:
         show_standard(sitting)
-    onset, picture = show_picture(sitting, trial)
-    depth = ask_depth(sitting)
+    onset, file = show_picture(sitting, trial)
+    depth = ask_depth(sitting, trial)
     confidence = ask_confidence(sitting)
     return Rated(
         onset=onset,
         rating=depth.value,
         response_time=depth.seconds,
         confidence=confidence,
-        stimulus=picture.png,
+        stimulus=file,
+        start=depth.start,
     )
 
 

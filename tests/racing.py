@@ -46,7 +46,7 @@ def racer(number: int, barrier: Barrier, rounds: list[tuple[str, Path, str]], pi
             session = take(way, root, participant, {"age": 20 + number})
             for count, trial in enumerate(session.remaining()[: 1 + number]):
                 onset = TRIAL_S * count
-                session.record(trial, Rated(onset=onset, rating=1.0 + number, response_time=1.5))
+                session.record(trial, Rated(onset=onset, rating=1.0 + number % 3, response_time=1.5))
         except InputError as error:
             said = str(error)
         except BaseException:

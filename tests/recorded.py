@@ -21,6 +21,7 @@ def record_ratings(
     for name, rows in table.groupby("participant_id", sort=False):
         with Session.begin(root, design, name.removeprefix("sub-"), apparatus=APPARATUS, kind=kind) as session:
             for trial, rating in zip(session.remaining(), rows["rating"], strict=True):
+                rating = min(max(rating, design.least_rating), design.most_rating)
                 session.record(trial, Rated(onset=5.0 * trial.trial, rating=rating, response_time=1.5))
     return root
 

@@ -53,7 +53,9 @@ def answered(design, trials, seed: int):
             yield Watched(onset=onset, presses=presses, trial_duration=trial.trial_s + 0.016, dropped_frames=dropped)
         else:
             stimulus = f"{trial.scene}_{trial.aperture.replace('/', '')}.png" if design.task == "depthrating" else None
-            rating = np.exp(rng.normal(0, 0.3))  # a NumPy number, as programs have them
+            if trial.scene.startswith("example-"):
+                stimulus = None  # a drawing, not of the set
+            rating = np.exp(np.clip(rng.normal(0, 0.3), -1.3, 1.3))  # a NumPy number, as programs have them
             yield Rated(
                 onset=onset, rating=rating, response_time=rng.uniform(0.3, 3), dropped_frames=dropped, stimulus=stimulus
             )
@@ -291,7 +293,7 @@ SPOILT = {
     "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "there is no column rating"),
     "cell gone": (
         lambda root: rating_file(root).write_text(rating_file(root).read_text()[:-3]),
-        "row 35: there are 13 cells, but must be 14",
+        "row 35: there are 15 cells, but must be 16",
     ),
     "unknown kind": (lambda root: edit(root / "participants.tsv", 2, "kind", "robot"), "row 2: kind is 'robot'"),
     "unknown participant": (

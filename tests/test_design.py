@@ -14,7 +14,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, design_text, load_design
+from focalgradient.design import (
+    DepthRatingDesign,
+    NeckerDesign,
+    Pinhole,
+    check_design,
+    design_text,
+    load_design,
+    recorded_design,
+)
 from focalgradient.design.draws import Draws
 from focalgradient.design.order import in_order
 from focalgradient.errors import InputError
@@ -38,10 +46,10 @@ def fingerprint(trials) -> str:
 
 # What these lists are does not matter; that they never change does: a session that was cut off is resumed by its list.
 GOLDEN = {
-    ("depth-rating", "01", None): "09e0f7a7ef609b81",
-    ("depth-rating", "02", None): "9ce1709ab4b62618",
-    ("depth-rating", "ab3", None): "3499476eef03c390",
-    ("depth-rating", "01", "2"): "44be37f0b053f948",
+    ("depth-rating", "01", None): "135aaeb12c198dd9",
+    ("depth-rating", "02", None): "8a0171b58611d10e",
+    ("depth-rating", "ab3", None): "77b628d07a8a9ae0",
+    ("depth-rating", "01", "2"): "957a7531df0e6059",
     ("necker", "01", None): "68527ac6ff126366",
     ("necker", "17", None): "8a8a79ac9de7c151",
     ("pinhole", "01", None): "2e5c128a5cc9e079",
@@ -52,6 +60,23 @@ GOLDEN = {
 def test_lists_are_the_same_on_every_machine(name, participant, session):
     trials = DEFAULTS[name].trials(participant, session)
     assert fingerprint(trials) == GOLDEN[name, participant, session]
+
+
+# Of designs recorded before catch trials had examples; less the settings that their trials did not have.
+EARLIER = {
+    ("01", None): "09e0f7a7ef609b81",
+    ("02", None): "9ce1709ab4b62618",
+    ("ab3", None): "3499476eef03c390",
+    ("01", "2"): "44be37f0b053f948",
+}
+
+
+@pytest.mark.parametrize(("participant", "session"), EARLIER)
+def test_designs_of_earlier_journals_give_the_lists_that_they_gave(participant, session):
+    design = recorded_design("a journal", {"task": "depthrating", "catch_trials": 4})
+    told = [asdict(trial) for trial in design.trials(participant, session)]
+    told = [{key: value for key, value in one.items() if key not in ("interval", "factors")} for one in told]
+    assert hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16] == EARLIER[participant, session]
 
 
 def test_a_list_can_be_read_here():
@@ -79,7 +104,9 @@ def test_the_files_hold_the_defaults(name, tmp_path):
     text = design_text(name)
     (tmp_path / "mine.toml").write_text(text)
     assert load_design(tmp_path / "mine.toml") == DEFAULTS[name]
-    settable = {key for key in type(DEFAULTS[name]).model_fields if key not in ("catch_trials", "practice_trials")}
+    settable = {
+        key for key in type(DEFAULTS[name]).model_fields if key not in ("catch_trials", "practice_trials", "factors")
+    }
     assert all(f"\n{key} = " in text for key in settable), "every setting can be found, and changed, in the file"
 
 
@@ -139,7 +166,8 @@ def test_every_list_keeps_to_its_design(data, participant, session):
     catches = [trial for trial in shown if trial.catch]
     assert len(catches) == design.catch_trials
     assert not shown[0].catch
-    assert all(trial.scene == design.standard_scene and trial.aperture == "pinhole" for trial in catches)
+    assert all(trial.aperture == "pinhole" for trial in catches)
+    assert {trial.scene for trial in catches} <= {design.standard_scene, "example-flat", "example-deep"}
     every = design.break_every
     assert {trial.trial for trial in shown if trial.break_before} == (
         set(range(1 + every, len(shown) + 1, every)) if every else set()

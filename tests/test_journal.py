@@ -192,8 +192,10 @@ def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: Rated(onset=0.0, rating=0.0, response_time=1.0), "rating is 0, but must be a ratio above 0"),
-        (lambda: Rated(onset=0.0, rating=-1.0, response_time=1.0), r"rating is -1\.0, but must be a finite number"),
+        (
+            lambda: Rated(onset=0.0, rating=float("nan"), response_time=1.0),
+            "rating is nan, but must be a finite number",
+        ),
         (lambda: Rated(onset=float("nan"), rating=1.0, response_time=1.0), "onset is nan"),
         (lambda: Watched(onset=0.0, presses=[], trial_duration=0.0), r"trial_duration is 0\.0, but must be a positive"),
         (

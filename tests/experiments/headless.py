@@ -135,6 +135,10 @@ class Running:
         """What it has said on standard error."""
         return self._said.read_text()
 
+    def journal(self) -> Path:
+        """The one journal below the folder that it runs in."""
+        return next(self.screen.folder.parent.rglob("sourcedata/**/*.jsonl"))
+
     def end(self) -> int:
         """Wait for the end, and let go."""
         self.process.communicate()

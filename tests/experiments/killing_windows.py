@@ -38,8 +38,13 @@ standard_every = 0
 mark_s = 0.05
 picture_s = 0.05
 standard_s = 0.05
+least_break_s = 0.05
+catch_pictures = ["standard"]
+blank_s = 0.0
+pause_s = 0.0
 """
 KEYS = {"question": ("Right", "Return"), "instructions": ("space",), "ready": ("space",), "break": ("space",)}
+KEYS |= {"example": ("space",), "debriefing": ("space",)}
 LONGEST = 60.0  # seconds of a life, if it is not killed
 
 

@@ -15,7 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from focalgradient.dataset.columns import COLUMNS, TITLES, cell
+from focalgradient.dataset.columns import TITLES, cell, columns_of
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.lock import locked
@@ -274,7 +274,7 @@ def table_rows(log: Log) -> list[dict[str, Any]]:
 
 def _rows(event: Event, head: Event) -> list[Event]:
     if "presses" not in event:
-        return [event]
+        return [{**event.get("factors", {}), **event}]
     presses = [Press(*press) for press in event["presses"]]
     return [
         event
@@ -328,7 +328,7 @@ def files_of(log: Log) -> Files:
 
 def table_text(log: Log) -> str:
     """The long table that a journal makes, as its file holds it."""
-    names = [column.name for column in COLUMNS[log.head["design"]["task"]]]
+    names = [column.name for column in columns_of(log.head["design"]["task"], log.head["design"])]
     lines = ["\t".join(names)]
     known: dict[tuple[type, Any], str] = {}  # most cells but the numbers are the same in many rows
     for row in table_rows(log):
@@ -365,7 +365,7 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
     if repaired:
         told["Repaired"] = repaired
-    return told | {column.name: column.described() for column in COLUMNS[task]}
+    return told | {column.name: column.described() for column in columns_of(task, head["design"])}
 
 
 def json_text(value: Mapping[str, Any]) -> str:

@@ -226,7 +226,7 @@ class _Checked:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
             self.problems.append(f"{files.sidecar}: Seed or TaskName differ from its own Design: restore it.")
-        if found is None or len(found.columns) < len(COLUMNS[files.task]):
+        if found is None or len(found.columns) < len(found.expected):
             return
         first = found.columns["trial"]
         self.trials += len(set(first.tolist()))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, Literal
 
-__all__ = ["APERTURE", "COLUMNS", "FORMULA", "TITLES", "Column", "cell"]
+__all__ = ["APERTURE", "COLUMNS", "FORMULA", "TITLES", "Column", "cell", "columns_of"]
 
 Form = Literal["integer", "number", "bool", "text"]
 
@@ -45,7 +47,7 @@ class Column:
     about: str
     form: Form
     units: str | None = None
-    levels: Mapping[str, str] = field(default_factory=dict)
+    levels: Mapping[str, str] = field(default_factory=dict, hash=False)
     least: float | None = None
     above: float | None = None
     optional: bool = False
@@ -72,6 +74,11 @@ class Column:
         minimum = self.above if self.least is None else self.least
         told = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, "Minimum": minimum}
         return {key: value for key, value in told.items() if value not in (None, {})}
+
+    @property
+    def absent(self) -> Any:
+        """What stands for the column in the rows of sessions that do not have it."""
+        return {"bool": False, "integer": 0, "number": math.nan, "text": None}[self.form]
 
 
 def cell(value: Any) -> str:
@@ -211,6 +218,69 @@ COLUMNS: dict[str, tuple[Column, ...]] = {
     ),
 }
 """By task, in the order of the table; a table has one row a trial, but for the cube one a percept."""
+
+STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
+START = Column(
+    "start", "Where the marker first stood on the scale, at random; n/a where no key moved it.", "number", optional=True
+)
+INTERVAL = Column(
+    "interval",
+    "Of two intervals, the one in which the picture was; the reference was in the other.",
+    "integer",
+    least=1,
+)
+RATINGS = {
+    "steps": ("How three-dimensional it looked, in steps of the scale of the design.", 1.0),
+    "bipolar": ("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.", None),
+    "choice": ("1 where the picture was judged deeper than the reference, 0 where the reference was.", 0.0),
+}
+"""What a rating means on each scale but the ratio, and the least there is."""
+
+
+def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...]:
+    """Give the columns that a session's table has, by its design as it was recorded.
+
+    Designs of earlier versions say nothing of a scale, and their tables have none of what came with it.
+
+    Examples
+    --------
+    >>> names = [column.name for column in columns_of("depthrating", {"scale": "choice", "factors": {}})]
+    >>> "interval" in names, "start" in names, len(columns_of("depthrating", {}))
+    (True, True, 14)
+    """
+    if task != "depthrating" or not isinstance(design, Mapping) or "scale" not in design:
+        return COLUMNS[task]
+    factors = design.get("factors")
+    levels = {
+        str(name): [str(level) for level in factor.get("levels", ())]
+        for name, factor in (factors if isinstance(factors, Mapping) else {}).items()
+        if isinstance(factor, Mapping) and isinstance(factor.get("levels"), Sequence)
+    }
+    return _depth_columns(str(design["scale"]), json.dumps(levels))
+
+
+@lru_cache(maxsize=64)
+def _depth_columns(scale: str, factors: str) -> tuple[Column, ...]:
+    columns = list(COLUMNS["depthrating"])
+    place = {column.name: number for number, column in enumerate(columns)}
+    if scale in RATINGS:
+        about, least = RATINGS[scale]
+        columns[place["rating"]] = Column("rating", about, "number", least=least)
+    own = [
+        Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
+        for name, levels in json.loads(factors).items()
+    ]
+    columns[place["catch"]] = replace(
+        columns[place["catch"]], about="Whether the right answer is known: the standard itself, or an example."
+    )
+    columns.insert(place["rating"] + 1, START)
+    columns[place["catch"] + 1 : place["catch"] + 1] = [
+        STANDARD_BEFORE,
+        *([INTERVAL] if scale == "choice" else []),
+        *own,
+    ]
+    return tuple(columns)
+
 
 TITLES = {
     "depthrating": "Three-dimensionality of pictures by aperture and fixation",

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.dataset.bids import Files, sidecar_of
-from focalgradient.dataset.columns import COLUMNS, cell
+from focalgradient.dataset.bids import sidecar_of
+from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 from focalgradient.dataset.read import SessionTable
-from focalgradient.design import Design, NeckerDesign, Trial, check_design
+from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
 
@@ -46,7 +46,7 @@ AHEAD = timedelta(days=1)
 
 @lru_cache(maxsize=64)
 def _design(told: str) -> Design:
-    return check_design("the design", json.loads(told))
+    return recorded_design("the design", json.loads(told))
 
 
 def checked_design(name: str, told: Mapping[str, Any]) -> Design:
@@ -143,7 +143,7 @@ def wrong_rows(
         first[1:] = columns["trial"][1:] != columns["trial"][:-1]
     shown = {name: values[first] for name, values in columns.items()}
     planned = {trial.trial: trial for trial in trials if trial.phase == "main"}
-    yield from _wrong_trials(found.files, shown, planned)
+    yield from _wrong_trials(shown, planned)
     yield from _wrong_order(found.files.task, shown)
     if found.files.task == "necker":
         yield from _wrong_percepts(columns)
@@ -154,7 +154,7 @@ def wrong_rows(
         yield from _wrong_pictures(found.files.task, shown, design, pictures)
 
 
-def _wrong_trials(files: Files, shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
+def _wrong_trials(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
     numbers = shown["trial"].tolist()
     there = set(numbers)
     missing = [number for number in planned if number not in there]
@@ -167,14 +167,18 @@ def _wrong_trials(files: Files, shown: Mapping[str, NDArray[Any]], planned: Mapp
     if numbers != sorted(numbers):
         yield "the trials are not in the order in which they were shown."
     example = next(iter(planned.values()))
-    names = [column.name for column in COLUMNS[files.task] if hasattr(example, column.name)]
-    for name in names:
+    for name in [name for name in shown if _planned(example, name) is not None]:
         for number, value in zip(numbers, shown[name].tolist(), strict=True):
-            if number in planned and value != (wanted := getattr(planned[number], name)):
+            if number in planned and value != (wanted := _planned(planned[number], name)):
                 told, expected = cell(value), cell(wanted)
                 if told != expected:
                     yield f"trial {number}: {name} is {told}, but {expected} in the design."
                     break
+
+
+def _planned(trial: Trial, name: str) -> Any:
+    """What a trial of the design says of a column, a factor's own among them; None where it says nothing."""
+    return getattr(trial, name, getattr(trial, "factors", {}).get(name))
 
 
 def _wrong_order(task: str, shown: Mapping[str, NDArray[Any]]) -> Iterator[str]:
@@ -222,13 +226,21 @@ def _wrong_durations(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Tr
 
 
 def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
-    ratings, least, most = shown["rating"], design.least_rating, design.most_rating
+    ratings = shown["rating"]
+    least, most = design.bounds
     off = (ratings < least - CLOCK) | (ratings > most + CLOCK)
     if off.any():
         yield (
             f"trial {shown['trial'][off][0]}: rating is {ratings[off][0]:g}, but the scale of the design goes from "
             f"{least:g} to {most:g}."
         )
+    elif (between := np.array([not design.is_answer(rating) for rating in ratings.tolist()], bool)).any():
+        yield f"trial {shown['trial'][between][0]}: rating is {ratings[between][0]:g}, but the scale has whole steps."
+    if "start" in shown:
+        with np.errstate(invalid="ignore"):
+            away = (shown["start"] < least - CLOCK) | (shown["start"] > most + CLOCK)
+        if away.any():
+            yield f"trial {shown['trial'][away][0]}: start is {shown['start'][away][0]:g}, which is off the scale."
     sure = shown["confidence"] > 1
     if sure.any():
         yield f"trial {shown['trial'][sure][0]}: confidence is {shown['confidence'][sure][0]:g}, but goes from 0 to 1."
@@ -242,7 +254,7 @@ def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
     seconds = shown["response_time"]
     if not len(seconds):
         return
-    lasts = np.full(len(seconds), design.picture_s)
+    lasts = np.full(len(seconds), design.shown_s)
     if "form" in shown:
         lasts[shown["form"] == "real"] = design.look_s
     onset, together = shown["onset"], np.diff(shown["sitting"]) == 0

@@ -10,7 +10,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from focalgradient.dataset.columns import APERTURE, COLUMNS, Column
+from focalgradient.dataset.columns import APERTURE, COLUMNS, Column, columns_of
 
 __all__ = ["Event", "wrong_event"]
 
@@ -46,8 +46,11 @@ def wrong_event(event: Event, head: Event) -> str | None:
         return None
     if event.get("phase") not in ("practice", "main"):
         return f"phase is {_shown(event, 'phase')}, but must be practice or main"
-    for name, allowed, expected in _cells(head["design"]["task"]):
-        if not allowed(event.get(name)):
+    levels = event.get("factors", {})
+    if not isinstance(levels, dict):
+        return f"factors is {_shown(event, 'factors')}, but must be a table"
+    for name, allowed, expected in _cells(columns_of(head["design"]["task"], head["design"])):
+        if not allowed(event.get(name, levels.get(name))):
             if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
                 continue
             return f"{name} is {_shown(event, name)}, but must be {expected}"
@@ -96,10 +99,10 @@ def _wrong_sitting(event: Event) -> str | None:
 
 
 @cache
-def _cells(task: str) -> tuple[tuple[str, Callable[[Any], bool], str], ...]:
+def _cells(every: tuple[Column, ...]) -> tuple[tuple[str, Callable[[Any], bool], str], ...]:
     """Name of each value that a trial of a task holds, what is allowed there, and that in words."""
-    columns = [column for column in COLUMNS[task] if column.name not in DERIVED]
-    if task == "necker":
+    columns = [column for column in every if column.name not in DERIVED]
+    if any(column.name == "percept" for column in columns):
         columns = [column for column in columns if column.name not in OF_PERCEPTS]
         columns.append(Column("onset", "", "number", least=0))
     return tuple((column.name, _test(column), column.expected) for column in columns)

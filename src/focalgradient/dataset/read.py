@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, read_description
-from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column
+from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column, columns_of
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_text
 
@@ -97,6 +97,11 @@ class SessionTable:
     problems: list[str] = field(default_factory=list)
     text: str = ""
 
+    @property
+    def expected(self) -> tuple[Column, ...]:
+        """The columns that the table is to have, by the design in the sidecar."""
+        return columns_of(self.files.task, self.sidecar.get("Design"))
+
 
 def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
     """Sessions that have a table, in the order of their names."""
@@ -108,20 +113,22 @@ def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]
 def read_session(files: Files) -> SessionTable:
     """Read table and sidecar of a session, and say all that is wrong with them."""
     found = SessionTable(files)
+    missing: list[str] = []
+    try:
+        found.sidecar = _sidecar(files.sidecar)
+    except InputError as error:
+        missing.append(str(error))
     try:
         found.text = read_text(files.table, "a table")
         _read_table(found)
     except InputError as error:
         found.problems.append(str(error))
-    try:
-        found.sidecar = _sidecar(files.sidecar)
-    except InputError as error:
-        found.problems.append(str(error))
+    found.problems += missing
     return found
 
 
 def _read_table(found: SessionTable) -> None:
-    path, columns = found.files.table, COLUMNS[found.files.task]
+    path, columns = found.files.table, found.expected
     header, *lines = found.text.splitlines() or [""]
     there = header.split("\t")
     rows = []
@@ -207,7 +214,8 @@ def read_dataset(
     """Read a data set, or of it the tables of some tasks; nothing in it is changed.
 
     Every table has the columns participant_id ("sub-01"), session (its label, "" without one), simulated, and those of
-    `focalgradient.dataset.columns.COLUMNS`, in SI units but for what says otherwise; any others are left aside.
+    `focalgradient.dataset.columns.columns_of` its design, in SI units but for what says otherwise; any others are left
+    aside.
 
     Parameters
     ----------
@@ -265,10 +273,17 @@ def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]
         "simulated": repeated([kinds[name] == "simulated" for name in names], bool),
     }
     kinds_of = {"bool": np.dtype(bool), "integer": np.dtype(np.int64), "number": np.dtype(float)}
-    for column in COLUMNS[task]:
+    every: dict[str, Column] = {}
+    for found in sessions:
+        every |= {column.name: column for column in found.expected}
+    for name, column in ({column.name: column for column in COLUMNS[task]} | every).items():
         kind = kinds_of.get(column.form, np.dtype(object))
-        joined = np.concatenate([np.empty(0, kind), *(found.columns.pop(column.name) for found in sessions)])
-        columns[column.name] = pd.Series(joined, dtype="str") if column.form == "text" else joined
+        parts = [
+            found.columns.pop(name) if name in found.columns else np.full(found.rows, column.absent, kind)
+            for found in sessions
+        ]
+        joined = np.concatenate([np.empty(0, kind), *parts])
+        columns[name] = pd.Series(joined, dtype="str") if column.form == "text" else joined
     table = pd.DataFrame(columns)
     if len(table):
         levels: list[Any] = [[str(found.files.table) for found in sessions], np.arange(2, max(counts) + 2)]

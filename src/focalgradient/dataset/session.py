@@ -27,7 +27,7 @@ from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
-from focalgradient.design import Design, NeckerDesign, Trial, check_design
+from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
 
 __all__ = ["Answer", "Apparatus", "Rated", "Session", "Watched"]
@@ -74,7 +74,7 @@ class Rated:
     onset
         When the picture appeared, in seconds of the sitting's clock.
     rating
-        Ratio to the standard.
+        Ratio to the standard; or what else the scale of the design has.
     response_time
         From the question to the answer, in seconds.
     dropped_frames
@@ -83,6 +83,8 @@ class Rated:
         From 0 to 1, where it was asked.
     stimulus
         The picture's file, as the manifest names it.
+    start
+        Where the marker first stood on the scale, at random.
     """
 
     onset: float
@@ -91,13 +93,12 @@ class Rated:
     dropped_frames: int = 0
     confidence: float | None = None
     stimulus: str | None = None
+    start: float | None = None
 
     def __post_init__(self) -> None:
-        _finite(self, "onset", "rating", "response_time", "confidence")
-        if self.rating == 0:
-            raise InputError(
-                f"rating is {self.rating:g}, but must be a ratio above 0: give 1 for what looks as the standard does."
-            )
+        _finite(self, "onset", "response_time", "confidence")
+        if not math.isfinite(self.rating):
+            raise InputError(f"rating is {self.rating!r}, but must be a finite number.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -344,6 +345,12 @@ class Session:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
         if isinstance(answer, Watched) != isinstance(self.design, NeckerDesign):
             raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
+        if isinstance(answer, Rated) and not self.design.is_answer(answer.rating):  # type: ignore[union-attr]
+            least, most = self.design.bounds  # type: ignore[union-attr]
+            raise InputError(
+                f"rating is {answer.rating:g}, but the scale of the design goes from {least:g} to {most:g}: give "
+                "one of its answers."
+            )
         self._journal.write({**noted, "event": "trial", **asdict(trial), **asdict(answer)})
         self._done += 1
 
@@ -380,7 +387,7 @@ def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
     log = read_journal(files.journal)
     if log.changed:
         raise InputError(log.changed[0])
-    design = check_design(str(files.journal), log.head["design"])
+    design = recorded_design(str(files.journal), log.head["design"])
     trials = design.trials(files.participant, files.session)
     done = [(event["phase"], event["trial"]) for event in log.of("trial")]
     if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:

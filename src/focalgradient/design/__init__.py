@@ -12,7 +12,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial, Fixation
+from focalgradient.design.depth_rating import Answers, DepthRatingDesign, DepthTrial, Fixation
+from focalgradient.design.factors import Factor
 from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
 from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
@@ -24,10 +25,12 @@ from focalgradient.tables import check_table, shown
 __all__ = [
     "DESIGNS",
     "NAMES",
+    "Answers",
     "DepthRatingDesign",
     "DepthTrial",
     "Design",
     "Direction",
+    "Factor",
     "Fixation",
     "Form",
     "Gradient",
@@ -44,6 +47,7 @@ __all__ = [
     "check_label",
     "design_text",
     "load_design",
+    "recorded_design",
 ]
 
 Design = DepthRatingDesign | NeckerDesign | Pinhole
@@ -87,6 +91,28 @@ def load_design(path: str | os.PathLike[str]) -> Design:
         If it cannot be read, is not TOML, has unknown or wrong keys, or asks for what cannot be run.
     """
     return check_design(str(path), read_toml(Path(path)))
+
+
+EARLIER: dict[str, dict[str, Any]] = {
+    "depthrating": {"catch_pictures": ["standard"], "blank_s": 0.0, "pause_s": 0.0, "least_break_s": 0.0}
+}
+"""By task, what a design meant that was recorded before the setting was there."""
+
+
+def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
+    """Make a design of what a journal or a sidecar says, also of an earlier version.
+
+    Raises
+    ------
+    InputError
+        As `load_design` does.
+
+    Examples
+    --------
+    >>> recorded_design("old", {"task": "depthrating"}).catch_pictures
+    ('standard',)
+    """
+    return check_design(name, EARLIER.get(str(data.get("task")), {}) | dict(data))
 
 
 def check_design(name: str, data: Mapping[str, Any]) -> Design:

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from focalgradient.design.draws import Draws
-from focalgradient.design.plan import Names, Plan, Seconds, Trial, no_repeats
+from focalgradient.design.factors import Factor, between, check_factors, crossed
+from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
+from focalgradient.tables import Table
 
-__all__ = ["DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
+__all__ = ["EXAMPLES", "Answers", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
+
+Answers = Literal["ratio", "steps", "bipolar", "choice"]
+"""What is answered: a ratio to the standard, a step of a scale, a step from flatter to deeper, or which of two."""
+
+CatchPicture = Literal["standard", "flatter", "deeper"]
+"""What a catch trial shows: the standard itself, or a drawing that looks clearly flatter, or clearly deeper."""
+
+EXAMPLES: dict[str, str] = {"flatter": "example-flat", "deeper": "example-deep"}
+"""The scenes of the drawings: a wall of tiles seen from the front, and a tiled corridor. The screen draws them."""
 
 Fixation = Literal["nearest", "farthest"]
 """Which object of the scene is fixated, and in focus."""
@@ -54,7 +65,11 @@ class DepthTrial(Trial):
     aperture_mm
         Diameter of the aperture in millimetres, 0 for the pinhole.
     standard_before
-        Whether the standard, the pinhole picture that counts as 1, is shown again before it.
+        Whether the standard, the pinhole picture that counts as 1, is shown before it.
+    interval
+        Of a choice between two: 1 where the picture comes first, 2 where the reference does; 0 of other scales.
+    factors
+        Level of each factor of the laboratory's own.
     """
 
     scene: str
@@ -62,11 +77,13 @@ class DepthTrial(Trial):
     aperture_mm: float
     fixation: Fixation
     standard_before: bool = False
+    interval: int = 0
+    factors: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
         """The picture and what is fixated."""
-        return (self.scene, self.aperture, self.fixation)
+        return (self.scene, self.aperture, self.fixation, *self.factors.values())
 
 
 class DepthRatingDesign(Plan):
@@ -77,7 +94,7 @@ class DepthRatingDesign(Plan):
     >>> design = DepthRatingDesign()
     >>> trials = design.trials("01")
     >>> len(trials), [trial.phase for trial in trials].count("practice")
-    (202, 6)
+    (204, 6)
     """
 
     task: Literal["depthrating"] = "depthrating"
@@ -98,20 +115,53 @@ class DepthRatingDesign(Plan):
     standard_scene: Annotated[str, Field(min_length=1, description="the name of a scene")] = "spheres-00"
     standard_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for once only")] = 16
     repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
-    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 4
+    factors: Annotated[dict[str, Factor], Field(description="tables of factors, like [factors.light]")] = Field(
+        default_factory=dict
+    )
+    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 6
+    catch_pictures: Annotated[
+        tuple[CatchPicture, ...],
+        Field(strict=False, min_length=1, description="a list of 'standard', 'flatter' and 'deeper'"),
+    ] = ("standard", "flatter", "deeper")
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 6
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 49
 
+    least_break_s: OrNone = 10.0
+    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
+    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+
+    scale: Annotated[Answers, Field(description="'ratio', 'steps', 'bipolar' or 'choice'")] = "ratio"
+    steps: Annotated[int, Field(ge=2, le=21, description="a whole number from 2 to 21")] = 7
+    labels: Annotated[
+        tuple[str, ...], Field(strict=False, description="a list of texts, one a step or one an end")
+    ] = ()
+    reference: Annotated[Literal["standard", "same-scene"], Field(description="'standard' or 'same-scene'")] = (
+        "standard"
+    )
+    reference_s: Seconds = 2.0
     mark_s: Seconds = 1.0
     mark: Annotated[Literal["removed", "kept"], Field(description="'removed' or 'kept'")] = "removed"
     picture_s: Seconds = 3.0
     standard_s: Seconds = 5.0
+    blank_s: OrNone = 0.5
+    mask: Annotated[Literal["none", "noise"], Field(description="'none' or 'noise'")] = "none"
+    mask_s: OrNone = 0.2
+    pause_s: OrNone = 0.5
     answer: Annotated[Literal["slider", "typed"], Field(description="'slider' or 'typed'")] = "slider"
     least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25
     most_rating: Annotated[float, Field(gt=1, le=1000, description="a number above 1, like 4.0")] = 4.0
     confidence: Annotated[bool, Field(description="true or false")] = False
 
-    shortened: ClassVar = {"repetitions": 1, "scenes": 1, "catch_trials": 1, "practice_trials": 1, "picture_s": 1.0}
+    shortened: ClassVar = {
+        "repetitions": 1,
+        "scenes": 1,
+        "catch_trials": 1,
+        "practice_trials": 1,
+        "picture_s": 1.0,
+        "least_break_s": 1.0,
+        "practice_rounds": 1,
+    }
+    tables: ClassVar[dict[str, type[Table]]] = {"factors": Factor}
 
     @model_validator(mode="after")
     def _check(self) -> DepthRatingDesign:
@@ -119,9 +169,79 @@ class DepthRatingDesign(Plan):
             no_repeats(key, getattr(self, key))
         for aperture in self.apertures:
             aperture_mm(aperture, self.focal_length_mm)
-        self.check_counts(len(self.apertures) * len(self.fixations) * len(self.scenes))
+        no_repeats("catch_pictures", self.catch_pictures)
+        check_factors(self.factors)
+        self._check_scale()
+        self.check_counts(len(self._seen({})))
         self.trials("01")  # some orders are impossible: say so before the participant has come
         return self
+
+    def _check_scale(self) -> None:
+        if self.scale == "bipolar" and self.steps % 2 == 0:
+            raise ValueError(f"steps is {self.steps}, but a bipolar scale has a middle: give an odd number.")
+        allowed = {"steps": {0, 2, self.steps}, "bipolar": {0, 2, 3, self.steps}}.get(self.scale, {0})
+        if len(self.labels) not in allowed:
+            told = " or ".join(map(str, sorted(allowed)))
+            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes {told}: mend it.")
+        if self.scale in ("steps", "choice") and self.catch_pictures == ("standard",) and self.catch_trials:
+            raise ValueError(
+                f"catch_pictures is the standard alone, of which no answer on the scale {self.scale!r} is right: give "
+                "'flatter' and 'deeper'."
+            )
+        if self.scale == "choice" and self.confidence:
+            raise ValueError("confidence is true, but a choice between two asks for none: leave it out.")
+        if self.scale == "choice" and self.reference == "same-scene" and set(self.apertures) == {"pinhole"}:
+            raise ValueError("apertures is the pinhole alone, which is the reference itself: add another.")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest answer of the scale.
+
+        >>> DepthRatingDesign(scale="bipolar").bounds, DepthRatingDesign(scale="steps", steps=5).bounds
+        ((-3.0, 3.0), (1.0, 5.0))
+        """
+        half = float(self.steps // 2)
+        return {
+            "ratio": (self.least_rating, self.most_rating),
+            "steps": (1.0, float(self.steps)),
+            "bipolar": (-half, half),
+            "choice": (0.0, 1.0),
+        }[self.scale]
+
+    def is_answer(self, rating: float) -> bool:
+        """Whether a rating can be one: within the scale, and on a step of it where it has steps."""
+        least, most = self.bounds
+        return least - 1e-6 <= rating <= most + 1e-6 and (self.scale == "ratio" or rating % 1 == 0)
+
+    def right(self, trial: DepthTrial, rating: float) -> bool | None:
+        """Whether an answer is right, of a picture that looks clearly flatter or deeper; None of any other.
+
+        >>> design = DepthRatingDesign()
+        >>> flat = DepthTrial(scene="example-flat", aperture="pinhole", aperture_mm=0.0, fixation="nearest")
+        >>> design.right(flat, 0.5), design.right(flat, 2.0)
+        (True, False)
+        """
+        if trial.scene not in EXAMPLES.values():
+            return None
+        middle = {"ratio": 1.0, "steps": (1 + self.steps) / 2, "bipolar": 0.0, "choice": 0.5}[self.scale]
+        return rating < middle if trial.scene == EXAMPLES["flatter"] else rating > middle
+
+    @property
+    def has_standard(self) -> bool:
+        """Whether the standard counts as 1 (or as alike), and is shown again and again."""
+        return self.scale in ("ratio", "bipolar") and self.reference == "standard"
+
+    def reference_of(self, trial: DepthTrial) -> tuple[str, str, Fixation]:
+        """Name the picture that a trial's picture is compared with: its scene, aperture and fixation."""
+        own = self.reference == "same-scene" and trial.scene not in EXAMPLES.values()
+        return (trial.scene if own else self.standard_scene, "pinhole", trial.fixation)
+
+    @property
+    def shown_s(self) -> float:
+        """Seconds from when the (first) picture of a trial appears to the question."""
+        mask = self.mask_s if self.mask != "none" else 0.0
+        once = self.picture_s + mask + self.blank_s
+        return 2 * once if self.scale == "choice" else once
 
     def trials(self, participant: str, session: str | None = None) -> tuple[DepthTrial, ...]:
         """Make the list of one participant: practice first, then all else.
@@ -131,29 +251,72 @@ class DepthRatingDesign(Plan):
         InputError
             If a label is not alphanumeric.
         """
-        seen = [
-            self._trial(scene, aperture, fixation)
-            for scene, aperture, fixation in product(self.scenes, self.apertures, self.fixations)
-        ]
+        levels = between(self.factors, self.place(participant).pair)
+        seen = self._seen(levels)
         blocks = [seen] * self.repetitions
         if self.fixation_order == "blocked":
             first = self.draws(participant, session, "first fixation").shuffled(self.fixations)
-            parts = [[trial for trial in seen if trial.fixation == fixation] for fixation in first]
-            blocks = parts * self.repetitions
+            blocks = [[trial for trial in seen if trial.fixation == fixation] for fixation in first] * self.repetitions
+        for name, factor in self.factors.items():
+            if factor.order == "blocked":
+                ordered = self.draws(participant, session, f"first {name}").shuffled(factor.levels)
+                blocks = [[one for one in block if one.factors[name] == level] for level in ordered for block in blocks]
         listed = self.listed(
             participant,
             session,
             blocks=blocks,
-            factors=lambda trial: trial.condition if self.fixation_order == "mixed" else trial.condition[:2],
-            catches=self._catches,
-            practice=self._practice,
+            factors=lambda trial: self._in_runs(trial),
+            catches=lambda draws: self._with_levels(self._catches(draws), levels, draws),
+            practice=lambda draws: self._with_levels(self._practice(draws), levels, draws),
         )
-        return tuple(
+        listed = [
             replace(trial, standard_before=True)
-            if trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial))
+            if self.has_standard and trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial))
             else trial
             for trial in listed
-        )
+        ]
+        if self.scale != "choice":
+            return tuple(listed)
+        mirrored = self.place(participant).mirrored
+        draws = self.draws(participant, session, "intervals, mirrored" if mirrored else "intervals")
+        halves = draws.shuffled([1 + number % 2 for number in range(len(listed))])
+        return tuple(replace(trial, interval=half) for trial, half in zip(listed, halves, strict=True))
+
+    def _seen(self, levels: Mapping[str, str]) -> list[DepthTrial]:
+        """Every condition of a participant, once."""
+        apertures = [one for one in self.apertures if not (self.scale == "choice" and self._is_reference(one))]
+        within = crossed(self.factors, [name for name, factor in self.factors.items() if factor.vary == "within"])
+        return [
+            replace(self._trial(scene, aperture, fixation), factors=self._ordered({**levels, **own}))
+            for scene, aperture, fixation, own in product(self.scenes, apertures, self.fixations, within)
+        ]
+
+    def _is_reference(self, aperture: str) -> bool:
+        """Whether a picture of that aperture would be compared with itself."""
+        return aperture == "pinhole" and self.reference == "same-scene"
+
+    def _ordered(self, levels: Mapping[str, str]) -> dict[str, str]:
+        return {name: levels[name] for name in self.factors if name in levels}
+
+    def _in_runs(self, trial: DepthTrial) -> tuple[Hashable, ...]:
+        """What must not come too often in a row: nothing that stays the same through a block."""
+        mixed = [name for name, factor in self.factors.items() if factor.order == "mixed"]
+        fixation = (trial.fixation,) if self.fixation_order == "mixed" else ()
+        return (trial.scene, trial.aperture, *fixation, *(trial.factors[name] for name in mixed))
+
+    def _with_levels(self, trials: Sequence[DepthTrial], levels: Mapping[str, str], draws: Draws) -> list[DepthTrial]:
+        """Practice and catch trials have levels too: those of the participant, and others in random turn."""
+        if not self.factors:
+            return list(trials)
+        within = {
+            name: draws.shuffled([factor.levels[number % len(factor.levels)] for number in range(len(trials))])
+            for name, factor in self.factors.items()
+            if factor.vary == "within"
+        }
+        return [
+            replace(one, factors=self._ordered({**levels, **{name: of[number] for name, of in within.items()}}))
+            for number, one in enumerate(trials)
+        ]
 
     def _again(self, number: int) -> bool:
         return bool(self.standard_every and (number - 1) % self.standard_every == 0)
@@ -162,17 +325,34 @@ class DepthRatingDesign(Plan):
         diameter = aperture_mm(aperture, self.focal_length_mm)
         return DepthTrial(scene=scene, aperture=aperture, aperture_mm=diameter, fixation=fixation)
 
+    def _examples(self) -> list[CatchPicture]:
+        """Kinds of catch pictures of which some answer is right on the scale."""
+        wrong = ("standard",) if self.scale in ("steps", "choice") else ()
+        return [kind for kind in self.catch_pictures if kind not in wrong]
+
     def _catches(self, draws: Draws) -> list[DepthTrial]:
-        """Trials that show the standard itself, whose answer is 1."""
-        ways = [self.fixations[number % len(self.fixations)] for number in range(self.catch_trials)]
+        """Trials whose right answer is known: the standard itself, 1, and what is clearly flatter or deeper."""
+        kinds = self._examples()
+        numbers = range(self.catch_trials)
+        ways = [
+            (kinds[number % len(kinds)], self.fixations[number // len(kinds) % len(self.fixations)])
+            for number in numbers
+        ]
         return [
-            replace(self._trial(self.standard_scene, "pinhole", fixation), catch=True)
-            for fixation in draws.shuffled(ways)
+            replace(self._trial(EXAMPLES.get(kind, self.standard_scene), "pinhole", fixation), catch=True)
+            for kind, fixation in draws.shuffled(ways)
         ]
 
     def _practice(self, draws: Draws) -> list[DepthTrial]:
-        """Every aperture and fixation as evenly as the number allows, in the scene of the standard."""
+        """Every aperture and fixation as evenly as the number allows, in the scene of the standard, and examples."""
+        examples = [EXAMPLES[kind] for kind in self.catch_pictures if kind in EXAMPLES]
+        if self.practice_trials <= len(examples):
+            examples = []
+        apertures = [one for one in self.apertures if self.scale != "choice" or one != "pinhole"] or self.apertures
         pairs: list[tuple[str, Fixation]] = []
-        while len(pairs) < self.practice_trials:
-            pairs += draws.shuffled(product(self.apertures, self.fixations))
-        return [self._trial(self.standard_scene, *pair) for pair in pairs[: self.practice_trials]]
+        while len(pairs) < self.practice_trials - len(examples):
+            pairs += draws.shuffled(product(apertures, self.fixations))
+        listed = [self._trial(self.standard_scene, *pair) for pair in pairs[: self.practice_trials - len(examples)]]
+        if not examples:
+            return listed
+        return draws.shuffled([*listed, *(self._trial(scene, "pinhole", self.fixations[0]) for scene in examples)])

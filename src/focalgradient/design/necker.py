@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from focalgradient.design.draws import Draws
-from focalgradient.design.plan import Names, Plan, Trial, no_repeats
+from focalgradient.design.plan import Names, OrNone, Plan, Trial, no_repeats
 
 __all__ = ["Direction", "Gradient", "NeckerDesign", "NeckerTrial", "Shape"]
 
@@ -82,8 +82,11 @@ class NeckerDesign(Plan):
     trial_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 40.0
     catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 2
+    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
+    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
     practice_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 15.0
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 7
+    least_break_s: OrNone = 10.0
     keys: Annotated[Names, Field(description="a list of two keys, like ['f', 'j']")] = ("f", "j")
 
     size_deg: Annotated[float, Field(gt=0, le=60, description="a number of degrees above 0 and up to 60")] = 8.0
@@ -100,6 +103,8 @@ class NeckerDesign(Plan):
         "catch_trials": 1,
         "trial_s": 5.0,
         "practice_s": 5.0,
+        "least_break_s": 1.0,
+        "practice_rounds": 1,
     }
 
     @model_validator(mode="after")

@@ -58,6 +58,8 @@ class Place:
     """Whether the order is the other's of the pair, reversed."""
     swapped: bool
     """Whether the keys are exchanged."""
+    pair: int = 1
+    """Number of the pair, from 1: what differs between participants goes by it."""
 
     @classmethod
     def of(cls, participant: str) -> Place:
@@ -72,7 +74,7 @@ class Place:
         numbered = participant.isdigit()
         number = int(participant) if numbered else digest("place", participant) % 4 + 1
         pair = (number + 1) // 2
-        return cls(f"pair {pair}" if numbered else f"label {participant}", number % 2 == 0, pair % 2 == 0)
+        return cls(f"pair {pair}" if numbered else f"label {participant}", number % 2 == 0, pair % 2 == 0, pair)
 
 
 def in_order(

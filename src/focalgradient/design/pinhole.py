@@ -86,6 +86,20 @@ class Pinhole(Plan):
         self.trials("01")
         return self
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest answer of the scale."""
+        return (self.least_rating, self.most_rating)
+
+    def is_answer(self, rating: float) -> bool:
+        """Whether a rating can be one: within the scale."""
+        return self.least_rating - 1e-6 <= rating <= self.most_rating + 1e-6
+
+    @property
+    def shown_s(self) -> float:
+        """Seconds from when a picture appears to the question."""
+        return self.picture_s
+
     def trials(self, participant: str, session: str | None = None) -> tuple[PinholeTrial, ...]:
         """Make the list of one participant.
 

@@ -5,24 +5,29 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from focalgradient.design.draws import Draws
 from focalgradient.design.order import Place, check_label, in_order, scatter
+from focalgradient.design.words import LANGUAGES
 from focalgradient.tables import Table
 
-__all__ = ["Names", "Phase", "Plan", "Seconds", "Trial", "no_repeats"]
+__all__ = ["Names", "OrNone", "Phase", "Plan", "Seconds", "Trial", "no_repeats"]
 
 Phase = Literal["practice", "main"]
 """Practice is kept in the journal, and is no part of the tables."""
+
+Question = Literal["age", "sex", "handedness", "acuity", "correction", "eye", "chin_rest", "light"]
+"""What the form can ask of a participant and of how they see the screen."""
 
 MOST_TRIALS = 2000
 """That one participant can be asked for."""
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Seconds = Annotated[float, Field(gt=0, le=3600, description="a number of seconds above 0, like 2.5")]
+OrNone = Annotated[float, Field(ge=0, le=3600, description="a number of seconds of 0 or more, like 0.5")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,9 +81,26 @@ class Plan(Table):
     catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 0
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 0
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 0
+    least_break_s: Annotated[float, Field(ge=0, le=3600, description="a number of seconds of 0 or more")] = 0.0
+    ask: Annotated[
+        tuple[Question, ...], Field(strict=False, description=f"a list of some of {', '.join(get_args(Question))}")
+    ] = ("age", "sex", "handedness")
+    language: Annotated[
+        str, Field(min_length=2, description="'en', 'de' or the name of a TOML file with all words")
+    ] = "en"
 
     shortened: ClassVar[dict[str, Any]] = {}
     """What a pilot run changes."""
+
+    @field_validator("language")
+    @classmethod
+    def _known(cls, language: str) -> str:
+        if language not in LANGUAGES and not language.endswith(".toml"):
+            raise ValueError(
+                f"there are no words in {language!r}: give one of {', '.join(map(repr, LANGUAGES))} or the name of a "
+                "TOML file with all words."
+            )
+        return language
 
     def check_counts(self, conditions: int) -> None:
         """Refuse numbers of trials that cannot be run."""

@@ -6,7 +6,8 @@ An `Experiment` says what is particular to one; `run` takes a participant throug
 
 from focalgradient.lab import depth_rating, gaze_focus, necker, pinhole
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
-from focalgradient.lab.questions import Given, Scale, ask, form, pages
+from focalgradient.lab.forms import form, pages
+from focalgradient.lab.questions import Given, Scale, Steps, ask, ask_which
 from focalgradient.lab.running import run
 
 __all__ = [
@@ -19,7 +20,9 @@ __all__ = [
     "Quit",
     "Scale",
     "Sitting",
+    "Steps",
     "ask",
+    "ask_which",
     "depth_rating",
     "form",
     "gaze_focus",

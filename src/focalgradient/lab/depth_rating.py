@@ -1,50 +1,93 @@
 """Experiment 1: how three-dimensional a picture looks, by its aperture and by what is fixated.
 
-Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked as a
-ratio to the standard, a pinhole picture that counts as 1 and is shown at the start and again at intervals.
+Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as a
+ratio to the standard, a pinhole picture that counts as 1 and is shown now and then; or on another scale of the design.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
+
+import numpy as np
 
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
+from focalgradient.design.factors import crossed
+from focalgradient.lab.drawings import DRAWINGS, example_picture
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
-from focalgradient.lab.questions import Given, Scale, ask, pages
-from focalgradient.stimuli import Picture
+from focalgradient.lab.forms import pages
+from focalgradient.lab.questions import Given, Scale, Steps, ask, ask_which, explain
 
-__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "show_picture", "show_standard"]
+__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "scale_of", "show_picture", "show_standard"]
+
+Shown = tuple[str, str, str]
 
 
 def _instructions(sitting: Sitting) -> Sequence[str]:
     """Pages that the participant reads."""
     design: DepthRatingDesign = sitting.design
-    answer = (
-        "type a number and press ENTER"
-        if design.answer == "typed"
-        else "move the marker with the arrow keys (or the mouse) and press ENTER"
+    words = sitting.words
+    way = design.answer if design.scale == "ratio" else {"bipolar": "steps"}.get(design.scale, design.scale)
+    least, most = (words.number(end, "g") for end in design.bounds)
+    first = words(
+        f"depth.instructions_{design.scale}",
+        **{
+            "ratio": {"reference": _reference(sitting)},
+            "steps": {"least": least, "most": most},
+            "bipolar": {"reference": _reference(sitting)},
+            "choice": {},
+        }[design.scale],
     )
-    stays = "The mark stays: keep looking at it." if design.mark == "kept" else "Keep looking where the mark was."
-    return (
-        "How deep does the picture look?\n"
-        "You will see pictures of a scene, one after the other. Each time tell how three-dimensional the scene looks "
-        "to you: how much it seems to extend in depth, in front of you and away from you.\n\n"
-        "You compare each picture with one that we call the standard. It counts as 1. A picture that looks twice as "
-        "deep is a 2; one that looks half as deep is 0.5. There are no right or wrong answers.",
-        "A trial\n"
-        f"A mark appears first: look at it. Then the picture comes, with an object where the mark was. {stays}\n\n"
-        f"After the picture, {answer}.\n\n"
-        "ESCAPE stops at any time; you will be asked before anything ends.",
-    )
+    mark = words("depth.mark_stays" if design.mark == "kept" else "depth.mark_goes")
+    escape = words("common.escape")
+    return first, words("depth.trial", mark=mark, answer=words(f"depth.answer_{way}"), escape=escape)
 
 
-def _pictures(design: DepthRatingDesign) -> Sequence[tuple[str, str, str]]:
+def _reference(sitting: Sitting) -> str:
+    return sitting.words("depth.reference_standard" if sitting.design.has_standard else "depth.reference_same")
+
+
+def _before(sitting: Sitting) -> None:
+    """Explain the scale by an example, and show the standard where it counts."""
+    design: DepthRatingDesign = sitting.design
+    if design.scale != "choice":
+        scale, words = scale_of(sitting), sitting.words
+        example = {"ratio": 1.5, "steps": round(0.7 * design.steps), "bipolar": 1.0}[design.scale]
+        told = {"least": design.bounds[0], "most": design.bounds[1], "example": example}
+        form = "+g" if design.scale == "bipolar" else "g"
+        text = words(f"depth.example_{design.scale}", **{name: words.number(one, form) for name, one in told.items()})
+        explain(sitting.screen, scale, text, example)
+    if design.has_standard and not sitting.next.standard_before:
+        show_standard(sitting)
+
+
+def _pictures(design: DepthRatingDesign) -> Sequence[tuple[str, str, str, dict[str, str]]]:
     """All that the design can show."""
     scenes = (*design.scenes, design.standard_scene)
     standard = [(design.standard_scene, "pinhole", fixation) for fixation in design.fixations]
-    return [*product(scenes, design.apertures, design.fixations), *standard]
+    own = product(scenes, ["pinhole"], design.fixations) if design.reference == "same-scene" else ()
+    shown = [*product(scenes, design.apertures, design.fixations), *standard, *own]
+    levels = crossed(design.factors, [name for name, factor in design.factors.items() if factor.pictures])
+    return [(*one, own) for one, own in product(shown, levels)]
+
+
+def scale_of(sitting: Sitting) -> Scale | Steps:
+    """Give the scale of the design, in its words; a choice between two has none."""
+    design: DepthRatingDesign = sitting.design
+    words = sitting.words
+    if design.scale == "ratio":
+        below = words("depth.below_standard" if design.has_standard else "depth.below_same")
+        ends = (words("depth.flatter"), words("depth.deeper"))
+        return Scale(words("depth.question"), below, *design.bounds, ends=ends, typed=design.answer == "typed")
+    least, most = map(int, design.bounds)
+    if design.scale == "steps":
+        labels = design.labels or (words("depth.flat"), words("depth.very_deep"))
+        return Steps(words("depth.question"), "", least, most, labels)
+    labels = design.labels or tuple(words(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))
+    reference = words("depth.the_standard" if design.has_standard else "depth.the_one_before")
+    return Steps(words("depth.question_bipolar", reference=reference), "", least, most, labels)
 
 
 def show_standard(sitting: Sitting) -> None:
@@ -52,64 +95,112 @@ def show_standard(sitting: Sitting) -> None:
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
     _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
-    text = "The standard\nThe next picture is the standard. How deep it looks counts as 1.\n\nLook around in it freely."
-    pages(screen, [text], "ready")
+    number = "1" if design.scale == "ratio" else "0"
+    pages(screen, [sitting.words("depth.standard", number=number)], "ready")
     screen.play(lambda seconds: image.draw(), design.standard_s, "standard")
     screen.on_event("off", screen.blank())
 
 
-def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, Picture]:
-    """Show mark, picture and blank of a trial: when the picture appeared (s of the sitting), and which it is."""
+def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> tuple[Any, Any, str | None]:
+    """What draws a picture and its mark, and the picture's file; a drawing has none."""
+    scene, aperture, fixation = shown
+    if scene in DRAWINGS:
+        standard, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
+        pixels = example_picture(scene, sitting.pixels(standard).shape[:2])
+        return sitting.screen.picture(pixels), sitting.mark(standard), None
+    picture, image = sitting.picture(scene, aperture, fixation, factors)
+    return image, sitting.mark(picture), picture.png
+
+
+def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
+    """A mask: squares of 0.1 degrees, each of another grey."""
+    side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
+    small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
+    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]])
+
+
+def _interval(sitting: Sitting, prepared: tuple[Any, Any, Any], seconds: float, event: str) -> float:
+    """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
-    picture, image = sitting.picture(trial.scene, trial.aperture, trial.fixation)
-    mark = sitting.mark(picture)
+    image, mark, mask = prepared
 
-    def draw(seconds: float) -> None:
+    def draw(since: float) -> None:
         image.draw()
         if design.mark == "kept":
             mark.draw()
 
-    screen.warm(image, mark)
-    screen.play(lambda seconds: mark.draw(), design.mark_s, "mark", lit=False)
-    onset = screen.play(draw, design.picture_s, "picture")
-    screen.on_event("off", screen.blank())
-    return sitting.since_start(onset), picture
+    screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
+    onset = screen.play(draw, seconds, event)
+    if mask is not None and design.mask_s:
+        screen.play(lambda since: mask.draw(), design.mask_s, "mask", lit=False)
+    screen.empty(design.blank_s, "off")
+    return sitting.since_start(onset)
 
 
-def ask_depth(sitting: Sitting) -> Given:
-    """Ask how three-dimensional it looked, as a ratio to the standard."""
+def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None]:
+    """Show what a trial shows, up to the question.
+
+    Returns
+    -------
+    tuple
+        When the picture appeared (of a choice: the first of the two), in seconds of the sitting, and its file; None for
+        a drawing.
+    """
     design: DepthRatingDesign = sitting.design
-    scale = Scale(
-        "How three-dimensional did it look?",
-        "The standard is 1.",
-        design.least_rating,
-        design.most_rating,
-        ends=("flatter", "deeper"),
-        typed=design.answer == "typed",
-    )
-    return ask(sitting.screen, scale)
+    shown = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]
+    if design.scale == "choice":
+        shown.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
+    elif design.reference == "same-scene":
+        shown.insert(0, ("reference", design.reference_of(trial), design.reference_s))
+    ready: list[tuple[Any, Any, Any]] = []
+    files: dict[str, str | None] = {}
+
+    def prepare() -> None:
+        for event, which, _ in shown:
+            image, mark, files[event] = _prepared(sitting, which, dict(trial.factors))
+            shape = (int(image.size[1]), int(image.size[0]))
+            ready.append((image, mark, _noise(sitting, shape) if design.mask == "noise" else None))
+            sitting.screen.warm(*(part for part in ready[-1] if part is not None))
+
+    sitting.screen.empty(design.pause_s, "pause", prepare)
+    onsets = {
+        event: _interval(sitting, parts, seconds, event)
+        for (event, _, seconds), parts in zip(shown, ready, strict=True)
+    }
+    return (min(onsets.values()) if design.scale == "choice" else onsets["picture"]), files["picture"]
+
+
+def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
+    """Ask on the scale of the design how three-dimensional it looked."""
+    if sitting.design.scale != "choice":
+        return ask(sitting.screen, scale_of(sitting))
+    words = sitting.words
+    given = ask_which(sitting.screen, words("depth.question_choice"), (words("depth.first"), words("depth.second")))
+    return Given(float(given.value == trial.interval), given.seconds)
 
 
 def ask_confidence(sitting: Sitting) -> float | None:
     """Ask how sure the participant is, from 0 to 1, where the design wants to know."""
     if not sitting.design.confidence:
         return None
-    scale = Scale("How sure are you?", "", 0.0, 1.0, ratios=False, ends=("not at all", "quite sure"))
-    return ask(sitting.screen, scale, "confidence").value
+    words = sitting.words
+    ends = (words("scale.not_sure"), words("scale.quite_sure"))
+    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
 
 
 def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
-    if trial.standard_before and trial.trial > 1:
+    if trial.standard_before:
         show_standard(sitting)
-    onset, picture = show_picture(sitting, trial)
-    answer = ask_depth(sitting)
+    onset, file = show_picture(sitting, trial)
+    answer = ask_depth(sitting, trial)
     return Rated(
         onset=onset,
         rating=answer.value,
         response_time=answer.seconds,
         confidence=ask_confidence(sitting),
-        stimulus=picture.png,
+        stimulus=file,
+        start=answer.start,
     )
 
 
@@ -120,5 +211,7 @@ DEPTH_RATING = Experiment(
     trial=_trial,
     pictures=_pictures,
     background=GREY,
-    before=show_standard,
+    before=_before,
+    right=lambda sitting, trial, answer: sitting.design.right(trial, answer.rating),
+    words="depth",
 )

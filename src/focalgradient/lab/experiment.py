@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from focalgradient.display import Display
 from focalgradient.stimuli import Picture, StimulusSet
 
 if TYPE_CHECKING:
+    from focalgradient.design.words import Words
     from focalgradient.lab.screen import Screen
 
 __all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting"]
@@ -37,10 +38,15 @@ EVENTS = {
     "ready": 5,
     "break": 6,
     "standard": 7,
+    "example": 8,
     "mark": 10,
     "picture": 11,
     "cube": 12,
     "look": 13,
+    "reference": 14,
+    "mask": 15,
+    "pause": 16,
+    "rest": 17,
     "focus": 18,
     "off": 20,
     "question": 21,
@@ -48,6 +54,8 @@ EVENTS = {
     "feedback": 23,
     "recorded": 30,
     "quit?": 40,
+    "keep?": 41,
+    "debriefing": 52,
     "end": 50,
     "thanks": 51,
 }
@@ -69,23 +77,29 @@ class Experiment:
     trial
         Runs one and gives its answer; it is called again for one that was interrupted.
     pictures
-        The pictures that a design needs: scene, aperture, fixation.
+        The pictures that a design needs: scene, aperture, fixation, levels of its factors.
     check
         Raises InputError where a design cannot be shown on a display, in a window of so many pixels.
     background
         Of the screen, from -1, black, to 1, white.
     before
         Is shown at the start of a sitting, after the instructions.
+    right
+        Whether an answer in practice is right, of a trial and its answer; None where none can be.
+    words
+        Section of the words file with the page for repeated practice and that at the end.
     """
 
     task: str
     about: str
     instructions: Callable[[Sitting], Sequence[str]]
     trial: Callable[[Sitting, Any], Answer]
-    pictures: Callable[[Any], Sequence[tuple[str, str, str]]] = lambda design: ()
+    pictures: Callable[[Any], Sequence[tuple[str, str, str, Mapping[str, str]]]] = lambda design: ()
     check: Callable[[Any, Display, tuple[int, int]], None] = lambda design, display, room: None
     background: float = -1.0
     before: Callable[[Sitting], None] = lambda sitting: None
+    right: Callable[[Sitting, Any, Any], bool | None] = lambda sitting, trial, answer: None
+    words: str = ""
 
 
 @dataclass
@@ -102,8 +116,15 @@ class Sitting:
         The set of pictures, where there is one.
     start
         When the sitting began, on the screen's clock.
+    next
+        The trial that comes next.
     events
-        Name and time, on the sitting's clock, of what has happened since the last trial was recorded.
+        Of what has happened since the last trial was recorded: its name, its time on the sitting's clock, and the wall
+        clock's time then.
+    failures
+        What has gone wrong in a laboratory's own code since then: what, and the error.
+    levels
+        Of the factors in blocks, those of the block that is shown.
     """
 
     screen: Screen
@@ -111,16 +132,26 @@ class Sitting:
     participant: str
     stimuli: StimulusSet | None = None
     start: float = 0.0
-    events: list[tuple[str, float]] = field(default_factory=list)
+    next: Any = None
+    events: list[tuple[str, float, float]] = field(default_factory=list)
+    failures: list[tuple[str, str]] = field(default_factory=list)
+    levels: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def words(self) -> Words:
+        """What is said on the screen."""
+        return self.screen.words
 
     def since_start(self, time: float) -> float:
         """A time of the screen's clock, on that of the sitting."""
         return time - self.start
 
-    def picture(self, scene: str, aperture: str, fixation: str) -> tuple[Picture, Any]:
-        """A picture of the set, and what draws it."""
+    def picture(
+        self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None
+    ) -> tuple[Picture, Any]:
+        """A picture of the set, with the levels of the design's factors, and what draws it."""
         assert self.stimuli is not None
-        found = self.stimuli.picture(scene, aperture, fixation)
+        found = self.stimuli.picture(scene, aperture, fixation, levels)
         return found, self.screen.picture(self.pixels(found))
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:

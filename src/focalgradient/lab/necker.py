@@ -17,30 +17,24 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.cube_frames import frame_count, frames_of, shape_of
 from focalgradient.lab.experiment import Experiment, Sitting
-from focalgradient.lab.questions import pages
+from focalgradient.lab.forms import pages
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
 LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
+HELD = 0.5  # share of a practice cube's time for which the right key must be held; our choice
 SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
-WORDS = {"rigid": "rigid", "nonrigid": "wobbling"}
 
 
 def _instructions(sitting: Sitting) -> Sequence[str]:
     """Pages that the participant reads."""
     design: NeckerDesign = sitting.design
     keys = design.keys_of(sitting.participant)
-    return (
-        "The turning cube\n"
-        "You will see a cube made of wires that turns. It can look in two ways: as a rigid cube that keeps its shape, "
-        "or as a thing that wobbles: it stretches and shrinks as it turns, the other way round.\n\n"
-        "What you see may change by itself, again and again. Just look, and do not try to see it in one of the ways.",
-        "Two keys\n"
-        f"Hold  {keys['rigid'].upper()}  as long as it looks rigid.\n\n"
-        f"Hold  {keys['nonrigid'].upper()}  as long as it looks wobbling.\n\n"
-        "Change the key as soon as what you see changes. Hold none while you cannot tell. The keys are shown below the "
-        "cube all the time.\n\n"
-        "ESCAPE stops at any time; you will be asked before anything ends.",
+    return sitting.words.pages(
+        "necker.instructions",
+        rigid_key=keys["rigid"].upper(),
+        nonrigid_key=keys["nonrigid"].upper(),
+        escape=sitting.words("common.escape"),
     )
 
 
@@ -70,7 +64,7 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
     """The pictures of a quarter turn, on the graphics card."""
     screen, display = sitting.screen, sitting.screen.display
     frames = frame_count(sitting.design, 1 / screen.frame_s)
-    said = screen.text("One moment ...", height=0.026, y=-0.42)
+    said = screen.text(screen.words("common.moment"), height=0.026, y=-0.42)
     loop = []
     for number, light in enumerate(frames_of(trial, sitting.design, frames, _pixel_angle(display))):
         if number % 10 == 0:
@@ -90,7 +84,9 @@ def _reminder(sitting: Sitting) -> list[Any]:
     design: NeckerDesign = sitting.design
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
     return [
-        sitting.screen.text(f"{key.upper()}   {WORDS[of_key[key]]}", height=0.028, x=side * 0.3, y=-0.46)
+        sitting.screen.text(
+            f"{key.upper()}   {sitting.words(f'necker.{of_key[key]}')}", height=0.028, x=side * 0.3, y=-0.46
+        )
         for key, side in zip(design.keys, (-1, 1), strict=True)
     ]
 
@@ -98,11 +94,11 @@ def _reminder(sitting: Sitting) -> list[Any]:
 def ready(sitting: Sitting, trial: NeckerTrial) -> None:
     """Say which key is for what, and wait for the space bar."""
     screen = sitting.screen
-    title = "Practice" if trial.phase == "practice" else "Ready?"
+    title = sitting.words("necker.practice" if trial.phase == "practice" else "necker.ready")
     parts = [
         screen.text(title, height=0.05, y=0.1, bold=True),
-        screen.text("Hold the key for what you see as long as you see it.", y=0.0),
-        screen.text("Press SPACE to start.", y=-0.1),
+        screen.text(sitting.words("necker.hold"), y=0.0),
+        screen.text(sitting.words("necker.start"), y=-0.1),
         *_reminder(sitting),
     ]
     screen.wait(lambda: [part.draw() for part in parts], ["space"], "ready")
@@ -134,13 +130,12 @@ def feedback(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> None:
     """After practice: how long the right key was held."""
     if trial.shape == "ambiguous":
         return
-    keys = sitting.design.keys_of(sitting.participant)
-    held = percepts(watched.presses, keys, watched.trial_duration)
-    right = sum(one.end - one.onset for one in held if one.percept == trial.shape) / watched.trial_duration
-    text = (
-        f"This one was {WORDS[trial.shape]}\n"
-        f"You held the key for it ({keys[trial.shape].upper()}) {right:.0%} of the time.\n\n"
-        "In the cubes to come, there is no right or wrong: hold the key for what you see."
+    keys, right = sitting.design.keys_of(sitting.participant), _share(sitting, trial, watched)
+    text = sitting.words(
+        "necker.feedback",
+        shape=sitting.words(f"necker.{trial.shape}"),
+        key=keys[trial.shape].upper(),
+        share=f"{100 * right:.0f}",
     )
     pages(sitting.screen, [text], "feedback")
 
@@ -152,4 +147,23 @@ def _trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
     return watched
 
 
-NECKER = Experiment(task="necker", about=__doc__, instructions=_instructions, trial=_trial, check=_check)
+def _share(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> float:
+    """Share of the time for which the key for the shape was held, alone."""
+    held = percepts(watched.presses, sitting.design.keys_of(sitting.participant), watched.trial_duration)
+    return sum(one.end - one.onset for one in held if one.percept == trial.shape) / watched.trial_duration
+
+
+def _right(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> bool | None:
+    """Whether the key for a shape that can be seen in one way only was held for at least half of the time."""
+    return None if trial.shape == "ambiguous" else _share(sitting, trial, watched) >= HELD
+
+
+NECKER = Experiment(
+    task="necker",
+    about=__doc__,
+    instructions=_instructions,
+    trial=_trial,
+    check=_check,
+    right=_right,
+    words="necker",
+)

@@ -19,49 +19,32 @@ from focalgradient.design import Pinhole, PinholeTrial
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
-from focalgradient.lab.questions import Given, Scale, ask, pages
+from focalgradient.lab.forms import pages
+from focalgradient.lab.questions import Given, Scale, ask
 
 __all__ = ["PINHOLE", "ask_depth", "look", "show_picture", "show_standard", "through_tube"]
 
 FIXATION = "nearest"  # in focus in the pictures, and marked before them
 MARK_S = 1.0
 
-WAYS = {
-    "pinhole": "Through the pinhole\nClose one eye. Hold the pinhole close to the other eye and look through it at "
-    "the room, at things near and far.",
-    "natural": "Without anything\nClose one eye. Put pinhole and tube away, and look with the other eye at the room, "
-    "at things near and far.",
-    "tube": "Through the tube\nClose one eye. Hold the tube close to the other eye and look through it at the room, "
-    "at things near and far.",
-}
+WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
 
 
 def _instructions(sitting: Sitting) -> Sequence[str]:
     """Pages that the participant reads."""
     design: Pinhole = sitting.design
-    texts = [
-        "How deep does it look?\n"
-        "You will look with one eye only, always the same one, and tell how three-dimensional what you see looks: how "
-        "much it seems to extend in depth.\n\n"
-        "What you see through the pinhole counts as 1. What looks twice as deep is a 2, what looks half as deep is 0.5."
-        " There are no right or wrong answers.\n\n"
-        "ESCAPE stops at any time; you will be asked before anything ends."
-    ]
+    words = sitting.words
+    texts = [words("pinhole.instructions", escape=words("common.escape"))]
     if "real" in design.forms:
-        texts.append(
-            "What you need\n"
-            "A pinhole: a card with a hole of about 1 mm. A tube that shows as little of the room as the pinhole does. "
-            "A room with things at various distances, and good light.\n\n"
-            f"Each look takes {design.look_s:g} seconds. The screen turns white when it is over."
-        )
+        texts.append(words("pinhole.needed", seconds=words.number(design.look_s, "g")))
     return texts
 
 
-def _pictures(design: Pinhole) -> Sequence[tuple[str, str, str]]:
+def _pictures(design: Pinhole) -> Sequence[tuple[str, str, str, dict[str, str]]]:
     """All that the design can show."""
     if "picture" not in design.forms:
         return ()
-    return [(*pair, FIXATION) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
+    return [(*pair, FIXATION, {}) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
 
 
 def _check(design: Pinhole, display: Display, room: tuple[int, int]) -> None:
@@ -89,8 +72,8 @@ def through_tube(pixels: NDArray[np.uint8], middle: tuple[float, float], wide: f
 def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
     """Guide a look at the real world: when it began (s of the sitting)."""
     screen = sitting.screen
-    pages(screen, [WAYS[viewing]], "ready", foot="Press SPACE when you are ready to look.")
-    text = screen.text("Look at the room now, not at the screen.", height=0.04)
+    pages(screen, [sitting.words(WAYS[viewing])], "ready", foot=sitting.words("pinhole.ready"))
+    text = screen.text(sitting.words("pinhole.look"), height=0.04)
     onset = screen.play(lambda seconds: text.draw(), sitting.design.look_s, event)
     white = screen.whole(1.0)
     screen.play(lambda seconds: white.draw(), 0.5, "off", lit=False)
@@ -114,8 +97,7 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
 
 def show_standard(sitting: Sitting) -> None:
     """Let the participant see what counts as 1."""
-    text = "The standard\nFirst, the view through the pinhole. How deep it looks counts as 1."
-    pages(sitting.screen, [text], "ready")
+    pages(sitting.screen, [sitting.words("pinhole.standard")], "ready")
     if "real" in sitting.design.forms:
         look(sitting, "pinhole", "standard")
     else:
@@ -126,11 +108,11 @@ def ask_depth(sitting: Sitting) -> Given:
     """Ask how three-dimensional it looked, as a ratio to the view through the pinhole."""
     design: Pinhole = sitting.design
     scale = Scale(
-        "How three-dimensional did it look?",
-        "The view through the pinhole is 1.",
+        sitting.words("pinhole.question"),
+        sitting.words("pinhole.below"),
         design.least_rating,
         design.most_rating,
-        ends=("flatter", "deeper"),
+        ends=(sitting.words("pinhole.flatter"), sitting.words("pinhole.deeper")),
     )
     return ask(sitting.screen, scale)
 

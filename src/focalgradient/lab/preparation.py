@@ -20,9 +20,10 @@ from typing import Any, NoReturn
 
 from focalgradient.dataset import Session
 from focalgradient.design import DESIGNS, NAMES, Design, check_label, design_text, load_design
+from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.files import read_text
+from focalgradient.lab.consent import Consent, read_consent
 from focalgradient.lab.experiment import Experiment
 from focalgradient.stimuli import StimulusSet, read_set
 
@@ -48,6 +49,8 @@ class Prepared:
         The command line.
     design, stimuli
         What is run; the pictures, where it shows any.
+    words
+        What is said on the screen.
     consent
         Text to agree to, where there is one.
     hook
@@ -63,7 +66,8 @@ class Prepared:
     options: argparse.Namespace
     design: Design
     stimuli: StimulusSet | None
-    consent: str | None
+    words: Words
+    consent: Consent | None
     hook: Hook | None
     screen: ModuleType
     display: Display
@@ -86,11 +90,13 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
     design = check_session(options, design.pilot() if options.pilot else design)
     stimuli = _stimuli(options, experiment, design)
-    consent, hook = _consent(options.consent), _markers(options.markers)
+    words = load_words(design.language, None if options.design is None else options.design.parent)
+    consent = None if options.consent is None else read_consent(options.consent)
+    hook = _markers(options.markers)
     screen = import_screen()
     display, calibrated, warnings = _display(options, screen, stimuli)
     experiment.check(design, display, WINDOW if options.windowed else display.size_px)
-    return Prepared(options, design, stimuli, consent, hook, screen, display, calibrated, warnings)
+    return Prepared(options, design, stimuli, words, consent, hook, screen, display, calibrated, warnings)
 
 
 class _Arguments(argparse.ArgumentParser):
@@ -101,6 +107,12 @@ class _Arguments(argparse.ArgumentParser):
 class _PrintDesign(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> None:
         print(design_text(next(name for name, task in NAMES.items() if task == self.const)), end="")
+        parser.exit()
+
+
+class _PrintWords(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, namespace: object, values: Any, option: object = None) -> None:
+        print(words_text(values), end="")
         parser.exit()
 
 
@@ -120,6 +132,12 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
         nargs=0,
         const=experiment.task,
         help="print the settings file of the paper, to copy and change",
+    )
+    add(
+        "--print-words",
+        action=_PrintWords,
+        metavar="LANGUAGE",
+        help=f"print all that is said on the screen in {' or '.join(LANGUAGES)}, to copy and change",
     )
     add("--consent", type=Path, metavar="FILE", help="text to agree to before all else")
     add("--resume", action="store_true", help="go on with a session that was cut off")
@@ -170,8 +188,14 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
     if options.stimuli is None:
         raise InputError("the pictures are missing: make them with 'focalgradient stimuli', and give --stimuli DIR.")
     stimuli = read_set(options.stimuli)
-    for scene, aperture, fixation in needed:
-        picture = stimuli.picture(scene, aperture, fixation)
+    for scene, aperture, fixation, levels in needed:
+        picture = stimuli.picture(scene, aperture, fixation, levels)
+    for name, factor in getattr(design, "factors", {}).items():
+        if factor.pictures and not all(name in one.others for one in stimuli.pictures):
+            raise InputError(
+                f"factors names {name!r}, but the pictures in {options.stimuli} have no such column: import them with "
+                "it, or say pictures = false."
+            )
     made, asked = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
     if None not in (made, asked) and made != asked:
         raise InputError(
@@ -179,15 +203,6 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
         )
     stimuli.pixels(picture)
     return stimuli
-
-
-def _consent(path: Path | None) -> str | None:
-    if path is None:
-        return None
-    text = read_text(path, "the text that --consent shows").strip()
-    if not text:
-        raise InputError(f"--consent {path} is empty: give the text that participants are to agree to.")
-    return text
 
 
 def _markers(path: Path | None) -> Hook | None:

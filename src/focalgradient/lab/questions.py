@@ -1,32 +1,29 @@
-"""What is asked on the screen: pages to read, the slider, a number to type, a form for who takes part."""
+"""What is asked on the screen: a slider, a number to type, steps to choose from, one of two pictures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import random
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from focalgradient.errors import InputError
+from focalgradient.lab.forms import DIGITS, WARN, edited
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["Given", "Scale", "ask", "form", "pages"]
+__all__ = ["Given", "Scale", "Steps", "ask", "ask_which", "explain"]
 
 SWEEP = 2.5  # seconds that a held key takes from one end of the slider to the other
 STEP = 1 / 60  # of the slider that a tap moves
 HOLD = 0.3  # seconds after which a key counts as held
-WARN = (1.0, 0.9, -0.3)  # yellow: to be read on grey and on black
-COLUMN = 1.05  # width of a page's text, in screen's heights
 WIDTH, LOW = 0.9, -0.05  # of the slider, and its height above the middle: shares of the screen's height
-DIGITS = {**{f"num_{digit}": str(digit) for digit in range(10)}, "period": ".", "comma": ".", "num_decimal": "."}
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """What an answer is given on.
+    """A scale without steps that an answer is given on.
 
     Parameters
     ----------
@@ -72,39 +69,72 @@ class Scale:
 
 
 @dataclass(frozen=True, slots=True)
+class Steps:
+    """A scale of steps that an answer is given on.
+
+    Parameters
+    ----------
+    question, below
+        What is asked, and what it is to be compared with.
+    least, most
+        Its ends, whole numbers.
+    labels
+        What the steps mean: one each, or one for each end (and one for the middle, where there are three).
+    """
+
+    question: str
+    below: str
+    least: int
+    most: int
+    labels: Sequence[str] = ()
+
+    @property
+    def values(self) -> list[int]:
+        """All steps, from the least to the most."""
+        return list(range(self.least, self.most + 1))
+
+    def labelled(self) -> list[tuple[int, str]]:
+        """Which steps have a label, and which.
+
+        >>> Steps("", "", 1, 7, ("flat", "deep")).labelled()
+        [(1, 'flat'), (7, 'deep')]
+        >>> Steps("", "", -2, 2, ("flatter", "alike", "deeper")).labelled()
+        [(-2, 'flatter'), (0, 'alike'), (2, 'deeper')]
+        """
+        values = self.values
+        if len(self.labels) == len(values):
+            return list(zip(values, self.labels, strict=True))
+        places = {2: [0, -1], 3: [0, len(values) // 2, -1]}.get(len(self.labels), [])
+        return [(values[place], label) for place, label in zip(places, self.labels, strict=False)]
+
+
+@dataclass(frozen=True, slots=True)
 class Given:
-    """An answer: its `value`, and the seconds from the question to it."""
+    """An answer.
+
+    Parameters
+    ----------
+    value
+        On the scale.
+    seconds
+        From the question to it.
+    start
+        Where the marker first stood, at random; None where it was not moved by keys.
+    """
 
     value: float
     seconds: float
+    start: float | None = None
 
 
-def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[str] = ("space",), foot: str = "") -> str:
-    """Show pages of text one after the other, the first line of each as its title: the key that ended the last."""
-    key = ""
-    for text in texts:
-        title, _, body = text.strip().partition("\n")
-        parts = [
-            screen.text(title, height=0.05, y=0.36, bold=True),
-            screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1], alignText=_side(body)),
-            screen.text(foot or "Press SPACE to go on.", height=0.026, y=-0.42),
-        ]
-        key = screen.wait(partial(_draw, parts), keys, event).key
-    return key
+def ask(screen: Screen, scale: Scale | Steps, event: str = "question") -> Given:
+    """Ask for an answer on a scale: on a slider (arrow keys or mouse), typed, or a step; confirmed with the Enter key.
 
-
-def _draw(parts: Sequence[Any]) -> None:
-    for part in parts:
-        part.draw()
-
-
-def _side(body: str) -> str:
-    """Short lines stand in the middle; what is wrapped begins at the left."""
-    return "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
-
-
-def ask(screen: Screen, scale: Scale, event: str = "question") -> Given:
-    """Ask for a number: on a slider (arrow keys or mouse) or typed, confirmed with the Enter key."""
+    Nothing is shown on the scale before the first key: it puts the marker at a random place, so that no answer is
+    suggested, and whoever presses one key and no more can be told by it.
+    """
+    if isinstance(scale, Steps):
+        return _steps(screen, scale, event)
     if scale.typed:
         return _typed(screen, scale, event)
     screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale: it is to suggest nothing
@@ -115,40 +145,115 @@ def ask(screen: Screen, scale: Scale, event: str = "question") -> Given:
         screen.window.mouseVisible = False
 
 
-def _head(screen: Screen, scale: Scale, foot: str) -> list[Any]:
+def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
+    """Show a page about a scale, the first line its title, with the scale below it and the marker at a value."""
+    title, _, body = text.partition("\n")
+    unit, half = screen.size[1], _half(screen)
+    still = [
+        screen.plate(),
+        screen.text(title, height=0.05, y=0.4, bold=True),
+        screen.text(body.strip(), height=0.032, y=0.22, alignText="left"),
+        screen.text(screen.words("common.go_on"), height=0.026, y=-0.42),
+    ]
+    if isinstance(scale, Steps):
+        boxes, places = _boxes(screen, scale)
+        frame = screen.box(0.075 * unit)
+        frame.pos = (places[scale.values.index(round(at))], LOW * unit)
+        screen.wait(lambda: _draw([*still, *boxes, frame]), ["space"], "example")
+        return
+    still += _line(screen, scale, half)
+    marker = _marker(screen, scale, half)
+
+    def draw() -> None:
+        _draw(still)
+        marker(scale.share(at))
+
+    screen.wait(draw, ["space"], "example")
+
+
+def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str = "question") -> Given:
+    """Ask which of two: the value is 1 for the left key and 2 for the right, and the first press is the answer."""
+    still = _head(screen, question, "", " ")
+    still.append(screen.text(f"←   {ways[0]}", height=0.04, x=-0.25, y=LOW))
+    still.append(screen.text(f"{ways[1]}   →", height=0.04, x=0.25, y=LOW))
+    screen.warm(*still)
+    screen.wait_out()
+    screen.keys.clear()
+    _draw(still)
+    asked = screen.frame()
+    screen.on_event(event, asked)
+    while True:
+        found = screen.keys.events()
+        screen.stop_if_asked(found)
+        for press in found:
+            if press.down and press.key in ("left", "right"):
+                return Given(1.0 if press.key == "left" else 2.0, press.time - asked)
+        _draw(still)
+        screen.frame()
+
+
+def _draw(parts: Sequence[Any]) -> None:
+    for part in parts:
+        part.draw()
+
+
+def _head(screen: Screen, question: str, below: str, foot: str) -> list[Any]:
     return [
-        screen.text(scale.question, height=0.045, y=0.28),
-        screen.text(scale.below, y=0.2),
+        screen.plate(),
+        screen.text(question, height=0.045, y=0.28),
+        screen.text(below or " ", y=0.2),
         screen.text(foot, height=0.026, y=-0.42),
     ]
 
 
-def _slider(screen: Screen, scale: Scale, event: str) -> Given:
+def _line(screen: Screen, scale: Scale, half: float) -> list[Any]:
+    """The slider without its marker."""
     unit = screen.size[1]
-    half = min(WIDTH * unit, 0.8 * screen.size[0]) / 2
-    still = _head(screen, scale, "←  →  or the mouse: move the marker            ENTER: confirm")
-    still.append(screen.line((-half, LOW * unit), (half, LOW * unit), 3))
+    still = [screen.line((-half, LOW * unit), (half, LOW * unit), 3)]
     for tick in scale.ticks():
         x = (2 * scale.share(tick) - 1) * half
         still.append(screen.line((x, (LOW - 0.012) * unit), (x, (LOW + 0.012) * unit)))
-        still.append(screen.text(f"{tick:g}", x=x / unit, y=LOW - 0.045))
+        still.append(screen.text(screen.words.number(tick, "g"), x=x / unit, y=LOW - 0.045))
     for side, word in zip((-1, 1), scale.ends, strict=True):
-        still.append(screen.text(word, height=0.026, x=side * half / unit, y=LOW - 0.09))
-    marker = screen.triangle(0.035 * unit)
-    number = screen.text("", height=0.035)
+        still.append(screen.text(word or " ", height=0.026, x=side * half / unit, y=LOW - 0.09))
+    return still
+
+
+def _marker(screen: Screen, scale: Scale, half: float) -> Callable[[float], None]:
+    """What draws the marker at a share of the slider, with its number."""
+    unit = screen.size[1]
+    marker, number = screen.triangle(0.035 * unit), screen.text("", height=0.035)
+
+    def draw(place: float) -> None:
+        x = (2 * place - 1) * half
+        marker.pos = (x, (LOW + 0.014) * unit)
+        marker.draw()
+        number.pos, number.text = (x, (LOW + 0.08) * unit), screen.words.number(scale.value(place))
+        number.draw()
+
+    return draw
+
+
+def _half(screen: Screen) -> float:
+    return min(WIDTH * screen.size[1], 0.8 * screen.size[0]) / 2
+
+
+def _slider(screen: Screen, scale: Scale, event: str) -> Given:
+    unit, half = screen.size[1], _half(screen)
+    still = _head(screen, scale.question, scale.below, screen.words("scale.slider_keys"))
+    still += _line(screen, scale, half)
+    marker = _marker(screen, scale, half)
     place: float | None = None
+    start: float | None = None
     moving: dict[str, float] = {}
 
     def draw() -> None:
-        for part in still:
-            part.draw()
+        _draw(still)
         if place is not None:
-            x = (2 * place - 1) * half
-            marker.pos = (x, (LOW + 0.014) * unit)
-            marker.draw()
-            number.pos, number.text = (x, (LOW + 0.08) * unit), f"{scale.value(place):.2f}"
-            number.draw()
+            marker(place)
 
+    screen.warm(*still)
+    screen.wait_out()
     screen.keys.clear()
     screen.mouse.clickReset()
     draw()
@@ -168,13 +273,15 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
             if press.key in ("left", "right"):
                 if press.down:
                     moving[press.key] = press.time
-                    # Nothing is shown before the first move, from the middle: no answer is suggested.
-                    start = 0.5 if place is None else place
-                    place = min(max(start + (STEP if press.key == "right" else -STEP), 0), 1)
+                    if place is None:
+                        place = random.random()
+                        start = round(scale.value(place), 4)
+                    else:
+                        place = min(max(place + (STEP if press.key == "right" else -STEP), 0), 1)
                 else:
                     moving.pop(press.key, None)
             if press.down and press.key in ("return", "num_enter") and place is not None:
-                return Given(round(scale.value(place), 4), press.time - asked)
+                return Given(round(scale.value(place), 4), press.time - asked, start)
         for key, since in moving.items():
             if place is not None and before - since > HOLD:
                 place = min(max(place + screen.frame_s / SWEEP * (1 if key == "right" else -1), 0), 1)
@@ -183,7 +290,7 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
 
 
 def _typed(screen: Screen, scale: Scale, event: str) -> Given:
-    still = _head(screen, scale, "Type a number            BACKSPACE: take back            ENTER: confirm")
+    still = _head(screen, scale.question, scale.below, screen.words("scale.typed_keys"))
     unit = screen.size[1]
     for y in (-0.04, 0.06):
         still.append(screen.line((-0.15 * unit, y * unit), (0.15 * unit, y * unit)))
@@ -191,10 +298,11 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
     typed = ""
 
     def draw() -> None:
-        number.text = typed or " "
-        for part in (*still, number, wrong):
-            part.draw()
+        number.text = typed.replace(".", screen.words("common.decimal")) or " "
+        _draw([*still, number, wrong])
 
+    screen.warm(*still)
+    screen.wait_out()
     screen.keys.clear()
     draw()
     asked = screen.frame()
@@ -205,7 +313,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
         for press in found:
             if not press.down:
                 continue
-            typed = _edited(typed, DIGITS.get(press.key, press.key), "0123456789.", 8)
+            typed = edited(typed, DIGITS.get(press.key, press.key), "0123456789.", 8)
             if press.key in ("return", "num_enter"):
                 try:
                     value = float(typed)
@@ -213,74 +321,68 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
                     value = math.nan
                 if scale.least <= value <= scale.most:
                     return Given(value, press.time - asked)
-                wrong.text = f"Please type a number from {scale.least:g} to {scale.most:g}."
+                ends = (screen.words.number(end, "g") for end in (scale.least, scale.most))
+                wrong.text = screen.words("scale.typed_wrong", **dict(zip(("least", "most"), ends, strict=True)))
         draw()
         screen.frame()
 
 
-def _edited(text: str, key: str, letters: str, longest: int) -> str:
-    if key == "backspace":
-        return text[:-1]
-    return text + key if len(key) == 1 and key in letters and len(text) < longest else text
+def _boxes(screen: Screen, scale: Steps) -> tuple[list[Any], list[float]]:
+    """The numbers of the steps with their labels, and where each stands."""
+    unit, half = screen.size[1], _half(screen)
+    values = scale.values
+    places = [(2 * number / (len(values) - 1) - 1) * half for number in range(len(values))]
+    still = [
+        screen.text(_signed(scale, value), height=0.04, x=x / unit, y=LOW)
+        for value, x in zip(values, places, strict=True)
+    ]
+    wide = 2 * half / max(len(scale.labelled()) - 1, 1)
+    for value, label in scale.labelled():
+        x = places[values.index(value)]
+        still.append(screen.text(label, height=0.026, x=x / unit, y=LOW - 0.09, wrapWidth=0.92 * wide))
+    return still, places
 
 
-def form(
-    screen: Screen,
-    title: str,
-    fields: Mapping[str, str],
-    check: Callable[[dict[str, str]], None],
-) -> dict[str, str]:
-    """Ask for words of letters and digits; what `check` says against them is shown, and they can be mended.
+def _signed(scale: Steps, value: int) -> str:
+    return f"{value:+d}".replace("-", "\N{MINUS SIGN}") if scale.least < 0 and value else str(value)
 
-    Parameters
-    ----------
-    screen
-        Where.
-    title
-        Of the form.
-    fields
-        By name, what to say of each.
-    check
-        Raises InputError if what was typed cannot be.
-    """
-    names, typed, at = list(fields), dict.fromkeys(fields, ""), 0
-    heads = [screen.text(title, height=0.05, y=0.36, bold=True)]
-    heads.append(screen.text("TAB: next            ENTER: next, and at the last: done", height=0.026, y=-0.42))
-    rows = []
-    for number, (name, hint) in enumerate(fields.items()):
-        y = 0.22 - 0.1 * number
-        heads.append(screen.text(f"{name}:", x=-0.3, y=y, anchorHoriz="right", alignText="right"))
-        heads.append(screen.text(hint, height=0.022, x=-0.28, y=y - 0.04, anchorHoriz="left", alignText="left"))
-        rows.append(screen.text("", x=-0.28, y=y, anchorHoriz="left", alignText="left", bold=True))
-    wrong = screen.text("", height=0.026, y=-0.34, color=WARN)
+
+def _steps(screen: Screen, scale: Steps, event: str) -> Given:
+    keys = screen.words("scale.steps_keys" if scale.least >= 0 else "scale.arrow_keys")
+    still = _head(screen, scale.question, scale.below, keys)
+    boxes, places = _boxes(screen, scale)
+    frame, unit, values = screen.box(0.075 * screen.size[1]), screen.size[1], scale.values
+    at: int | None = None
+    start: float | None = None
 
     def draw() -> None:
-        for number, (name, row) in enumerate(zip(names, rows, strict=True)):
-            row.text = typed[name] + ("_" if number == at else "") or " "
-        for part in (*heads, *rows, wrong):
-            part.draw()
+        _draw([*still, *boxes])
+        if at is not None:
+            frame.pos = (places[at], LOW * unit)
+            frame.draw()
 
+    screen.warm(*still)
+    screen.wait_out()
     screen.keys.clear()
     draw()
-    screen.on_event("form", screen.frame())
+    asked = screen.frame()
+    screen.on_event(event, asked)
     while True:
-        draw()
-        screen.frame()
         found = screen.keys.events()
         screen.stop_if_asked(found)
         for press in found:
             if not press.down:
                 continue
             key = DIGITS.get(press.key, press.key)
-            typed[names[at]] = _edited(typed[names[at]], key, "abcdefghijklmnopqrstuvwxyz0123456789", 20)
-            if press.key in ("return", "num_enter") and at == len(names) - 1:
-                try:
-                    check(typed)
-                except InputError as error:
-                    wrong.text, at = str(error), 0
+            if key in ("left", "right"):
+                if at is None:
+                    at = random.randrange(len(values))
+                    start = float(values[at])
                 else:
-                    return typed
-            elif press.key in ("return", "num_enter", "tab", "down"):
-                at = (at + 1) % len(names)
-            elif press.key == "up":
-                at = (at - 1) % len(names)
+                    at = min(max(at + (1 if key == "right" else -1), 0), len(values) - 1)
+            elif scale.least >= 0 and key.isdigit() and int(key) in values:
+                at = values.index(int(key))
+            elif press.key in ("return", "num_enter") and at is not None:
+                return Given(float(values[at]), press.time - asked, start)
+        draw()
+        screen.frame()

@@ -6,26 +6,36 @@ before the next begins, and escape asks before it quits.
 
 from __future__ import annotations
 
-import argparse
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from focalgradient.dataset import Answer, Apparatus, Session
 from focalgradient.design import Trial
 from focalgradient.errors import InputError
+from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import EVENTS, Again, Experiment, Quit, Sitting
-from focalgradient.lab.preparation import WINDOW, Hook, Prepared, check_session, prepare
-from focalgradient.lab.questions import form, pages
+from focalgradient.lab.forms import pages, rest
+from focalgradient.lab.participant import ask_participant
+from focalgradient.lab.preparation import WINDOW, Hook, Prepared, prepare
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["run"]
+__all__ = ["PART", "parted", "run"]
 
 Shown = TypeVar("Shown")
+
+PART = 0.05
+"""Seconds by which the wall clock and the monotonic one may part during a trial, beside one in a thousand: three frames
+at 60 Hz. A wall clock that is kept right by slewing it (at most 500 in a million on Linux) stays within."""
+
+VOID = 5
+"""Times that one trial is shown again because the clocks parted, before the session ends."""
 
 
 def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: str | None = None) -> int:
@@ -57,6 +67,7 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
             ready.display,
             background=experiment.background,
             patch=options.photodiode,
+            words=ready.words,
         )
         try:
             sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
@@ -73,43 +84,83 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
 
 
 def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], None]:
-    """What is done at each event: it is kept for the journal, and sent to the hook and to a running ioHub."""
+    """What is done at each event: it is kept for the journal, and sent to the hook and to a running ioHub.
 
-    def listen(name: str, time: float) -> None:
-        seconds = sitting.since_start(time)
-        sitting.events.append((name, seconds))
+    What goes wrong in a laboratory's own code is kept too, and said once; the session goes on.
+    """
+    said: set[str] = set()
+
+    def guarded(what: str, call: Callable[[], object]) -> None:
+        try:
+            call()
+        except Exception as error:
+            sitting.failures.append((what, repr(error)[:200]))
+            if what not in said:
+                said.add(what)
+                print(f"Warning: {what} failed ({error!r}); the session goes on.", file=sys.stderr, flush=True)
+
+    def listen(name: str, at: float) -> None:
+        seconds = sitting.since_start(at)
+        # The wall clock at that event: now, less what has passed since.
+        sitting.events.append((name, seconds, time.time() - (time.monotonic() - at)))
         if hook is not None:
-            hook(EVENTS[name], name, seconds)
+            guarded("mark() of --markers", lambda: hook(EVENTS[name], name, seconds))
         # PsychoPy's ioHub runs where the lab's own file of markers has launched it.
         client = sys.modules.get("psychopy.iohub.client")
         hub = client and client.ioHubConnection.getActiveConnection()
         if hub:
-            hub.sendMessageEvent(text=name, category="focalgradient")
+            guarded("ioHub", lambda: hub.sendMessageEvent(text=name, category="focalgradient"))
 
     return listen
 
 
 def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     window, options = sitting.screen, ready.options
-    about = {"age": options.age, "sex": options.sex, "handedness": options.handedness}
-    if not sitting.participant:
-        about |= _uninterrupted(lambda: _who(sitting, options))
-    if ready.consent is not None:
-        consent = ready.consent
-        _uninterrupted(lambda: _agree(window, consent))
+    about = _uninterrupted(lambda: ask_participant(sitting, options))
+    consent = ready.consent
+    if consent is not None:
+        _uninterrupted(lambda: agree(window, consent))
     with _opened(ready, sitting, about) as session:
         window.on_event("sitting", window.now())
-        session.note("sitting", pilot=options.pilot, consent=ready.consent is not None, warnings=ready.warnings)
+        session.note(
+            "sitting",
+            pilot=options.pilot,
+            consent=None if consent is None else consent.told(),
+            warnings=ready.warnings,
+            words={"language": ready.words.language, "sha256": ready.words.sha256},
+        )
+        sitting.next = next(iter(session.remaining()), None)
         try:
             _uninterrupted(lambda: pages(window, experiment.instructions(sitting), "instructions"))
             _uninterrupted(lambda: experiment.before(sitting))
             _trials(experiment, sitting, session)
         except Quit:
             print(f"Stopped; {len(session.remaining())} trials are left: go on with --resume.", file=sys.stderr)
+            _may_keep(window, session, sitting)
             raise
     window.on_event("end", window.now())
-    thanks = ["That is all\n\nThank you for taking part."]
-    _uninterrupted(lambda: pages(window, thanks, "thanks", foot="Press SPACE to end."))
+    words = ready.words
+    if experiment.words:
+        _uninterrupted(lambda: pages(window, words.pages(f"{experiment.words}.debriefing"), "debriefing"))
+    thanks = [words("session.thanks")]
+    _uninterrupted(lambda: pages(window, thanks, "thanks", foot=words("session.thanks_keys")))
+
+
+def _may_keep(window: Screen, session: Session, sitting: Sitting) -> None:
+    """Ask who stops whether the answers may be kept, and note it; the answers are removed by who runs the study."""
+    words = window.words
+    foot = words("session.keep_keys", yes=words.yes.upper(), no=words.no.upper())
+    with suppress(Quit):  # escape once more: nothing was answered
+        key = _uninterrupted(
+            lambda: pages(window, [words("session.keep")], "keep?", keys=(words.yes, words.no), foot=foot)
+        )
+        session.note("keep", kept=key == words.yes)
+        if key == words.no:
+            print(
+                f"The participant wants the answers removed: focalgradient withdraw {session.files.root} "
+                f"sub-{sitting.participant}",
+                file=sys.stderr,
+            )
 
 
 def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Session:
@@ -124,19 +175,67 @@ def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Sess
 
 def _trials(experiment: Experiment, sitting: Sitting, session: Session) -> None:
     """Run what is left of the list, each answer recorded before the next trial begins."""
-    window, practised = sitting.screen, False
+    window, words = sitting.screen, sitting.words
+    began, counted = window.now(), 0
+    practised: list[tuple[Trial, Answer]] = []
     for trial in session.remaining():
+        sitting.next = trial
         if practised and trial.phase == "main":
-            _uninterrupted(lambda: pages(window, ["Practice is over\n\nFrom here on, it counts."], "break"))
-        practised = trial.phase == "practice"
-        if trial.break_before:
-            text = f"Time for a break\n\n{_done(trial, session)}\n\nRest your eyes."
-            _uninterrupted(partial(pages, window, [text], "break"))
-        answer = _uninterrupted(partial(_one, experiment, sitting, trial))
-        session.note("events", phase=trial.phase, trial=trial.trial, events=sitting.events)
+            _practise_again(experiment, sitting, session, practised)
+            _uninterrupted(lambda: pages(window, [words("session.practice_over")], "break"))
+            practised, began = [], window.now()
+        _uninterrupted(
+            partial(_between, sitting, session, trial, (window.now() - began) / counted if counted else None)
+        )
+        answer = _timed(experiment, sitting, session, trial)
+        session.note("events", phase=trial.phase, trial=trial.trial, events=sitting.events, failures=sitting.failures)
         session.record(trial, answer)
-        sitting.events = []
+        sitting.events, sitting.failures = [], []
+        if trial.phase == "practice":
+            practised.append((trial, answer))
+        else:
+            counted += 1
         window.on_event("recorded", window.now())
+
+
+def _between(sitting: Sitting, session: Session, trial: Trial, each_s: float | None) -> None:
+    """What comes before a trial: a page where a block begins, a break with how far it is and how long it will take."""
+    words = sitting.words
+    if trial.break_before:
+        main = [one for one in session.trials if one.phase == "main"]
+        left = len(main) - trial.trial + 1
+        # Of a sitting that begins with a break nothing is known yet: ten seconds a trial.
+        minutes = max(1, round(left * (10.0 if each_s is None else each_s) / 60))
+        text = words("session.rest", done=trial.trial - 1, total=len(main), minutes=minutes)
+        rest(sitting.screen, text, sitting.design.least_break_s)
+    for name, factor in getattr(sitting.design, "factors", {}).items():
+        level = trial.factors[name]  # type: ignore[attr-defined]
+        if factor.order == "blocked" and sitting.levels.get(name) != level:
+            sitting.levels[name] = level
+            pages(sitting.screen, [words("session.block", factor=name, level=level)], "ready")
+
+
+def _practise_again(
+    experiment: Experiment, sitting: Sitting, session: Session, practised: Sequence[tuple[Trial, Answer]]
+) -> None:
+    """Repeat practice until it meets the design's criterion; what was answered in it stays in the journal."""
+    design, words = sitting.design, sitting.words
+    for number in range(1, design.practice_rounds + 1):
+        right = [experiment.right(sitting, trial, answer) for trial, answer in practised]
+        known = [one for one in right if one is not None]
+        passed = not known or sum(known) >= design.practice_right * len(known)
+        session.note("practice", round=number, right=sum(known), of=len(known), passed=passed)
+        if passed or number == design.practice_rounds:
+            return
+        again = words(f"{experiment.words}.practice_again")
+        _uninterrupted(partial(pages, sitting.screen, [again], "feedback"))
+        repeated = []
+        for trial, _ in practised:
+            answer = _timed(experiment, sitting, session, trial)
+            session.note("practice again", round=number + 1, trial=asdict(trial), answer=asdict(answer))
+            sitting.events, sitting.failures = [], []
+            repeated.append((trial, answer))
+        practised = repeated
 
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
@@ -148,48 +247,42 @@ def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
             continue
 
 
+def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
+    """Run a trial; again where the wall clock and the monotonic one parted meanwhile."""
+    for _ in range(VOID):
+        before = time.monotonic(), time.time()
+        answer = _uninterrupted(partial(_one, experiment, sitting, trial))
+        by = parted(before, (time.monotonic(), time.time()))
+        if not by:
+            return answer
+        session.note("void", phase=trial.phase, trial=trial.trial, clocks_parted_s=by, events=sitting.events)
+        sitting.events = []
+    raise InputError(
+        f"the computer's clock was set {VOID} times in a row during trial {trial.trial}: stop what sets it, and go on "
+        "with --resume."
+    )
+
+
+def parted(before: tuple[float, float], after: tuple[float, float]) -> float:
+    """By how many seconds the wall clock has gained on the monotonic one between two readings of both; 0 where by few.
+
+    >>> parted((100.0, 5000.0), (110.0, 5010.001)), parted((100.0, 5000.0), (110.0, 1410.0))
+    (0.0, -3600.0)
+    """
+    lasted = after[0] - before[0]
+    by = (after[1] - before[1]) - lasted
+    return by if abs(by) > PART + lasted / 1000 else 0.0
+
+
 def _one(experiment: Experiment, sitting: Sitting, trial: Trial) -> Answer:
     sitting.screen.dropped = 0
     answer = experiment.trial(sitting, trial)
     return replace(answer, dropped_frames=sitting.screen.dropped)
 
 
-def _done(trial: Trial, session: Session) -> str:
-    total = sum(one.phase == "main" for one in session.trials)
-    return f"{trial.trial - 1} of {total} are done."
-
-
-def _who(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
-    """Ask who takes part, until it is someone who can; give what is to stand in the table of participants."""
-    fields = {
-        "Participant": "letters and digits, as 01",
-        "Session": "may be empty",
-        "Age": "in years; may be empty",
-        "Sex": "may be empty",
-        "Handedness": "may be empty",
-    }
-
-    def check(typed: Mapping[str, str]) -> None:
-        asked = argparse.Namespace(**vars(options))
-        asked.participant, asked.session = typed["Participant"], typed["Session"] or options.session
-        check_session(asked, sitting.design)
-        sitting.participant, options.session = asked.participant, asked.session
-
-    typed = form(sitting.screen, "Who takes part?", fields, check)
-    return {name.lower(): typed[name] for name in ("Age", "Sex", "Handedness") if typed[name]}
-
-
-def _agree(window: Screen, text: str) -> None:
-    """Let the participant read, page by page, and agree; who does not agree does not take part."""
-    *first, last = text.split("\f")
-    pages(window, first, "consent")
-    if pages(window, [last], "consent", keys=("y", "n"), foot="Y: I agree            N: I do not agree") == "n":
-        raise Quit
-
-
 def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
     display = ready.display
-    clock = "seconds from when the window opened, of the clock that times frames and keys"
+    clock = "seconds from when the window opened, of a monotonic clock, which nobody can set"
     if window.refresh_hz is None:
         clock += f"; the display does not tell its frames, which are paced at {ready.screen.PACE:g} Hz"
     width, height = (side * display.pixel_pitch for side in display.size_px)

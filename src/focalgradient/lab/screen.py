@@ -1,8 +1,10 @@
 """The screen and the keyboard as the experiments use them: frames by a clock, exact pictures, keys with times.
 
-All times are seconds of one clock, PsychoPy's default clock, which frames and keys are counted by alike; the caller
-subtracts where its sitting began. Lengths are in pixels from the middle of the screen, x right and y up, as PsychoPy
-has them. The graphics card's gamma table is left alone: what is shown is encoded for the display before it comes here.
+All times are seconds of a clock that nobody can set: Python's monotonic clock (CLOCK_MONOTONIC on Linux). PsychoPy's
+and PsychToolbox's follow the wall clock on Linux; their times of keys are carried over to the monotonic one when the
+keys are read. The caller subtracts where its sitting began. Lengths are in pixels from the middle of the screen, x
+right and y up, as PsychoPy has them. The graphics card's gamma table is left alone: what is shown is encoded for the
+display before it comes here.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from psychopy import event, monitors, visual  # noqa: E402  after the log is sil
 from psychopy.hardware.keyboard import Keyboard, keyNames  # noqa: E402
 
 from focalgradient.dataset import Press  # noqa: E402
+from focalgradient.design.words import Words, load_words  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
@@ -31,6 +34,7 @@ from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
 
 INK = 0.9
+PLATE = -0.6  # grey that text stands on where the background is lighter: contrast 11 to 1 (WCAG 2.1), 7 is asked for
 PATCH = 0.045  # of the screen's height: the square that a photodiode looks at
 PACE = 60.0  # frames a second where the display does not tell when it has shown one
 
@@ -109,8 +113,9 @@ class Keys:
         still = self._keyboard.getKeys(waitRelease=False, clear=False)
         new = [key for key in (*ended, *still) if not any(key is one for one in self._down)]
         self._down = [key for key in (*self._down, *new) if not any(key is one for one in ended)]
-        found = [Press(key.tDown, key.name, True) for key in new]
-        found += [Press(key.tDown + key.duration, key.name, False) for key in ended]
+        ahead = time.monotonic() - logging.defaultClock.getTime()
+        found = [Press(key.tDown + ahead, key.name, True) for key in new]
+        found += [Press(key.tDown + key.duration + ahead, key.name, False) for key in ended]
         return sorted(found, key=lambda press: press.time)
 
     def clear(self) -> None:
@@ -133,6 +138,8 @@ class Screen:
         From -1, black, to 1, white.
     patch
         Corner ("left" or "right", below) of the square for a photodiode, white while a stimulus is shown; None: none.
+    words
+        What is said on it; None: in English.
     """
 
     def __init__(
@@ -143,6 +150,7 @@ class Screen:
         *,
         background: float = -1.0,
         patch: str | None = None,
+        words: Words | None = None,
     ):
         whole = screen_size(number)
         width, height = size_px or whole
@@ -164,13 +172,15 @@ class Screen:
         )
         self.size = (int(self.window.size[0]), int(self.window.size[1]))
         self.display = display
+        self.words = words or load_words("en")
+        self.background = background
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False)
         self.dropped = 0
         self.on_event: Callable[[str, float], object] = lambda event, time: None
         """Is called with the name and the time of each event, as soon as it is on the screen."""
         self._patch = self._make_patch(patch)
-        self._last = 0.0
+        self._last = self._until = 0.0
         self.refresh_hz = self._measure()
         self.frame_s = 1 / (self.refresh_hz or PACE)
         self.keys.clear()
@@ -188,7 +198,7 @@ class Screen:
 
     def _measure(self, frames: int = 40) -> float | None:
         """Frames a second; None where frames come irregularly or faster than any display: nothing waits for it then."""
-        times = [self.window.flip() for _ in range(frames + 10)][10:]
+        times = [self._flip() for _ in range(frames + 10)][10:]
         steps = [later - sooner for sooner, later in pairwise(times)]
         quarter, middle, three = quantiles(steps, n=4)
         regular = three - quarter < 0.1 * middle and middle > 1 / 500
@@ -203,12 +213,16 @@ class Screen:
             self._patch.draw()
         if self.refresh_hz is None and (rest := self._last + self.frame_s - self.now()) > 0:
             time.sleep(rest)
-        self._last = self.window.flip()
+        self._last = self._flip()
         return self._last
+
+    def _flip(self) -> float:
+        self.window.flip()
+        return time.monotonic()
 
     def now(self) -> float:
         """The time."""
-        return logging.defaultClock.getTime()
+        return time.monotonic()
 
     def play(
         self, draw: Draw, seconds: float, event: str, *, lit: bool = True, presses: list[Press] | None = None
@@ -236,6 +250,7 @@ class Screen:
         Quit, Again
             If escape was pressed, by what was answered to the question whether to stop.
         """
+        self.wait_out()
         draw(0.0)
         onset = self.frame(lit)
         self.on_event(event, onset)
@@ -261,6 +276,20 @@ class Screen:
         """Clear the screen."""
         return self.frame()
 
+    def empty(self, seconds: float, event: str, meanwhile: Callable[[], object] = lambda: None) -> float:
+        """Show the background alone, for so long once `wait_out` is called; do something `meanwhile`."""
+        onset = self.frame()
+        self.on_event(event, onset)
+        meanwhile()
+        self._until = onset + seconds
+        return onset
+
+    def wait_out(self) -> None:
+        """Keep the background until the time of the last `empty` is over, to the nearest frame."""
+        while self.now() + 1.5 * self.frame_s < self._until:
+            self.stop_if_asked(self.keys.events())
+            self.frame()
+
     def wait(self, draw: Callable[[], object], keys: Sequence[str], event: str) -> Press:
         """Show something until one of the keys is pressed: which, and when."""
         self.keys.clear()
@@ -280,16 +309,21 @@ class Screen:
         if not any(press.key == "escape" and press.down for press in found):
             return
         self.on_event("quit?", self.now())
-        title = self.text("Stop here?", height=0.05, y=0.12)
-        about = self.text("All finished trials are saved. The session can be resumed later.", y=0.02)
-        keys = self.text("Y   stop            N   go on", y=-0.12, bold=True)
+        title, _, body = self.words("common.stop").partition("\n")
+        yes, no = self.words.yes, self.words.no
+        parts = (
+            self.plate(),
+            self.text(title, height=0.05, y=0.12),
+            self.text(body, y=0.02),
+            self.text(self.words("common.stop_keys", yes=yes.upper(), no=no.upper()), y=-0.12, bold=True),
+        )
         while True:
-            for part in (title, about, keys):
+            for part in parts:
                 part.draw()
             self.frame()
             for press in self.keys.events():
-                if press.down and press.key in ("y", "n"):
-                    raise Quit if press.key == "y" else Again
+                if press.down and press.key in (yes, no):
+                    raise Quit if press.key == yes else Again
 
     # --- What is drawn -----------------------------------------------------------------------------------------------
 
@@ -327,6 +361,14 @@ class Screen:
     def whole(self, light: float) -> Any:
         """The whole screen in one grey, from -1 to 1."""
         return visual.Rect(self.window, *self.size, fillColor=light, lineWidth=0, autoLog=False)
+
+    def plate(self) -> Any:
+        """What text is drawn on: the whole screen, dark enough to read what stands on it."""
+        return self.whole(min(self.background, PLATE))
+
+    def box(self, side: float) -> Any:
+        """The outline of a square."""
+        return visual.Rect(self.window, side, side, fillColor=None, lineColor=INK, lineWidth=3, autoLog=False)
 
     def line(self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0) -> Any:
         """A straight line."""

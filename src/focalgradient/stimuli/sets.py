@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +17,7 @@ from PIL import Image
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.files import read_bytes
 from focalgradient.stimuli.folder import MANIFEST
 
 __all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "png", "read_set"]
@@ -84,6 +86,12 @@ class Picture:
     aperture_mm: float
     blur_px: tuple[float, float]
     blur_arcmin: tuple[float, float]
+    others: Mapping[str, str] = field(default_factory=dict)
+    """Other columns of the table that it was imported with."""
+
+    def agrees(self, levels: Mapping[str, str]) -> bool:
+        """Whether no column of the picture says another level of a factor."""
+        return all(self.others.get(name, level) == level for name, level in levels.items())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,10 +132,13 @@ class StimulusSet:
         )
         return ShownScene(name, entry["seed"], entry["depth"], near, far)
 
-    def picture(self, scene: str, aperture: str, fixation: str) -> Picture:
-        """The picture of a scene through an aperture with one object in focus; `InputError` if there is none."""
+    def picture(self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None) -> Picture:
+        """The picture of a scene through an aperture with one object in focus; `InputError` if there is none.
+
+        `levels` are those of factors of a design: where the pictures' table has a column of that name, it must agree.
+        """
         for one in self.pictures:
-            if (one.scene, one.aperture, one.fixation) == (scene, aperture, fixation):
+            if (one.scene, one.aperture, one.fixation) == (scene, aperture, fixation) and one.agrees(levels or {}):
                 return one
         raise InputError(
             f"the set in {self.folder} has no picture of {scene!r} through {aperture!r} with {fixation!r} in focus: it "
@@ -136,12 +147,22 @@ class StimulusSet:
         )
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
-        """The 8-bit values of a picture, H x W x 3."""
+        """The 8-bit values of a picture, H x W x 3, of a file that is as it was when the set was made.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or is not the one whose SHA-256 the manifest gives.
+        """
+        path = self.folder / picture.png
+        content = read_bytes(path, "a picture of the set")
+        if hashlib.sha256(content).hexdigest() != self.manifest["files"].get(picture.png):
+            raise InputError(f"{path} has changed since the manifest was written: make the stimuli anew.")
         try:
-            with Image.open(self.folder / picture.png) as image:
+            with Image.open(io.BytesIO(content)) as image:
                 return np.array(image.convert("RGB"))
         except (OSError, SyntaxError) as error:
-            raise _lost(self.folder / picture.png) from error
+            raise _lost(path) from error
 
     def linear(self, picture: Picture) -> NDArray[np.float32]:
         """The light of a picture, H x W x 3 of red, green and blue; 1 is the display's white."""

@@ -1,0 +1,87 @@
+"""Factors of a laboratory's own: levels that pictures or participants have beside aperture and fixation."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from focalgradient.tables import Table
+
+__all__ = ["RESERVED", "Factor", "between", "check_factors", "crossed"]
+
+NAME = re.compile(r"[a-z][a-z0-9_]*")
+LEVEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+
+RESERVED = frozenset(
+    {
+        *("participant_id", "session", "simulated", "kind", "phase", "trial", "scene", "aperture", "aperture_mm"),
+        *("fixation", "repetition", "catch", "break_before", "standard_before", "interval", "factors", "onset"),
+        *("rating", "response_time", "confidence", "dropped_frames", "stimulus", "sitting", "start", "answer", "event"),
+    }
+)
+"""Names that the tables have already."""
+
+
+class Factor(Table):
+    """A factor: its levels, and whether each participant meets all of them.
+
+    Examples
+    --------
+    >>> Factor(levels=["dim", "bright"]).vary
+    'within'
+    """
+
+    levels: Annotated[
+        tuple[str, ...],
+        Field(strict=False, min_length=2, description="a list of two or more levels, as ['dim', 'bright']"),
+    ]
+    vary: Annotated[Literal["within", "between"], Field(description="'within' or 'between'")] = "within"
+    order: Annotated[Literal["mixed", "blocked"], Field(description="'mixed' or 'blocked'")] = "mixed"
+    pictures: Annotated[bool, Field(description="true or false")] = True
+    """Whether the levels are a column of the table of pictures; else nothing that is shown changes."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Factor:
+        for level in self.levels:
+            if not LEVEL.fullmatch(level):
+                raise ValueError(f"levels names {level!r}, but a level is made of letters, digits and any of _ . -.")
+        if len(set(self.levels)) < len(self.levels):
+            raise ValueError("levels names one level more than once: leave out the second.")
+        if self.vary == "between" and self.order == "blocked":
+            raise ValueError("order is 'blocked', which is for factors that vary within participants: leave it out.")
+        return self
+
+
+def check_factors(factors: Mapping[str, Factor]) -> None:
+    """Refuse names that cannot be columns beside the others, and more than one factor in blocks."""
+    for name in factors:
+        if not NAME.fullmatch(name):
+            raise ValueError(f"factors names {name!r}, but a name is made of small letters, digits and _.")
+        if name in RESERVED:
+            raise ValueError(f"factors names {name!r}, which the tables have already: take another name.")
+    if sum(factor.order == "blocked" for factor in factors.values()) > 1:
+        raise ValueError("factors has more than one that is 'blocked': let the others be 'mixed'.")
+
+
+def crossed(factors: Mapping[str, Factor], names: Sequence[str]) -> list[dict[str, str]]:
+    """List every combination of the levels of the named factors.
+
+    >>> crossed({"light": Factor(levels=["dim", "bright"])}, ["light"])
+    [{'light': 'dim'}, {'light': 'bright'}]
+    """
+    return [dict(zip(names, levels, strict=True)) for levels in product(*(factors[name].levels for name in names))]
+
+
+def between(factors: Mapping[str, Factor], pair: int) -> dict[str, str]:
+    """Give the levels of a participant of that pair, of the factors that vary between: all combinations in turn.
+
+    >>> two = {"light": Factor(levels=["dim", "bright"], vary="between")}
+    >>> [between(two, pair)["light"] for pair in (1, 2, 3)]
+    ['dim', 'bright', 'dim']
+    """
+    combinations = crossed(factors, [name for name, factor in factors.items() if factor.vary == "between"])
+    return combinations[(pair - 1) % len(combinations)]

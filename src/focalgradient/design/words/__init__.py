@@ -1,0 +1,185 @@
+"""The texts on the screen, a TOML file a language: no program and no window is needed to read or to change them.
+
+English and German come with the package. A laboratory's own file is a copy with every entry translated; what is
+missing, unknown or of another kind than the English entry is refused in one sentence.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import string
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from focalgradient.errors import InputError
+from focalgradient.files import read_toml
+
+__all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
+
+LANGUAGES = ("en", "de")
+"""Those that come with the package."""
+
+Entry = str | tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """The texts of one language.
+
+    Parameters
+    ----------
+    language
+        "en", "de", or the file that they came from.
+    sha256
+        Of all texts, by which a journal tells which were shown.
+    entries
+        By section and name, as "depth.question"; a tuple where an entry is a list of pages.
+
+    Examples
+    --------
+    >>> load_words("de")("common.go_on")
+    'Weiter mit der LEERTASTE.'
+    >>> load_words("en").number(1.5), load_words("de").number(1.5)
+    ('1.50', '1,50')
+    """
+
+    language: str
+    sha256: str
+    entries: Mapping[str, Entry]
+
+    def __call__(self, entry: str, **values: object) -> str:
+        """Give a text, with the values of its words in braces."""
+        text = self.entries[entry]
+        assert isinstance(text, str), f"{entry} is a list of pages"
+        return text.format(**values)
+
+    def pages(self, entry: str, **values: object) -> list[str]:
+        """Give a list of pages, the first line of each its title."""
+        return [text.format(**values) for text in self.entries[entry]]
+
+    def number(self, value: float, form: str = ".2f") -> str:
+        """Give a number as the language writes it."""
+        return format(value, form).replace(".", self("common.decimal"))
+
+    @property
+    def yes(self) -> str:
+        """The key for yes."""
+        return self("common.yes_key")
+
+    @property
+    def no(self) -> str:
+        """The key for no."""
+        return self("common.no_key")
+
+
+def words_text(language: str) -> str:
+    """Read the file of a language, to be copied and changed.
+
+    Raises
+    ------
+    InputError
+        If the package has none of that language.
+
+    Examples
+    --------
+    >>> words_text("de").splitlines()[4]
+    'name = "Deutsch"'
+    """
+    if language not in LANGUAGES:
+        raise InputError(f"there are no words in {language!r}: give one of {', '.join(LANGUAGES)}.")
+    return (files("focalgradient.design.words") / f"{language}.toml").read_text(encoding="utf-8")
+
+
+def load_words(language: str, folder: Path | None = None) -> Words:
+    """Read the words of a language.
+
+    Parameters
+    ----------
+    language
+        "en", "de", or the name of a TOML file.
+    folder
+        That the file's name is relative to; None: the folder of the process.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or has missing, unknown or wrong entries: the first is named.
+    """
+    if language in LANGUAGES:
+        return _own(language)
+    if not language.endswith(".toml"):
+        raise InputError(f"language is {language!r}, but must be one of {', '.join(LANGUAGES)} or a TOML file.")
+    path = (folder or Path()) / language
+    return _words(language, _checked(path, _flat(read_toml(path))))
+
+
+@cache
+def _own(language: str) -> Words:
+    return _words(language, dict(_flat(tomllib.loads(words_text(language)))))
+
+
+def _words(language: str, entries: Mapping[str, Entry]) -> Words:
+    told = repr(sorted(entries.items())).encode()
+    return Words(language, hashlib.sha256(told).hexdigest(), entries)
+
+
+def _flat(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Entry]]:
+    for name, value in data.items():
+        if isinstance(value, dict) and not section:
+            yield from _flat(value, f"{name}.")
+        elif isinstance(value, list):
+            yield section + name, tuple(value)
+        else:
+            yield section + name, value
+
+
+def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]:
+    """Compare a laboratory's words with the English ones, entry by entry."""
+    entries, usual = dict(given), _own("en").entries
+    for name in entries:
+        if name not in usual:
+            near = difflib.get_close_matches(name, usual, 1)
+            raise InputError(
+                f"{path}: {name} is no entry of the words: " + (f"did you mean {near[0]}?" if near else "leave it out.")
+            )
+    missing = [name for name in usual if name not in entries]
+    if missing:
+        more = f", and {len(missing) - 1} more are" if len(missing) > 1 else " is"
+        raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the words of 'en' and translate it.")
+    for name, usual_entry in usual.items():
+        entry = entries[name]
+        if isinstance(usual_entry, tuple) != isinstance(entry, tuple) or not _is_text(entry):
+            kind = "a list of pages" if isinstance(usual_entry, tuple) else "a text"
+            raise InputError(f"{path}: {name} must be {kind}, and not empty: see the words of 'en'.")
+        try:
+            strange = _braces(entry) - _braces(usual_entry)
+        except ValueError as error:
+            raise InputError(f"{path}: {name} has a brace without its pair: write {{{{ for a brace itself.") from error
+        if strange:
+            known = ", ".join(sorted(_braces(usual_entry))) or "none"
+            raise InputError(f"{path}: {name} has {{{min(strange)}}}, which is not filled in: use of {known}.")
+    keys = [str(entries[f"common.{name}_key"]) for name in ("yes", "no")]
+    if not all(len(key) == 1 and key.isascii() and key.islower() for key in keys) or keys[0] == keys[1]:
+        raise InputError(f"{path}: common.yes_key and common.no_key must be two different letters from a to z.")
+    return entries
+
+
+def _is_text(entry: object) -> bool:
+    parts = entry if isinstance(entry, tuple) else (entry,)
+    return bool(parts) and all(isinstance(part, str) and part.strip() for part in parts)
+
+
+def _braces(entry: Entry) -> set[str]:
+    """Names in braces of a text or of pages.
+
+    >>> sorted(_braces(("a {b}", "{c} {b}")))
+    ['b', 'c']
+    """
+    parts = entry if isinstance(entry, tuple) else (entry,)
+    return {name for part in parts for _, name, _, _ in string.Formatter().parse(part) if name is not None}

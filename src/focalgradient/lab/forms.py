@@ -1,0 +1,137 @@
+"""Pages to read, and a form for who takes part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from focalgradient.errors import InputError
+
+if TYPE_CHECKING:
+    from focalgradient.lab.screen import Screen
+
+__all__ = ["DIGITS", "WARN", "edited", "form", "pages", "rest"]
+
+WARN = (1.0, 0.9, -0.3)  # yellow: to be read on dark grey and on black
+COLUMN = 1.05  # width of a page's text, in screen's heights
+DIGITS = {**{f"num_{digit}": str(digit) for digit in range(10)}, "period": ".", "comma": ".", "num_decimal": "."}
+
+
+def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[str] = ("space",), foot: str = "") -> str:
+    """Show pages of text one after the other, the first line of each as its title: the key that ended the last."""
+    key = ""
+    for text in texts:
+        title, _, body = text.strip().partition("\n")
+        parts = [
+            screen.plate(),
+            screen.text(title, height=0.05, y=0.36, bold=True),
+            screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1], alignText=_side(body)),
+            screen.text(foot or screen.words("common.go_on"), height=0.026, y=-0.42),
+        ]
+        key = screen.wait(partial(_draw, parts), keys, event).key
+    return key
+
+
+def rest(screen: Screen, text: str, least_s: float) -> None:
+    """Show a page that can be left after `least_s` seconds at the soonest; it counts them down."""
+    title, _, body = text.strip().partition("\n")
+    parts = [
+        screen.plate(),
+        screen.text(title, height=0.05, y=0.36, bold=True),
+        screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1]),
+    ]
+    left = screen.text(" ", height=0.026, y=-0.42)
+
+    def draw(since: float) -> None:
+        left.text = screen.words("session.rest_wait", seconds=max(1, math.ceil(least_s - since)))
+        _draw([*parts, left])
+
+    if least_s:
+        screen.play(draw, least_s, "rest", lit=False)
+    pages(screen, [text], "break")
+
+
+def _draw(parts: Sequence[Any]) -> None:
+    for part in parts:
+        part.draw()
+
+
+def _side(body: str) -> str:
+    """Short lines stand in the middle; what is wrapped begins at the left."""
+    return "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
+
+
+def edited(text: str, key: str, letters: str, longest: int) -> str:
+    """Give a typed text after one more key.
+
+    >>> edited("1", "2", "0123456789", 8), edited("12", "backspace", "0123456789", 8)
+    ('12', '1')
+    """
+    if key == "backspace":
+        return text[:-1]
+    return text + key if len(key) == 1 and key in letters and len(text) < longest else text
+
+
+def form(
+    screen: Screen,
+    title: str,
+    fields: Mapping[str, tuple[str, str]],
+    check: Callable[[dict[str, str]], None],
+) -> dict[str, str]:
+    """Ask for words of letters and digits; what `check` says against them is shown, and they can be mended.
+
+    Parameters
+    ----------
+    screen
+        Where.
+    title
+        Of the form.
+    fields
+        By name, what it is called on the screen, and what to say of it.
+    check
+        Raises InputError if what was typed cannot be.
+    """
+    names, typed, at = list(fields), dict.fromkeys(fields, ""), 0
+    heads = [screen.plate(), screen.text(title, height=0.05, y=0.4, bold=True)]
+    heads.append(screen.text(screen.words("form.foot"), height=0.026, y=-0.45))
+    rows = []
+    every = min(0.1, 0.68 / len(fields))
+    for number, (label, hint) in enumerate(fields.values()):
+        y = 0.3 - every * number
+        heads.append(screen.text(f"{label}:", x=-0.2, y=y, anchorHoriz="right", alignText="right"))
+        heads.append(screen.text(hint, height=0.022, x=-0.18, y=y - 0.034, anchorHoriz="left", alignText="left"))
+        rows.append(screen.text("", x=-0.18, y=y, anchorHoriz="left", alignText="left", bold=True))
+    wrong = screen.text("", height=0.026, y=-0.4, color=WARN)
+
+    def draw() -> None:
+        for number, (name, row) in enumerate(zip(names, rows, strict=True)):
+            row.text = typed[name] + ("_" if number == at else "") or " "
+        for part in (*heads, *rows, wrong):
+            part.draw()
+
+    screen.keys.clear()
+    draw()
+    screen.on_event("form", screen.frame())
+    while True:
+        draw()
+        screen.frame()
+        found = screen.keys.events()
+        screen.stop_if_asked(found)
+        for press in found:
+            if not press.down:
+                continue
+            key = DIGITS.get(press.key, press.key)
+            typed[names[at]] = edited(typed[names[at]], key, "abcdefghijklmnopqrstuvwxyz0123456789.-/", 20)
+            if press.key in ("return", "num_enter") and at == len(names) - 1:
+                try:
+                    check(typed)
+                except InputError as error:
+                    wrong.text, at = str(error), 0
+                else:
+                    return typed
+            elif press.key in ("return", "num_enter", "tab", "down"):
+                at = (at + 1) % len(names)
+            elif press.key == "up":
+                at = (at - 1) % len(names)

@@ -1,0 +1,43 @@
+"""Who takes part: what the command line does not say is asked for on the screen, as the design says."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from focalgradient.lab.experiment import Sitting
+from focalgradient.lab.forms import form
+from focalgradient.lab.preparation import check_session
+
+__all__ = ["ask_participant"]
+
+GIVEN = ("age", "sex", "handedness")
+"""What the command line can say."""
+
+
+def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
+    """Ask for what is not known yet, until it is someone who can take part: what is to be recorded of them."""
+    words = sitting.words
+    told = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
+    asked = [name for name in sitting.design.ask if name not in told]
+    if sitting.participant:
+        # A label on the command line says that whoever runs the study has entered who it is.
+        asked = [] if options.resume else [name for name in asked if name not in GIVEN]
+    else:
+        asked = ["participant", *([] if options.session else ["session"]), *asked]
+    if not asked:
+        return told
+
+    def check(typed: Mapping[str, str]) -> None:
+        if "participant" not in typed:
+            return
+        session = typed.get("session") or options.session
+        check_session(
+            argparse.Namespace(**{**vars(options), "participant": typed["participant"], "session": session}),
+            sitting.design,
+        )
+        sitting.participant, options.session = typed["participant"], session
+
+    fields = {name: (words(f"form.{name}"), words(f"form.{name}_hint")) for name in asked}
+    typed = form(sitting.screen, words("form.title"), fields, check)
+    return told | {name: text for name, text in typed.items() if text and name not in ("participant", "session")}
