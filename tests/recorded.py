@@ -10,7 +10,9 @@ from focalgradient.design import DepthRatingDesign, NeckerDesign, NeckerTrial
 from focalgradient.power import Model, simulated_ratings
 
 APPARATUS = Apparatus("seconds of the simulation, from the start of the sitting")
-RATING = DepthRatingDesign(scenes=["spheres-01", "spheres-02"], catch_trials=2, practice_trials=0)
+RATING = DepthRatingDesign(
+    scenes=["spheres-01", "spheres-02"], catch_trials=2, catch_pictures=["standard"], practice_trials=0
+)
 CUBE = NeckerDesign(strengths_mm=[4.0], practice_trials=0, trial_s=20.0)
 
 

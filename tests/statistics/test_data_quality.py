@@ -62,7 +62,7 @@ def test_single_trials() -> None:
     assert set(table.index) - set(kept.index) == {0, 1, 3}
     assert (found.trials_before, found.trials_after, found.subjects_after) == (96, 93, 2)
     assert {each.rule: each.trials for each in found.exclusions} == {
-        "answered in less than 0.2 s": 1,
+        "answered in less than 0.3 s": 1,
         "answered in more than 60 s": 1,
         "more than 3 dropped frames": 1,
     }

@@ -122,7 +122,7 @@ def report(
         made = make_report(
             folder,
             bound=bound,
-            scale="ordinal" if ordinal else "ratio",
+            scale="ordinal" if ordinal else None,
             stated=stated,
             columns=columns,
             conditions=conditions,

@@ -9,6 +9,7 @@ import numpy as np
 
 from focalgradient.dataset import Answer, Press, Rated, Watched
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
+from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.design.draws import digest
 from focalgradient.observers.encoding import EncodedStimulus
 from focalgradient.observers.observer import Observer
@@ -35,6 +36,9 @@ BREAK = 30.0
 REACTION, FINGERS = 0.5, 0.06
 """Seconds from a change of percept to its report, and standard deviation of what the other finger is late."""
 
+DRAWN = {EXAMPLES["flatter"]: -1.0, EXAMPLES["deeper"]: 1.0}
+"""Log ratio that a drawing looks by that is clearly flat or deep; our choice."""
+
 SHORTEST = 0.3
 """Seconds that a percept lasts at least."""
 
@@ -59,29 +63,44 @@ def rate(
             _, stimulus = encoded[design.standard_scene, "pinhole", "nearest"]
             standard = relief(stimulus, person, random)
             clock += design.standard_s
-        file, stimulus = encoded[trial.scene, trial.aperture, trial.fixation]
-        ratio = relief(stimulus, person, random) / standard
-        log = person.scale * math.log(ratio) + person.scatter * random.standard_normal()
+        file: str | None = None
+        if trial.scene in DRAWN:
+            log = DRAWN[trial.scene]
+        else:
+            file, stimulus = encoded[trial.scene, trial.aperture, trial.fixation]
+            against = standard
+            if design.reference == "same-scene":
+                against = relief(encoded[trial.scene, "pinhole", trial.fixation][1], person, random)
+            log = person.scale * math.log(relief(stimulus, person, random) / against)
+        log += person.scatter * random.standard_normal()
         least, most = math.log(design.least_rating), math.log(design.most_rating)
         if person.guesses or random.random() < person.lapses:
             log = random.uniform(least, most)
         time = DECISION * math.exp(DECISIONS * random.standard_normal())
         clock += design.mark_s
-        rating = _rating(min(max(log, least), most), most, person.categories)
+        rating = _rating(min(max(log, least), most), most, design)
         answers.append(Rated(onset=round(clock, 4), rating=rating, response_time=round(time, 4), stimulus=file))
-        clock += design.picture_s + time + PAUSE
+        clock += design.shown_s + time + PAUSE
     return tuple(answers)
 
 
-def _rating(log: float, most: float, categories: int) -> float:
-    """Ratio to the standard; or its category: 2 as the standard, the last as the greatest ratio, at equal log steps.
+def _rating(log: float, most: float, design: DepthRatingDesign) -> float:
+    """Answer on the scale of a design.
 
-    >>> _rating(0.0, math.log(4), 0), _rating(0.0, math.log(4), 7), _rating(math.log(4), math.log(4), 7)
+    A ratio; a step: 2 as the standard, the last as the greatest ratio, at equal log steps; a step from flatter to
+    deeper, at equal log steps; or 1 where it looks deeper than the reference.
+
+    >>> steps = DepthRatingDesign(scale="steps")
+    >>> _rating(0.0, 1.386, DepthRatingDesign()), _rating(0.0, 1.386, steps), _rating(1.386, 1.386, steps)
     (1.0, 2.0, 7.0)
     """
-    if not categories:
+    if design.scale == "ratio":
         return round(math.exp(log), 3)
-    return float(min(max(round(2 + (categories - 2) * log / most), 1), categories))
+    if design.scale == "choice":
+        return float(log > 0)
+    first, last = design.bounds
+    step = round(2 + (last - 2) * log / most) if design.scale == "steps" else round(last * log / most)
+    return float(min(max(step, first), last))
 
 
 def watch(

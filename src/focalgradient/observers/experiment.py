@@ -13,6 +13,7 @@ from typing import Any
 
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign
+from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import EncodedPictures, rate, watch
 from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
@@ -50,6 +51,8 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
     stimuli.picture(design.standard_scene, "pinhole", "nearest")
     for trial in design.trials("01"):
         assert isinstance(trial, DepthTrial)
+        if trial.scene in EXAMPLES.values():
+            continue  # a drawing, not of the set
         picture = stimuli.picture(trial.scene, trial.aperture, trial.fixation)
         if abs(picture.aperture_mm - trial.aperture_mm) > 0.01:
             raise InputError(
@@ -103,6 +106,9 @@ def simulate(
     InputError
         If there is no observer of that name, or the folder holds something else, or other observers.
     """
+    one = observer_named(observer)
+    if one.categories and isinstance(design, DepthRatingDesign) and design.scale == "ratio":
+        design = DepthRatingDesign.model_validate(design.model_dump() | {"scale": "steps", "steps": one.categories})
     one, who = observer_named(observer), f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
     for label in wanted[:1]:

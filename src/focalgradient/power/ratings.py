@@ -141,6 +141,10 @@ def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
     return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
 
 
+EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
+"""Log ratio that a subject answers to a drawing that looks clearly flat or deep; our choice."""
+
+
 def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rng: np.random.Generator) -> pd.DataFrame:
     """Ratings of simulated subjects, in the columns that a data set has.
 
@@ -179,7 +183,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         table = _columns(told, f"{number:02}")
         level = np.array(
             [
-                0.0
+                EXAMPLES.get(trial.scene, 0.0)
                 if trial.catch
                 else (own[trial.fixation] + tilt[trial.scene, trial.fixation]) * trial.aperture_mm / largest
                 + of_scene[trial.scene]

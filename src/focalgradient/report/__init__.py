@@ -31,9 +31,17 @@ from focalgradient.report.document import (
 from focalgradient.report.export import safe_csv, trial_files
 from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Rules, Scale, read_ratings
+from focalgradient.statistics import (
+    DepthRatingResult,
+    NotComputed,
+    OrdinalResult,
+    Rules,
+    Scale,
+    read_ratings,
+)
 from focalgradient.statistics.bayes import check_installed
 
 __all__ = [
@@ -87,7 +95,7 @@ def make_report(
     root: str | os.PathLike[str],
     *,
     bound: float | None = None,
-    scale: Scale = "ratio",
+    scale: Scale | None = None,
     stated: Stated | None = None,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
@@ -107,7 +115,7 @@ def make_report(
         Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
         says so.
     scale
-        What the ratings are.
+        What the ratings are; None: what the designs of the data set say, and ratios in a table of one's own.
     stated
         Rules of exclusion: see `load_rules`.
     columns, conditions, focal_length_mm
@@ -160,16 +168,16 @@ def make_report(
     if ratings is not None:
         body += _rating_part(ratings, sheets, figures)
         if bayes and isinstance(ratings.result, DepthRatingResult):
-            posterior = bayes_analysis(ratings, scale, chosen, used, progress)
+            posterior = bayes_analysis(ratings, ratings.result.scale, chosen, used, progress)
             body += bayes_part(posterior, sheets, figures, simulated=ratings.simulated)
             methods.append(bayes_methods(posterior))
     if reports is not None:
         body += _necker_part(reports, sheets, figures)
     body.append(Heading("Methods"))
     if ratings is not None:
-        body += [Heading("Depth ratings", 3), *map(Paragraph, [*methods_ratings(ratings, used, scale), *methods])]
+        body += [Heading("Depth ratings", 3), *map(Paragraph, [*methods_ratings(ratings, used), *methods])]
         body += _shown([] if ratings.data is None else [_design(ratings.data, "depth_rating")], sheets)
-        if chosen is None and scale == "ratio":
+        if chosen is None and ratings.scale == "ratio":
             body.append(Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance."))
     if reports is not None:
         body += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
@@ -187,7 +195,7 @@ def make_report(
 
 
 def _analysed(
-    root: Path, bound: float, scale: Scale, rules: Rules, problems: list[str], progress: Progress | None
+    root: Path, bound: float, scale: Scale | None, rules: Rules, problems: list[str], progress: Progress | None
 ) -> tuple[Ratings | None, Reports | None]:
     """Both experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
     refused: list[InputError] = []
@@ -221,7 +229,12 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Heading("Depth ratings")
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "depth_rating")
-    if isinstance(part.result, NotComputed):
+    if part.factors:
+        own = [factor_sheet(part.factors, part.scale), *own]
+    if part.compared is not None:
+        yield from map(Paragraph, comparison_findings(part.compared))
+        own = [*comparison_sheets(part.compared), *own]
+    elif isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
     else:
         yield from map(Paragraph, rating_findings(part.result))
@@ -239,7 +252,7 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
             yield Figure("depth_rating_scenes.png", figures["depth_rating_scenes.png"], SCENES_CAPTION)
         own = [*rating_sheets(part.result), *own]
     yield from _shown(own, sheets)
-    if not isinstance(part.result, NotComputed):
+    if isinstance(part.result, DepthRatingResult):
         yield from map(Paragraph, part.result.remarks)
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -13,18 +15,47 @@ from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.statistics import (
+    ComparisonResult,
     DepthRatingResult,
+    FactorEffect,
     NeckerResult,
     NotComputed,
     Quality,
     Rules,
     Scale,
+    compare_pictures,
     depth_rating,
+    factor_effects,
     necker,
     quality,
 )
 
 __all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_table"]
+
+Answers = Literal["ratio", "ordinal", "bipolar", "choice"]
+"""What the ratings are, for the analysis."""
+
+OF_DESIGN: Mapping[str, Answers] = {"ratio": "ratio", "steps": "ordinal", "bipolar": "bipolar", "choice": "choice"}
+
+
+def scale_of(data: DataSet) -> tuple[Answers, float, Mapping[str, Any]]:
+    """Find the scale of a data set's designs, its middle, and the factors.
+
+    Raises
+    ------
+    InputError
+        If sessions differ in scale.
+    """
+    designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
+    scales = sorted({str(design.get("scale", "ratio")) for design in designs})
+    if len(scales) != 1 or scales[0] not in OF_DESIGN:
+        raise InputError(f"{data.root} has the scales {', '.join(scales)}: keep designs in data sets of their own.")
+    steps = designs[0].get("steps", 7)
+    middle = {"ratio": 1.0, "steps": (1 + steps) / 2, "bipolar": 0.0, "choice": 0.5}[scales[0]]
+    return OF_DESIGN[scales[0]], middle, designs[0].get("factors") or {}
+
+
+COMPARED = NotComputed("The answers compare two pictures: they have no ratios.")
 
 BOUND = 1.2
 """Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
@@ -46,6 +77,12 @@ class Ratings:
         The analysis of the ratings, or why there is none.
     simulated
         Whether observers were simulated.
+    scale
+        What the ratings are.
+    compared
+        The analysis of comparisons, where those are the answers; then `result` is none.
+    factors
+        Of the laboratory's own, compared.
     """
 
     data: DataSet | None
@@ -54,6 +91,9 @@ class Ratings:
     quality: Quality
     result: DepthRatingResult | NotComputed
     simulated: bool
+    scale: Answers = "ratio"
+    compared: ComparisonResult | None = None
+    factors: tuple[FactorEffect, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +112,7 @@ def analyse_ratings(
     root: str | os.PathLike[str],
     *,
     bound: float = BOUND,
-    scale: Scale = "ratio",
+    scale: Scale | None = None,
     rules: Rules | None = None,
     progress: Progress | None = None,
 ) -> Ratings:
@@ -85,7 +125,7 @@ def analyse_ratings(
     bound
         Of equivalence: see `focalgradient.statistics.depth_rating`.
     scale
-        What the ratings are.
+        What the ratings are; None: what the designs of the data set say.
     rules
         Of exclusion.
     progress
@@ -111,17 +151,26 @@ def analyse_table(
     table: pd.DataFrame,
     *,
     bound: float = BOUND,
-    scale: Scale = "ratio",
+    scale: Scale | None = None,
     rules: Rules | None = None,
     data: DataSet | None = None,
     progress: Progress | None = None,
 ) -> Ratings:
     """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
-    kept, found = quality(table, rules)
+    meant: Answers
+    meant, middle, factors = (scale or "ratio", 1.0, {}) if data is None else scale_of(data)
+    meant = scale or meant
+    kept, found = quality(table, rules, meant, middle)
     result: DepthRatingResult | NotComputed = _nobody(found)
+    compared: ComparisonResult | None = None
+    own: tuple[FactorEffect, ...] = ()
     if found.subjects_after:
-        result = depth_rating(kept, equivalence_bound=bound, scale=scale, progress=progress)
-    return Ratings(data, table, kept, found, result, _simulated(table))
+        if meant == "bipolar" or meant == "choice":
+            result, compared = COMPARED, compare_pictures(kept, meant)
+        else:
+            result = depth_rating(kept, equivalence_bound=bound, scale=meant, progress=progress)
+        own = factor_effects(kept, factors, ratios=meant == "ratio")
+    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:

@@ -88,7 +88,8 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
     import numpy as np
 
     out = table.assign(
-        log_rating=np.log(table["rating"]), included=table.index.isin(kept.index) & ~table["catch"].astype(bool)
+        log_rating=np.log(table["rating"].where(table["rating"] > 0)),
+        included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
     )
     names = [name for name in MEANING if name in out]
     out = out[names]

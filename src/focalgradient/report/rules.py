@@ -24,8 +24,18 @@ MEANING = {
     "lapse_factor": "an answer farther than this factor from what is expected is a lapse",
     "lapses": "largest share of lapses; false: nobody is left out",
     "shortest_both": "both keys held for less (s) is a change of keys and no report",
+    "fast": "largest share of answers in less than the shortest time; false: nobody is left out",
+    "same_answer": "largest share of one and the same answer over all conditions; false: nobody is left out",
+    "first_press": "largest share of answers left where the first key put the marker; false: nobody is left out",
 }
 """Of each rule, for people."""
+
+
+OPTIONAL = (
+    *("response_time", "dropped_frames", "catch_passed", "repeat_factor", "lapses"),
+    *("fast", "same_answer", "first_press"),
+)
+"""Rules that can be switched off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,13 +90,13 @@ def load_rules(path: Path) -> Stated:
 
 
 def _value(path: Path, key: str, value: Any) -> Any:
-    if value is False and key in ("response_time", "dropped_frames", "catch_passed", "repeat_factor", "lapses"):
+    if value is False and key in OPTIONAL:
         return None
     if key == "response_time":
         numbers = isinstance(value, list) and all(type(each) in (int, float) for each in value)
         if not (numbers and len(value) == 2):
             raise InputError(
-                f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.2, 60]."
+                f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.3, 60]."
             )
         return (float(value[0]), float(value[1]))
     if type(value) is not (int if key == "dropped_frames" else type(value)) or type(value) not in (int, float):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
+from focalgradient.report.scales import comparison_methods
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, probability
 from focalgradient.statistics import (
     DepthRatingResult,
@@ -132,10 +133,10 @@ def necker_findings(result: NeckerResult) -> list[str]:
     return told
 
 
-def methods_ratings(part: Ratings, bound: float, scale: Scale) -> list[str]:
+def methods_ratings(part: Ratings, bound: float) -> list[str]:
     """Methods of experiment 1, for a paper."""
     if part.data is None:
-        return [_own_table(part), _excluded(part.quality), *analysis_ratings(bound, scale)]
+        return [_own_table(part), _excluded(part.quality), *_analysis(part, bound, {})]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
@@ -143,11 +144,31 @@ def methods_ratings(part: Ratings, bound: float, scale: Scale) -> list[str]:
         f"{_people(part.quality, part.simulated)} judged the depth of pictures of {_many(scenes, 'scene')} at the "
         f"apertures {apertures} ({design.get('focal_length_mm', '?')} mm lens), once with the nearest and once with "
         f"the farthest object in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
-        f"({design.get('fixation_order', 'mixed')} fixation). Ratings were ratios to a pinhole picture that counts as "
-        f"1, shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
+        f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
+        f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
         _excluded(part.quality),
-        *analysis_ratings(bound, scale),
+        *_analysis(part, bound, design),
     ]
+
+
+def _answers(design: Mapping[str, Any]) -> str:
+    """What was answered; of ratios, whether to the standard or, as in the paper, to the same scene's picture."""
+    if design.get("scale", "ratio") == "steps":
+        return f"Answers were steps from 1 to {design.get('steps', 7)}. "
+    if design.get("scale", "ratio") != "ratio":
+        return ""
+    if design.get("reference") == "same-scene":
+        return "Ratings were ratios to the pinhole picture of the same scene, shown just before, as in the paper. "
+    return (
+        "Ratings were ratios to a pinhole picture of another scene that counts as 1, shown now and then; the paper’s "
+        "increase is relative to the same scene’s pinhole picture, which here follows from the analysis. "
+    )
+
+
+def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[str]:
+    if part.scale == "bipolar" or part.scale == "choice":
+        return [comparison_methods(part.scale, design)]
+    return analysis_ratings(bound, part.scale)
 
 
 def _own_table(part: Ratings) -> str:

@@ -4,6 +4,7 @@
 `NotComputed` stands in its place and says why. Everything generalises over subjects, also where they are few.
 """
 
+from focalgradient.statistics.comparisons import ComparisonMean, ComparisonResult, compare_pictures
 from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import (
     Dominance,
@@ -23,6 +24,7 @@ from focalgradient.statistics.durations import (
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
+from focalgradient.statistics.own_factors import FactorEffect, factor_effects
 from focalgradient.statistics.own_tables import OwnRatings, read_ratings
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
@@ -36,6 +38,8 @@ from focalgradient.statistics.ratings import (
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
 
 __all__ = [
+    "ComparisonMean",
+    "ComparisonResult",
     "Components",
     "DepthRatingResult",
     "Dominance",
@@ -45,6 +49,7 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
+    "FactorEffect",
     "FixationResult",
     "GradientEffect",
     "Interval",
@@ -65,7 +70,9 @@ __all__ = [
     "SubjectShare",
     "Threshold",
     "as_table",
+    "compare_pictures",
     "depth_rating",
+    "factor_effects",
     "fit_durations_of_people",
     "necker",
     "quality",

@@ -43,6 +43,12 @@ class Rules:
         Largest share of lapses; with the cube, of the time with no key or both held.
     shortest_both
         Both keys of the cube held for less than this, in seconds, is a change from one to the other and no report.
+    fast
+        Largest share of answers in less than the shortest response time.
+    same_answer
+        Largest share of answers that are one and the same, over all conditions; of a choice, with one and the same key.
+    first_press
+        Largest share of answers left where the first key had put the marker, at random.
 
     Raises
     ------
@@ -50,7 +56,7 @@ class Rules:
         If a rule is out of range.
     """
 
-    response_time: tuple[float, float] | None = (0.2, 60.0)
+    response_time: tuple[float, float] | None = (0.3, 60.0)
     dropped_frames: int | None = None
     catch_factor: float = 2.0
     catch_share: float = 0.5
@@ -59,13 +65,16 @@ class Rules:
     lapse_factor: float = 3.0
     lapses: float | None = 0.2
     shortest_both: float = SHORTEST_BOTH
+    fast: float | None = 0.2
+    same_answer: float | None = 0.9
+    first_press: float | None = 0.5
 
     def __post_init__(self) -> None:
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
             raise InputError(
                 f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."
             )
-        for name in ("catch_share", "catch_passed", "lapses"):
+        for name in ("catch_share", "catch_passed", "lapses", "fast", "same_answer", "first_press"):
             value = getattr(self, name)
             if value is not None and not 0 <= value <= 1:
                 raise InputError(f"{name} is {value!r}, but must be a share from 0 to 1.")
@@ -98,6 +107,10 @@ class SubjectQuality:
         Trials outside the bounds of response time.
     dropped
         Trials with any dropped frame; None where none were counted.
+    same_answer
+        Share of the most frequent answer; None with the cube, and of fewer than five answers.
+    first_press
+        Share of answers left where the marker first stood; None where that was not recorded.
     """
 
     participant_id: str
@@ -109,6 +122,8 @@ class SubjectQuality:
     too_fast: int
     too_slow: int
     dropped: int | None
+    same_answer: float | None = None
+    first_press: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,8 +161,22 @@ class Quality:
     exclusions: tuple[Exclusion, ...]
 
 
-def quality(table: pd.DataFrame, rules: Rules | None = None) -> tuple[pd.DataFrame, Quality]:
+def quality(
+    table: pd.DataFrame, rules: Rules | None = None, scale: str = "ratio", middle: float = 1.0
+) -> tuple[pd.DataFrame, Quality]:
     """Judge a table of depth ratings or of reports on the cube (it tells by the columns), and keep what the rules keep.
+
+    Parameters
+    ----------
+    table
+        What to judge.
+    rules
+        By which; None: the usual.
+    scale
+        What ratings are: "ratio", "ordinal", "bipolar" or "choice". Spread and lapses are judged where they have a
+        logarithm.
+    middle
+        Of the scale: pictures that look clearly flatter are to be answered below it, those clearly deeper above.
 
     Returns
     -------
@@ -173,13 +202,13 @@ def quality(table: pd.DataFrame, rules: Rules | None = None) -> tuple[pd.DataFra
     ... })
     >>> kept, found = quality(table)
     >>> list(kept["trial"]), found.exclusions[0].rule
-    ([0, 1, 3], 'answered in less than 0.2 s')
+    ([0, 1, 3], 'answered in less than 0.3 s')
     """
     rules = rules or Rules()
     if "rating" in table:
-        table = rating_table(table)
-        off = _unexpected(table[~table["catch"]])
-        subjects = [_rater(str(name), rows, rules, off) for name, rows in table.groupby("participant_id")]
+        table = rating_table(table, scale)
+        off = None if scale in ("bipolar", "choice") else _unexpected(table[~table["catch"]])
+        subjects = [_rater(str(name), rows, rules, off, middle) for name, rows in table.groupby("participant_id")]
     elif "percept" in table:
         table = report_table(table)
         subjects = [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
@@ -242,6 +271,12 @@ def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
         bad.append(f"answers to one picture spread by more than a factor {rules.repeat_factor:g}")
     if None not in (rules.lapses, found.lapses) and found.lapses > rules.lapses:  # type: ignore[operator]
         bad.append(f"more than {rules.lapses:.0%} lapses")
+    if rules.fast is not None and found.trials and found.too_fast > rules.fast * found.trials:
+        bad.append(f"answered too fast in more than {rules.fast:.0%} of the trials")
+    if None not in (rules.same_answer, found.same_answer) and found.same_answer > rules.same_answer:  # type: ignore[operator]
+        bad.append(f"gave one and the same answer in more than {rules.same_answer:.0%} of the trials")
+    if None not in (rules.first_press, found.first_press) and found.first_press > rules.first_press:  # type: ignore[operator]
+        bad.append(f"left more than {rules.first_press:.0%} of the answers where the first key had put the marker")
     return bad
 
 
@@ -262,33 +297,73 @@ def _unexpected(rows: pd.DataFrame) -> pd.Series[float]:
     return pd.Series(off.to_numpy(), index=rows.index)
 
 
-def _rater(name: str, rows: pd.DataFrame, rules: Rules, off: pd.Series[float]) -> SubjectQuality:
+def _rater(name: str, rows: pd.DataFrame, rules: Rules, off: pd.Series[float] | None, middle: float) -> SubjectQuality:
     catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
-    passed = np.abs(np.log(catch["rating"].to_numpy())) <= math.log(rules.catch_factor)
-    answer = np.log(rows["rating"].to_numpy())
+    passed = _passed(catch, rules, middle)
     picture = rows.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
     count = np.bincount(picture)
     freedom = len(rows) - len(count)
-    spread = None
-    if freedom:
+    spread, lapses = None, None
+    if freedom and off is not None:
+        answer = np.log(rows["rating"].to_numpy())
         apart = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
         spread = math.exp(math.sqrt(float((apart**2).sum()) / freedom))
     condition = rows.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
     enough = np.bincount(condition)[condition] >= 3
-    far = np.abs(off.loc[rows.index].to_numpy()) > math.log(rules.lapse_factor)
+    if enough.any() and off is not None:
+        far = np.abs(off.loc[rows.index].to_numpy()) > math.log(rules.lapse_factor)
+        lapses = float(far[enough].mean())
     shortest, longest = rules.response_time or (-math.inf, math.inf)
     times = rows["response_time"].astype(float) if "response_time" in rows else pd.Series(dtype=float)
     return SubjectQuality(
         name,
         len(rows),
         len(catch),
-        float(passed.mean()) if len(catch) else None,
+        float(passed.mean()) if len(passed) else None,
         spread,
-        float(far[enough].mean()) if enough.any() else None,
+        lapses,
         int((times < shortest).sum()),
         int((times > longest).sum()),
         int((rows["dropped_frames"] > 0).sum()) if "dropped_frames" in rows else None,
+        _most_frequent(rows),
+        _left_there(rows),
     )
+
+
+FEW = 5
+"""Answers from which one can ask whether they are all the same."""
+
+
+def _passed(catch: pd.DataFrame, rules: Rules, middle: float) -> np.ndarray:
+    """Which catch trials are passed: examples on the right side of the middle, the standard near it."""
+    answer = catch["rating"].to_numpy(float)
+    scene = catch["scene"].to_numpy(object)
+    flat, deep = (scene == name for name in ("example-flat", "example-deep"))
+    if middle > 0:
+        near = (answer >= middle / rules.catch_factor) & (answer <= middle * rules.catch_factor)
+    else:
+        near = np.abs(answer - middle) <= 1
+    return np.where(flat, answer < middle, np.where(deep, answer > middle, near))
+
+
+def _most_frequent(rows: pd.DataFrame) -> float | None:
+    """Share of the most frequent answer over conditions that differ; of a choice, of the most frequent key."""
+    answer = rows["rating"].to_numpy(float)
+    if "interval" in rows and (rows["interval"] > 0).all():
+        interval = rows["interval"].to_numpy()
+        answer = np.where(answer == 1, interval, 3 - interval)
+    if len(answer) < FEW or rows.groupby(["aperture", "fixation"]).ngroups < 2:
+        return None
+    return float(np.unique(answer, return_counts=True)[1].max() / len(answer))
+
+
+def _left_there(rows: pd.DataFrame) -> float | None:
+    start = rows["start"].to_numpy(float) if "start" in rows else np.array([math.nan])
+    known = np.isfinite(start)
+    if known.sum() < FEW:
+        return None
+    answer = rows["rating"].to_numpy(float)
+    return float((np.abs(answer[known] - start[known]) <= 1e-3 * np.abs(start[known])).mean())
 
 
 def _observer(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from focalgradient.statistics.means import student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["marginal_effect"]
+__all__ = ["marginal_effect", "marginal_slope"]
 
 
 def marginal_effect(
@@ -46,11 +46,40 @@ def marginal_effect(
         if not rows.any() or (answers[rows].min() == answers[rows].max() and answers[rows][0] in (0, 1)):
             what = f"is always {answers[rows][0]:.0f}" if rows.any() else "was never asked for"
             return NotComputed(f"The answer {name} the condition {what}: it has no odds ratio.")
+    return _fitted(answers, np.asarray(condition, float), subject)
+
+
+def marginal_slope(
+    answers: NDArray[np.float64], amount: NDArray[np.float64], subject: NDArray[np.int_]
+) -> Effect | NotComputed:
+    """Change of the log odds of an answer for a unit of some amount, as `marginal_effect` for a condition.
+
+    Examples
+    --------
+    >>> answers = np.array([0, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 1], float)
+    >>> effect = marginal_slope(answers, np.tile([0.0, 1.0, 2.0], 4), np.repeat(np.arange(4), 3))
+    >>> round(effect.estimate, 2)
+    1.67
+    """
+    subjects = len(np.unique(subject))
+    if subjects < 2:
+        return NotComputed("A test over subjects needs two or more, and there is 1.")
+    if np.ptp(amount) == 0 or np.ptp(answers) == 0:
+        what = "answers" if np.ptp(answers) == 0 else "amounts"
+        return NotComputed(f"All {what} are the same: there is no slope.")
+    if answers[amount > amount.min()].min() == 1 and answers[amount == amount.min()].max() == 0:
+        return NotComputed("The answers follow the amount without exception: the slope has no bound.")
+    return _fitted(answers, amount, subject)
+
+
+def _fitted(
+    answers: NDArray[np.float64], amount: NDArray[np.float64], subject: NDArray[np.int_]
+) -> Effect | NotComputed:
     from statsmodels.genmod.cov_struct import Independence  # type: ignore[import-untyped]
     from statsmodels.genmod.families import Binomial  # type: ignore[import-untyped]
     from statsmodels.genmod.generalized_estimating_equations import GEE  # type: ignore[import-untyped]
 
-    design = np.column_stack([np.ones(len(answers)), condition]).astype(float)
+    design = np.column_stack([np.ones(len(answers)), amount])
     order = np.argsort(subject, kind="stable")
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # what matters of them is asked of the result
@@ -60,5 +89,8 @@ def marginal_effect(
     if not (fit.converged and math.isfinite(estimate) and math.isfinite(error) and error > 0):
         return NotComputed("The marginal model did not converge.")
     return student_effect(
-        estimate, error, subjects, "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1"
+        estimate,
+        error,
+        len(np.unique(subject)),
+        "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1",
     )

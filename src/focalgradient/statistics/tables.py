@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from typing import Final
@@ -42,7 +43,7 @@ CLOCK: Final = 0.05
 """Seconds by which a report may outlast its trial: three frames of a display."""
 
 
-def rating_table(table: pd.DataFrame) -> pd.DataFrame:
+def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     """A checked copy of a table of depth ratings, one row a trial, catch trials among them.
 
     Parameters
@@ -52,6 +53,8 @@ def rating_table(table: pd.DataFrame) -> pd.DataFrame:
         the pinhole), `fixation` ("nearest" or "farthest"), `rating` (ratio to the standard) and `catch`; others are
         kept. An index of (file, row) makes complaints name both. With a column `kind` ("human" or "simulated"), people
         and simulated observers must not be mixed; with a column `session`, trials are counted within it.
+    scale
+        On the scales "bipolar" and "choice" a rating may be 0, and on the first below it.
 
     Raises
     ------
@@ -66,7 +69,11 @@ def rating_table(table: pd.DataFrame) -> pd.DataFrame:
     _refuse(table, wrong, "aperture", 'but must be "pinhole" or "f/" and a number')
     for column, least in (("rating", "above 0: a ratio to the standard"), ("aperture_mm", "0 or more")):
         values = _numbers(table, column)
-        low = values <= 0 if column == "rating" else values < 0
+        low = values < (-math.inf if scale == "bipolar" else 0)
+        if column == "rating" and scale not in ("bipolar", "choice"):
+            low = values <= 0
+        elif column == "rating":
+            least = "of the scale"
         _refuse(table, low | ~np.isfinite(values), column, f"but must be a number {least}")
         table[column] = values
     pinhole = names == PINHOLE

@@ -1,0 +1,135 @@
+"""Factors of a laboratory's own: whether answers, and their change with blur, differ between the levels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.means import family, paired_effect
+from focalgradient.statistics.records import CONFIDENCE, Effect, NotComputed
+
+__all__ = ["FactorEffect", "factor_effects"]
+
+
+@dataclass(frozen=True, slots=True)
+class FactorEffect:
+    """One level of a factor against its first.
+
+    Parameters
+    ----------
+    factor, level, against
+        Which.
+    measure
+        "answer": the mean answer; "change with blur": that at the largest aperture less that at the smallest.
+    effect
+        The difference between the levels, on the logarithm where answers are ratios.
+    """
+
+    factor: str
+    level: str
+    against: str
+    measure: str
+    effect: Effect | NotComputed
+
+
+def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool) -> tuple[FactorEffect, ...]:
+    """Compare the levels of each factor of a design.
+
+    Parameters
+    ----------
+    table
+        Ratings with a column for each factor; catch trials are left out.
+    factors
+        As the design has them: by name, ``levels`` and ``vary`` ("within" or "between").
+    ratios
+        Whether answers are ratios, and their logarithm is taken.
+
+    Returns
+    -------
+    tuple
+        Probabilities of one measure of one factor are corrected by Holm's method as a family.
+
+    Raises
+    ------
+    InputError
+        If a factor has no column.
+
+    Examples
+    --------
+    >>> rows = [
+    ...     {"participant_id": who, "aperture_mm": mm, "light": light, "catch": False,
+    ...      "rating": 1 + mm * (0.1 + 0.02 * who * (light == "bright"))}
+    ...     for who in range(5) for mm in (0.0, 5.0) for light in ("dim", "bright")
+    ... ]
+    >>> found = factor_effects(pd.DataFrame(rows), {"light": {"levels": ["dim", "bright"]}}, ratios=False)
+    >>> [(one.measure, round(one.effect.estimate, 2)) for one in found]
+    [('answer', 0.1), ('change with blur', 0.2)]
+    """
+    table = table[~table["catch"]]
+    answer = np.log(table["rating"]) if ratios else table["rating"]
+    table = table.assign(answer=answer.astype(float))
+    found: list[FactorEffect] = []
+    for name, factor in factors.items():
+        if name not in table:
+            raise InputError(f"the table has no column {name}, which is a factor of the design: make the tables anew.")
+        first, *others = factor["levels"]
+        paired = factor.get("vary", "within") == "within"
+        for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
+            tests = family(_between(own, level, first, paired=paired) for level in others)
+            found += [
+                FactorEffect(name, level, first, measure, test) for level, test in zip(others, tests, strict=True)
+            ]
+    return tuple(found)
+
+
+def _means(table: pd.DataFrame, name: str) -> pd.Series[float]:
+    """Mean answer of each subject at each level, all apertures alike."""
+    cells = table.groupby(["participant_id", name, "aperture_mm"])["answer"].mean()
+    return cells.groupby(["participant_id", name]).mean()
+
+
+def _changes(table: pd.DataFrame, name: str) -> pd.Series[float]:
+    """Mean answer of each subject and level at the largest aperture, less that at the smallest."""
+    ends = [table["aperture_mm"].max(), table["aperture_mm"].min()]
+    keys = ["participant_id", name]
+    large, small = (table[table["aperture_mm"] == end].groupby(keys)["answer"].mean() for end in ends)
+    return (large - small).dropna()
+
+
+def _between(own: pd.Series[float], level: str, first: str, *, paired: bool) -> Effect | NotComputed:
+    each: Sequence[pd.Series[float]] = [
+        own[own.index.get_level_values(1) == one].droplevel(1) for one in (level, first)
+    ]
+    if paired:
+        both = (each[0] - each[1]).dropna()
+        return paired_effect(both.to_numpy(), "paired t over subjects")
+    return _welch(*(one.to_numpy(float) for one in each))
+
+
+def _welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
+    """Difference of the means of two groups of subjects, their variances apart (Welch 1947)."""
+    from scipy import stats
+
+    if min(len(one), len(other)) < 2:
+        return NotComputed(
+            f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."
+        )
+    parts = [float(values.var(ddof=1)) / len(values) for values in (one, other)]
+    error = math.sqrt(sum(parts))
+    if error == 0:
+        return NotComputed("All subjects of a group have the same value: there is no variation to test against.")
+    df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
+    estimate = float(one.mean() - other.mean())
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
+    t = estimate / error
+    return Effect(
+        *(estimate, estimate - half, estimate + half, error, t, df, float(2 * stats.t.sf(abs(t), df)), None),
+        subjects=len(one) + len(other),
+        method="Welch's t between groups of subjects",
+    )

@@ -1,0 +1,164 @@
+"""Scales and factors of a design, from the trial list to the report; and participants who do not look."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate
+from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
+from focalgradient.errors import InputError
+from focalgradient.report import analyse_ratings, make_report
+from focalgradient.statistics import ComparisonResult, Effect
+
+APPARATUS = Apparatus("seconds of the test")
+SMALL = {"scenes": ["s1", "s2"], "repetitions": 2, "practice_trials": 3, "standard_every": 0}
+
+
+def design_of(**settings) -> DepthRatingDesign:
+    return check_design("a test", {"task": "depthrating", **SMALL, **settings})
+
+
+def honest(design: DepthRatingDesign, trial: DepthTrial, chance: np.random.Generator) -> float:
+    """Somebody to whom blur adds depth, by .04 of the logarithm a millimetre, if the nearest object is in focus."""
+    deep = {"example-flat": -1.2, "example-deep": 1.2}.get(trial.scene, 0.04 * trial.aperture_mm)
+    deep *= trial.fixation == "nearest" or trial.scene.startswith("example-")
+    deep += 0.1 * (trial.factors.get("light") == "bright") + 0.1 * chance.standard_normal()
+    least, most = design.bounds
+    if design.scale == "ratio":
+        return float(np.clip(math.exp(deep), least, most))
+    if design.scale == "choice":
+        return float(chance.random() < 1 / (1 + math.exp(-8 * deep)))
+    return float(np.clip(round((least + most) / 2 + 3 * deep + 0.3 * chance.standard_normal()), least, most))
+
+
+def record(root: Path, design: DepthRatingDesign, people: int, answer=honest, label: str = "", **how) -> Path:
+    for number in range(1, people + 1):
+        name = label or f"{number:02}"
+        chance = np.random.default_rng(zlib.crc32(f"{name} {design.scale}".encode()))
+        with Session.begin(root, design, name, apparatus=APPARATUS) as session:
+            for at, trial in enumerate(session.remaining()):
+                rating = answer(design, trial, chance)
+                start = None if design.scale == "choice" else float(chance.uniform(*design.bounds))
+                told = {"response_time": 1.0 + chance.random(), "start": start, **how}
+                session.record(trial, Rated(onset=20.0 * at, rating=rating, **told))
+    return root
+
+
+@pytest.mark.parametrize("scale", ["ratio", "steps", "bipolar", "choice"])
+def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
+    design = design_of(scale=scale, reference="same-scene" if scale in ("bipolar", "choice") else "standard")
+    root = record(tmp_path / "data", design, 8)
+    assert validate(root).problems == ()
+    ratings = analyse_ratings(root)
+    assert ratings.quality.subjects_after == 8
+    if scale in ("bipolar", "choice"):
+        assert isinstance(ratings.compared, ComparisonResult)
+        near, far = ratings.compared.slopes
+    else:
+        found = ratings.result.fixations if scale == "ratio" else None
+        near, far = (each.rise for each in found) if found else ratings.result.ordinal.slopes
+    assert isinstance(near, Effect)
+    assert near.low > 0
+    assert near.significant
+    if isinstance(far, Effect):
+        assert far.estimate < near.estimate / 2
+    made = make_report(root)
+    assert made.problems == ()
+    page = made.files["report.md"].decode()
+    word = {
+        "ratio": "crossed as random",
+        "steps": "cumulative-link",
+        "bipolar": "straight line",
+        "choice": "estimating",
+    }
+    assert word[scale] in page
+    assert ("the paper’s increase is relative to the same scene’s" in page) == (scale == "ratio")
+
+
+def test_answers_that_are_off_the_scale_are_refused_and_found(tmp_path):
+    design = design_of(scale="bipolar")
+    with pytest.raises(InputError, match=r"rating is 4, but the scale of the design goes from -3 to 3"):
+        record(tmp_path / "other", design, 1, lambda *given: 4.0)
+    root = record(tmp_path / "data", design, 2)
+    table = next(root.glob("sub-01/**/*.tsv"))
+    lines = table.read_text().splitlines()
+    cells = lines[3].split("\t")
+    cells[lines[0].split("\t").index("rating")] = "2.5"
+    table.write_text("\n".join([*lines[:3], "\t".join(cells), *lines[4:]]) + "\n")
+    assert any("rating is 2.5, but the scale has whole steps" in problem for problem in validate(root).problems)
+
+
+LAZY = {
+    "holds one key to the end": (lambda design, trial, chance: design.bounds[1], {}),
+    "one answer for all": (lambda design, trial, chance: 1.0, {}),
+    "answers without looking": (
+        lambda design, trial, chance: math.exp(chance.uniform(-1.3, 1.3)),
+        {"response_time": 0.2},
+    ),
+}
+
+
+@pytest.mark.parametrize("way", LAZY)
+def test_who_does_not_look_is_left_out(way, tmp_path):
+    answer, how = LAZY[way]
+    root = record(tmp_path / "data", design_of(), 3)
+    record(root, design_of(), 1, answer, "lazy", **how)
+    found = analyse_ratings(root).quality
+    assert {one.participant_id for one in found.exclusions if one.whole_subject} == {"sub-lazy"}
+    rules = [one.rule for one in found.exclusions if one.whole_subject]
+    assert any(word in rule for rule in rules for word in ("one and the same", "too fast"))
+
+
+def test_whoever_presses_one_key_and_confirms_is_left_out(tmp_path):
+    root = record(tmp_path / "data", design_of(), 3)
+    design = design_of()
+    chance = np.random.default_rng(5)
+    with Session.begin(root, design, "lazy", apparatus=APPARATUS) as session:
+        for at, trial in enumerate(session.remaining()):
+            place = round(math.exp(chance.uniform(-1.38, 1.38)), 4)
+            session.record(trial, Rated(onset=20.0 * at, rating=place, response_time=1.0, start=place))
+    found = analyse_ratings(root).quality
+    rules = [one.rule for one in found.exclusions if one.participant_id == "sub-lazy"]
+    assert "left more than 50% of the answers where the first key had put the marker" in rules
+    assert {one.participant_id for one in found.exclusions if one.whole_subject} == {"sub-lazy"}
+
+
+def test_always_the_left_key_of_a_choice_is_left_out(tmp_path):
+    design = design_of(scale="choice", reference="same-scene")
+    root = record(tmp_path / "data", design, 3)
+    record(root, design, 1, lambda design, trial, chance: float(trial.interval == 1), "lazy")
+    found = analyse_ratings(root).quality
+    rules = [one.rule for one in found.exclusions if one.participant_id == "sub-lazy" and one.whole_subject]
+    assert any("one and the same answer" in rule for rule in rules)
+
+
+def test_own_factors_go_from_the_design_to_the_report(tmp_path):
+    factors = {
+        "light": {"levels": ["dim", "bright"]},
+        "group": {"levels": ["young", "old"], "vary": "between", "pictures": False},
+    }
+    design = design_of(factors=factors, repetitions=1)
+    levels = [
+        (trial.factors["light"], trial.factors["group"]) for trial in design.trials("03") if trial.phase == "main"
+    ]
+    assert {group for _, group in levels} == {"old"}
+    assert abs(sum(light == "dim" for light, _ in levels) - len(levels) / 2) <= 1
+    root = record(tmp_path / "data", design, 8)
+    assert validate(root).problems == ()
+    table = read_dataset(root).depth_rating
+    assert set(table["light"]) == {"dim", "bright"}
+    assert table.groupby("participant_id")["group"].nunique().max() == 1
+    found = {(one.factor, one.measure): one.effect for one in analyse_ratings(root).factors}
+    assert found["light", "answer"].low < 0.1 < found["light", "answer"].high
+    assert found["light", "answer"].significant
+    assert not found["group", "answer"].significant
+    assert b"bright \xe2\x88\x92 dim" in make_report(root).files["factors.csv"]
+    # A level that the design does not give this trial is found.
+    path = next(root.glob("sub-01/**/*.tsv"))
+    path.write_text(path.read_text().replace("\tdim\t", "\tbright\t", 1))
+    assert any("light is bright, but dim in the design" in problem for problem in validate(root).problems)
