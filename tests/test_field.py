@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,3 +171,21 @@ def test_the_calibrations_error_is_part_of_the_sd():
     model = 0.5 * 0.02 * 0.7
     at = np.abs(depth.vergence - 1.7) < 1e-3
     assert float(np.median(total.vergence_sd[at])) == pytest.approx(np.sqrt(0.002**2 + model**2 + own**2), rel=0.01)
+
+
+def test_single_edges_scatter_is_part_of_the_sd_of_depth_by_edges():
+    lens = Lens(0.035, 4.0, 1.0)
+    seen = [
+        Reading(d, 4.0, 1.0, 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance, 1e-8, scatter)
+        for d, scatter in ((1.4, 3e-6), (2.0, 4e-6), (3.0, 5e-6))
+    ]
+    camera = calibrate(seen, 0.035, 5e-6, Priors(k=0.5))
+    assert camera.edge_scatter == pytest.approx(np.sqrt((9 + 16 + 25) / 3) * 1e-6)
+    depth, views = noisy_map(0.6, 1.0, tau=0.0)
+    edges = DepthMap(
+        depth.vergence, depth.vergence_sd, depth.valid, depth.valid, {"method": "edges", "psf": "gaussian"}
+    )
+    none = replace(camera, edge_scatter=0.0)
+    with_it, without = (apply_calibration(edges, views, one, [(4.0, 1.0)]).vergence_sd.mean() for one in (camera, none))
+    per_dioptre = camera.k * 0.035 / camera.f_numbers[4.0] / 2 * lens.sensor_distance
+    assert np.sqrt(with_it**2 - without**2) == pytest.approx(camera.edge_scatter / per_dioptre, rel=0.02)

@@ -15,7 +15,7 @@ from focalgradient.calibration.camera import Calibration, Field, Prediction, Rea
 from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
 from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur
-from focalgradient.calibration.target import read_target
+from focalgradient.calibration.target import TargetBlur, measure_target, read_target
 
 __all__ = [
     "EDGE_K",
@@ -26,6 +26,7 @@ __all__ = [
     "Prediction",
     "Priors",
     "Reading",
+    "TargetBlur",
     "apply_calibration",
     "calibrate",
     "calibrate_pairs",
@@ -33,6 +34,7 @@ __all__ = [
     "disc_radius",
     "fit_field",
     "likeliest_shape",
+    "measure_target",
     "pair_blur",
     "read_target",
 ]

@@ -33,6 +33,8 @@ class Reading:
         Standard deviation on the sensor, in metres, of the Gaussian that fits the edges.
     width_sd
         Its standard deviation, in metres.
+    scatter
+        What single segments of edges scatter by about it, in metres.
     """
 
     distance: float
@@ -40,6 +42,7 @@ class Reading:
     focus_distance: float | None
     width: float
     width_sd: float
+    scatter: float = 0.0
 
 
 _FLAT = (0.0,) * 5
@@ -138,6 +141,9 @@ class Calibration:
         Shape of the blur that the target showed, of which `k` is the parameter; None: measured along edges.
     field
         How focus and blur vary over the field.
+    edge_scatter
+        What single segments of edges scatter by on the sensor, in metres: part of the standard deviation of depth by
+        edges.
     """
 
     focal_length: float
@@ -153,6 +159,7 @@ class Calibration:
     telecentric: bool = False
     psf: PsfName | None = None
     field: Field = Field()
+    edge_scatter: float = 0.0
 
     def __repr__(self) -> str:
         """Focal length, k, and how many marks were calibrated."""

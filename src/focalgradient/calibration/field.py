@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.calibration.camera import Calibration, Field
+from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.psf import PsfName
 from focalgradient.view import View
@@ -198,6 +198,11 @@ def _excess(
     return high**2, coverage
 
 
+def _radius(camera: Calibration, f_number: float, focus: float) -> float:
+    """Radius of the blur disc on the sensor of a dioptre of defocus, in metres."""
+    return float(disc_radius(camera.focal_length, f_number, focus, focus + 1, camera.telecentric))
+
+
 def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
     """Standard deviation in dioptres by the split-band test, and the rest, by noise; each H x W."""
     from focalgradient.depth.equalise.split_band import LEAST_BLUR  # loaded when there is a map
@@ -238,8 +243,8 @@ def apply_calibration(
     Returns
     -------
     DepthMap
-        ``vergence_sd`` is total: noise, blur model, and the calibration's own error, which is alike at all pixels. The
-        latter is that of the *distance* from the calibration's plane: an error of the plane's own place cancels.
+        ``vergence_sd`` is total: noise, blur model (by edges, what single edges of the target scattered by), and the
+        calibration's own error, which is alike at all pixels: that of the *distance* from the calibration's plane: an error of the plane's own place cancels.
         ``details["calibration_sd"]`` is its median (D).
     """
     method = depth.details.get("method")
@@ -251,6 +256,10 @@ def apply_calibration(
         focus = float(np.mean([view.optics.focus_vergence for view in views]))
         vergence = camera.field.corrected(vergence, focus).astype(depth.vergence.dtype)
         sd = np.hypot(noise, camera.field.split_band_scale * model)
+    if method == "edges":
+        lens = camera.lens(*settings[0])
+        per_dioptre = camera.k * _radius(camera, lens.f_number, lens.focus_vergence)  # width on the sensor
+        sd = np.hypot(sd, camera.edge_scatter / per_dioptre)
     psf: PsfName = "gaussian" if depth.details.get("psf") == "gaussian" else "disc"
     optical = np.maximum(np.asarray(vergence, float), 1e-6)
     # The calibration's error changes slowly with vergence: at some, and between them.

@@ -103,7 +103,8 @@ def calibrate(
     priors = priors or Priors()
     if not readings:
         raise InputError("there is no view of a target, but calibration needs one or more: add views.")
-    return _Fit.of(readings, focal_length, pixel_pitch, priors).best(pixel_pitch)
+    camera = _Fit.of(readings, focal_length, pixel_pitch, priors).best(pixel_pitch)
+    return replace(camera, edge_scatter=float(np.sqrt(np.mean([reading.scatter**2 for reading in readings]))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -49,6 +49,7 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a pos
 
 
 class _Body(Sensor):
+    edge_scatter_um: Annotated[float, Field(ge=0, allow_inf_nan=False, description="a number of 0 or more")] = 0.0
     psf: Annotated[PsfName | None, Field(description="'disc', 'gaussian' or 'blend'")] = None
     blur_k: _Positive
     own_blur_um2: _Number
@@ -127,6 +128,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         informed=np.array(file.uncertainty.told),
         telecentric=body.telecentric,
         psf=body.psf,
+        edge_scatter=body.edge_scatter_um * 1e-6,
         **({} if file.field is None else {"field": _field(file.field)}),
     )
     return Calibrated(sensor=body.only, calibration=calibration)
@@ -152,6 +154,11 @@ def camera_toml(calibrated: Calibrated) -> str:
         + (" along edges" if camera.psf is None else ", of the shape"),
         f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",
         f"offset_m = {camera.offset:.5g}  # +- {sd[2]:.2g}",
+        *(
+            [f"edge_scatter_um = {camera.edge_scatter * 1e6:.4g}  # of single edges about the law, on the sensor"]
+            if camera.edge_scatter
+            else []
+        ),
         f"model_error = {camera.model_error:.3g}  # of the blur's width, as a share",
     ]
     for (mark, effective), s in zip(camera.f_numbers.items(), sd[3:], strict=False):

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, pair_blur, read_target
+from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
@@ -110,10 +110,10 @@ class Targets(Table):
         view = self._view(shot)
         pitch = view.pixel_angle * self.camera.focal_length_mm * 1e-3
         try:
-            width, width_sd = read_target(view)
+            blur = measure_target(view)
         except InputError as error:
             raise InputError(f"{shot.image}: {error}") from error
-        return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, width * pitch, width_sd * pitch)
+        return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, *(pitch * size for size in blur))
 
     @property
     def pairs(self) -> list[tuple[TargetShot, TargetShot]]:
