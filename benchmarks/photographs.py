@@ -12,6 +12,9 @@ known) and the model error tau by the split-band test. `--maps` draws the depth 
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
+import tempfile
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.calibration import Priors, Reading, calibrate_pairs, pair_blur
+from focalgradient.calibration import Priors, Reading, calibrate_pairs, fit_field, pair_blur
 from focalgradient.errors import InputError
 from focalgradient.photographs import read_photographs
 from focalgradient.psf import PsfName, transfer
@@ -76,6 +79,11 @@ def sheet(folder: Path) -> dict[str, Map]:
     for name, align in (("sheet", False), ("sheet, aligned", True)):
         maps[name] = views, recover_depth(views, near=0.3, far=0.945, align=align)
         print(row(f"{name} (about its median)", maps[name][1]))
+    found = fit_field([maps["sheet, aligned"][1]], [views])
+    print(
+        f"  left-out parts of the frame scatter by {found.left:.3f} D about a polynomial, {found.left_without:.3f} D "
+        f"about one number; {found.coverage:.3f} of their pixels within 2 sd"
+    )
     per_dioptre = 0.0496 / 4 / 2 / views[1].pixel_angle
     radius = {name: pair_blur(part, (20, 4)).radius for name, part in halves(views).items()}
     for one, other in (("left", "right"), ("top", "bottom")):
@@ -109,7 +117,37 @@ def squares(folder: Path) -> dict[str, Map]:
             error = found.vergence - 1 / (cm / 100 + camera.offset)
             doubt = f"(sd {found.vergence_sd:.3f})"
             print(f"  calibrated without exposure {left_out}, {cm} cm is off by {error:+.3f} D {doubt}")
+    by_commands(folder)
     return maps
+
+
+def by_commands(folder: Path) -> None:
+    """Printed squares by `focalgradient calibrate` and `depth --method edges`: an exposure that was left out."""
+    head = "[camera]\nfocal_length_mm = 18.0\npixel_pitch_um = 4.7\nencoding = 'srgb'\n"
+    with tempfile.TemporaryDirectory() as scratch:
+        text = head + "".join(
+            f"[[view]]\nimage = '{folder.resolve()}/{cm}cm-f{n}-{e}.jpg'\ndistance_m = {cm / 100}\nf_number = {n}\n"
+            for cm in (50, 150)
+            for n in (10, 16)
+            for e in (2, 3)
+        )
+        Path(scratch, "targets.toml").write_text(text)
+        command("calibrate", f"{scratch}/targets.toml", "--out", f"{scratch}/camera.toml")
+        for cm in (50, 150):
+            command(
+                *("depth", *(f"{folder}/{cm}cm-f{n}-1.jpg" for n in (16, 10)), "--f-number", "16", "--f-number", "10"),
+                *("--method", "edges", "--align", "--near", "0.35", "--calibration", f"{scratch}/camera.toml"),
+                *("--out", f"{scratch}/{cm}"),
+            )
+            depth = DepthMap.load(f"{scratch}/{cm}/depth.npz")
+            error = (1 / depth.distance - 100 / cm)[depth.valid]
+            covered = (np.abs(error) < 2 * depth.vergence_sd[depth.valid]).mean()
+            print(f"  by edges, calibrated without exposure 1, {cm} cm is off by {np.median(error):+.3f} D", end="")
+            print(f", {covered:.3f} within 2 sd")
+
+
+def command(*words: str) -> None:
+    subprocess.run([str(Path(sys.executable).parent / "focalgradient"), *words], check=True, capture_output=True)
 
 
 def breakfast(folder: Path) -> dict[str, Map]:

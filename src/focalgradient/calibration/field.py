@@ -244,7 +244,8 @@ def apply_calibration(
     -------
     DepthMap
         ``vergence_sd`` is total: noise, blur model (by edges, what single edges of the target scattered by), and the
-        calibration's own error, which is alike at all pixels: that of the *distance* from the calibration's plane: an error of the plane's own place cancels.
+        calibration's own error, alike at all pixels: that of the *distance* from the calibration's plane, in which an
+        error of the plane's own place cancels.
         ``details["calibration_sd"]`` is its median (D).
     """
     method = depth.details.get("method")
