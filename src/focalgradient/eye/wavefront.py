@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.fft import fft2, ifft2, next_fast_len
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.quadrature import gauss
@@ -29,6 +30,10 @@ __all__ = [
 
 Aberrations = tuple[tuple[int, int, float], ...]
 """Zernike terms (n, m, coefficient in micrometres) of a wavefront over the whole pupil."""
+
+RIM_SAMPLES, PHASE_STEP = 128, 1.4
+"""Samples of the pupil a radius, at least, and radians of phase from one to the next, at most: with these the transfer
+differs from the quadrature by 2e-4 at most (`tests/eye/test_wavefront_grid.py`)."""
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
@@ -121,7 +126,14 @@ def pupil_transfer(
 
 
 def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
-    """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other."""
+    """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
+
+    On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
+    sampled pupil: 5 to 60 times quicker, and right to 2e-4.
+    """
+    step = _lattice_step(down, right)
+    if step > 0:
+        return _transfer_by_fft(down[:, 0] / step, right[0] / step, step, pupil)
     down, right = np.broadcast_arrays(down, right)
     shift = ((right + 1j * down) * (1e-9 * pupil.wavelength_nm / pupil.diameter)).ravel()
     transfer = np.zeros(shift.shape, complex)
@@ -129,19 +141,53 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
     nodes, weights = _rule(20 + pupil.steepness / 4)
     # The pupil meets itself, moved by +shift and -shift, in a lens: two halves, whose rims cos t makes smooth.
     for some in np.array_split(passed, 1 + passed.size * nodes.size**2 // _CHUNK):
-        step = shift[some, None, None]
-        s = np.abs(step)
-        ahead = np.where(s > 0, step / np.maximum(s, np.finfo(float).tiny), 1)
+        moved = shift[some, None, None]
+        s = np.abs(moved)
+        ahead = np.where(s > 0, moved / np.maximum(s, np.finfo(float).tiny), 1)
         t = np.arccos(s) * nodes[:, None]
         along, beside = np.cos(t) - s, np.sin(t) * (2 * nodes - 1)
         area = 2 * np.arccos(s) * np.sin(t) ** 2 * weights[:, None] * weights
         for half in (1, -1):
             place = ahead * (half * along + 1j * beside)
             light = area * np.exp(-pupil.loss * (np.abs(place) ** 2 + s**2))
-            turn = pupil.phase(place - step) - pupil.phase(place + step)
+            turn = pupil.phase(place - moved) - pupil.phase(place + moved)
             transfer[some] += (light * np.exp(1j * turn)).sum(axis=(1, 2))
     transfer /= pupil.light
     return transfer.reshape(down.shape)
+
+
+def _lattice_step(down: NDArray[np.float64], right: NDArray[np.float64]) -> float:
+    """The step of which a column and a row of frequencies, sixteen values at least, are multiples; 0 if none is."""
+    if not (down.ndim == right.ndim == 2 and down.shape[1] == right.shape[0] == 1 and down.size + right.size >= 16):
+        return 0.0
+    values = np.abs(np.concatenate([down.ravel(), right.ravel()]))
+    step = float(np.min(values[values > 0], initial=np.inf))
+    return step if np.isfinite(step) and np.allclose(values / step, np.rint(values / step), atol=1e-6) else 0.0
+
+
+def _transfer_by_fft(
+    rows: NDArray[np.float64], columns: NDArray[np.float64], step: float, pupil: Pupil
+) -> NDArray[np.complex128]:
+    """Transfer at `rows` x `columns` multiples of a frequency (cycles per radian): the pupil's autocorrelation.
+
+    A step of frequency moves the pupil against itself by 2 x step x wavelength / diameter of its radius; the samples
+    divide that. Those on the rim count by the share of them that lies within.
+    """
+    apart = 2e-9 * step * pupil.wavelength_nm / pupil.diameter
+    parts = math.ceil(apart * max(RIM_SAMPLES, pupil.steepness / PHASE_STEP))
+    spacing = apart / parts
+    count = math.ceil(1 / spacing) + 1
+    place = spacing * np.arange(-count, count + 1)
+    z = place + 1j * place[:, None]
+    within = np.clip((1 - np.abs(z)) / spacing + 0.5, 0, 1)
+    field = within * pupil.amplitude(z)
+    size = next_fast_len(2 * len(place))
+    overlap = np.conj(ifft2(np.abs(fft2(field, (size, size))) ** 2))
+    down, right = (parts * np.rint(multiples).astype(int) for multiples in (rows, columns))
+    far = (np.abs(down)[:, None] > 2 * count) | (np.abs(right) > 2 * count)
+    # Not moved, a sample on the rim meets itself, and the autocorrelation would count its share twice.
+    overlap[0, 0] = light = (within * np.exp(-pupil.loss * np.abs(z) ** 2)).sum()
+    return np.where(far, 0, overlap[np.ix_(down % size, right % size)] / light)
 
 
 def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArray[np.float64]:

@@ -121,7 +121,7 @@ def blur_picture(
             "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
         )
     own = isinstance(optics, (HasTransfer, HasOpticalTransfer))
-    kernels = _own_kernels(optics, least, most, scale, pixel_angle) if own else disc_kernels(largest)
+    kernels = _own_kernels(optics, blurs, scale, pixel_angle) if own else disc_kernels(largest)
     pad = int(kernels.reach.max()) + 1
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
@@ -138,11 +138,11 @@ def blur_picture(
     return spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
 
 
-def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_angle: float) -> Kernels:
-    """Point spread functions by the optics' own transfer, for blurs of `least` to `most` pixels (signed)."""
-    blurs = np.linspace(least, most, 2 + int((most - least) / STEP))
+def _own_kernels(optics: Optics, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
+    """Point spread functions by the optics' own transfer, for blurs in pixels (signed), each to the nearest `STEP`."""
+    steps = STEP * np.unique(np.rint(blurs / STEP).astype(np.int64))
     pictures = []
-    for blur in blurs.tolist():
+    for blur in steps.tolist():
         reach = math.ceil(1.5 * abs(blur)) + SKIRT
         # Wider, so that what leaves the frame on one side does not come in on the other.
         edge = reach // 2
@@ -158,7 +158,7 @@ def _own_kernels(optics: Optics, least: float, most: float, scale: float, pixel_
             transfer = optics.optical_transfer(down, right, vergence)
         picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
-    return kernels_of(blurs, pictures)
+    return kernels_of(steps, pictures)
 
 
 def _checked(
