@@ -66,37 +66,64 @@ find_python() { # sets $python
         "install one and name it, as in 'make PYTHON=python3.12 $purpose'."
 }
 
-python_packages() {
+python_wanted() { # sets $needed, and says what will be installed before anything is
     # A virtual environment cannot be moved, so its place is part of what it was made for.
     want="$PWD $(cat requirements/python.txt pyproject.toml | cksum)"
     have=$(cat .venv/ready 2>/dev/null) || have=
     fits .venv/bin/python || have=
     [ -z "${PYTHON:-}" ] || [ "$(version "$PYTHON")" = "$(version .venv/bin/python)" ] || have=
+    needed=
     [ "$have" != "$want" ] || return 0
-
+    needed=yes
     if [ "${have% * *}" != "$PWD" ]; then # none yet, cut off, moved, or of another Python
         find_python
         "$python" -c 'import ensurepip, venv' 2>/dev/null || fail "$python cannot make virtual environments:" \
             "install its venv module (on Debian: apt-get install python3-venv) and call make again."
-        rm -f .venv/ready
-        "$python" -m venv --clear .venv || fail "$python could not make .venv: see its message above."
     fi
-    rm -f .venv/ready
-
     count=$(grep -c '^[a-z0-9-]*==' requirements/python.txt || :)
     say "installs the $count packages that requirements/python.txt pins, about 2 GB, into .venv (once; a few minutes)"
-    if [ -t 1 ]; then quiet=; else quiet=--quiet; fi
-    install=".venv/bin/python -m pip --disable-pip-version-check install $quiet --no-deps"
-    if ! $install --require-hashes -r requirements/python.txt 2>.venv/pip.log; then
+}
+
+with_pip() { # installs; without a terminal, where pip shows no bar, says now and then how far it is
+    install=".venv/bin/python -m pip --disable-pip-version-check install --no-deps"
+    if [ -t 1 ]; then
+        $install "$@" 2>.venv/pip.log
+        return
+    fi
+    $install "$@" >.venv/pip.out 2>.venv/pip.log &
+    pip=$!
+    trap 'kill $pip; exit 130' INT
+    trap 'kill $pip; exit 143' TERM
+    seconds=0
+    while kill -0 $pip 2>/dev/null; do
+        sleep 1
+        seconds=$((seconds + 1))
+        [ $((seconds % 15)) != 0 ] || say "$(grep -c '^Collecting' .venv/pip.out || :) of $count packages, $seconds s"
+    done
+    trap - INT TERM
+    wait $pip
+}
+
+python_packages() {
+    [ -n "$needed" ] || return 0
+    rm -f .venv/ready
+    if [ "${have% * *}" != "$PWD" ]; then
+        "$python" -m venv --clear .venv || fail "$python could not make .venv: see its message above."
+    fi
+    if ! with_pip --require-hashes -r requirements/python.txt; then
         ! grep -q 'connection broken' .venv/pip.log || fail "the package index cannot be reached:" \
             "check the network connection (or the proxy) and call make again."
         grep ^ERROR .venv/pip.log >&2 || cat .venv/pip.log >&2
         fail "pip could not install the pinned packages: see its message above, then call make again."
     fi
-    $install --no-build-isolation -e . || fail "pip could not install focalgradient itself: see its message above."
+    if ! with_pip --no-build-isolation -e .; then
+        cat .venv/pip.log >&2
+        fail "pip could not install focalgradient itself: see its message above."
+    fi
     echo "$want" >.venv/ready
 }
 
+python_wanted
 debian_packages
 python_packages
 [ "$purpose" != setup ] || say "all is there: make reproduce, make test, or .venv/bin/focalgradient"
