@@ -250,6 +250,7 @@ caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
 th, td { border-top: 1px solid #e6e6e6; padding: .28rem .4rem .28rem 0; text-align: left; font-weight: 400; }
 td { text-align: right; padding-right: 0; white-space: nowrap; }
 footer { border-top: 1px solid #dcdcdc; margin-top: 3rem; padding-top: 1rem; font-size: .85rem; color: #555; }
+nav { margin-top: 2.5rem; }
 .claims table { width: calc(100vw - 3rem); max-width: 76rem; margin-left: 50%; transform: translateX(-50%); }
 .claims th { font-weight: 600; } .claims td, .claims th { text-align: left; white-space: normal; vertical-align: top;
   padding-right: .8rem; } .claims td:nth-child(4) { font-weight: 600; } .claims code { white-space: nowrap; }
