@@ -132,8 +132,8 @@ def _autofocus(found: Numbers) -> tuple[str, str]:
         if "images_autofocus_needs" in key and value is not None and value != float("inf")
     ]
     return (
-        f"autofocus needs {min(needs):.0f} to {max(needs):.0f} images to be as exact as two views by blur, not 30; with "
-        "30 it is the more exact",
+        f"autofocus needs {min(needs):.0f} to {max(needs):.0f} images to be as exact as two views by blur, not 30; "
+        "with 30 it is the more exact",
         HOLDS if min(needs) >= 30 else IN_PART if min(needs) > 2 else FAILS,
     )
 
