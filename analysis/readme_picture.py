@@ -89,7 +89,7 @@ def _side(ax: Axes) -> None:
     ax.plot([0, 0], [-0.012, 0.012], color="black", linewidth=3, solid_capstyle="round")
     ax.text(0, -0.02, "lens", va="top", ha="center")
     ax.spines["left"].set_visible(False)
-    ax.set_title("a scene from the side, two planes of focus")
+    ax.set_title("a scene, from the side")
 
 
 def write(figure: Figure, path: Path) -> None:
