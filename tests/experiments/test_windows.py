@@ -362,4 +362,5 @@ def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
     assert "llvmpipe" in lines["graphics"][1]
     assert lines["keyboard"][0] == lines["safe writing"][0] == lines["disk space"][0] == "ok"
     assert "psychopy 2026.2.5" in lines["versions"][1]
+    assert lines["clock"][0] == "ok"
     assert {"screen", "refresh rate", "dropped frames"} <= set(lines)

@@ -10,6 +10,7 @@ import argparse
 import json
 import math
 import sys
+import time
 from collections.abc import Iterator
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
+from focalgradient.lab.running import PART
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Calibration, Screen
@@ -89,7 +91,17 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
         mark.draw()
         words.draw()
 
+    before = time.monotonic(), time.time()
     screen.play(draw, seconds, "check")
+    lasted = time.monotonic() - before[0]
+    by = 1e3 * (time.time() - before[1] - lasted)
+    text = f"wall and monotonic clock parted by {by:+.1f} ms in {lasted:.1f} s"
+    yield _check(
+        "clock",
+        text,
+        abs(by) < 1e3 * PART,
+        f"stop what sets the computer's clock: over {1e3 * PART:g} ms voids a trial",
+    )
     frames = seconds / screen.frame_s
     text = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
     yield _check("dropped frames", text, screen.dropped == 0, "close other programs, and composite no windows")

@@ -1,0 +1,71 @@
+"""The words of the screen: the same entries in each language, and what is wrong with a laboratory's own file."""
+
+from pathlib import Path
+
+import pytest
+
+from focalgradient.design.words import LANGUAGES, load_words, words_text
+from focalgradient.errors import InputError
+from focalgradient.lab import EXPERIMENTS, run
+
+SOURCE = Path(__file__).parents[1] / "src" / "focalgradient" / "lab"
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_language_can_be_copied_changed_and_read(language, tmp_path):
+    text = words_text(language).replace('name = "', 'name = "My ', 1)
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    mine, theirs = load_words("mine.toml", tmp_path), load_words(language)
+    assert mine.entries.keys() == theirs.entries.keys() == load_words("en").entries.keys()
+    assert mine.sha256 != theirs.sha256
+    assert mine("depth.question") == theirs("depth.question")
+
+
+def test_german_says_nothing_in_english():
+    english, german = load_words("en"), load_words("de")
+    alike = {name for name, text in english.entries.items() if german.entries[name] == text}
+    assert alike == {"common.no_key"}
+
+
+WRONG = {
+    "missing": ("stop_keys =", "xyz_unused =", r"common\.xyz_unused is no entry of the words"),
+    "left out": ('moment = "One moment ..."\n', "", r"common\.moment is missing: copy the entry"),
+    "misspelt": ("moment =", "momemt =", r"common\.momemt is no entry of the words: did you mean common\.moment"),
+    "a number": ('moment = "One moment ..."', "moment = 3", r"common\.moment must be a text"),
+    "empty": ('moment = "One moment ..."', 'moment = " "', r"common\.moment must be a text, and not empty"),
+    "strange brace": ("{done} of {total}", "{doen} of {total}", r"session\.rest has \{doen\}, which is not filled in"),
+    "lone brace": ("One moment ...", "One { moment", r"common\.moment has a brace without its pair"),
+    "one key": ('yes_key = "y"', 'yes_key = "n"', r"common\.yes_key and common\.no_key must be two different letters"),
+}
+
+
+@pytest.mark.parametrize("way", WRONG)
+def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
+    old, new, sentence = WRONG[way]
+    text = words_text("en")
+    assert old in text
+    (tmp_path / "mine.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=sentence) as caught:
+        load_words("mine.toml", tmp_path)
+    assert str(caught.value).count("\n") == 0
+
+
+def test_every_entry_is_said_somewhere_and_no_other():
+    """A name that is put together by the program counts where its beginning stands there."""
+    files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design" / "words").glob("*.py")]
+    code = "".join(path.read_text(encoding="utf-8") for path in files)
+    put_together = ("depth.instructions_", "depth.answer_", "depth.example_", "necker.", "form.", "depth.debriefing")
+    put_together += ("pinhole.debriefing", "depth.practice_again", "name", "depth.much_", "depth.alike")
+    unsaid = [
+        name for name in load_words("en").entries if f'"{name}"' not in code and not name.startswith(put_together)
+    ]
+    assert unsaid == []
+
+
+def test_words_are_printed_and_a_wrong_file_is_refused_before_the_window(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        run(EXPERIMENTS["depth-rating"], ["--print-words", "de"])
+    assert capsys.readouterr().out == words_text("de")
+    assert run(EXPERIMENTS["depth-rating"], ["--print-words", "fr"]) == 2
+    assert "there are no words in 'fr': give one of en, de" in capsys.readouterr().err
