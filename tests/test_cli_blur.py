@@ -14,6 +14,7 @@ from focalgradient import Lens
 from focalgradient.cli import main
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
+from focalgradient.video import write_frames
 
 LENS = ["--f-number", "2", "--focal-length", "50"]
 
@@ -96,12 +97,41 @@ def test_folders_of_frames_go_on_where_they_were_cut_off(folder: Path) -> None:
         np.save(depths / f"{number}.npy", np.full((40, 40), 2.0))
     arguments = (frames, depths, "--out", out, *LENS, "--focus", 1, "--field", 4)
     assert run(*arguments).exit_code == 0
-    assert len(list(out.iterdir())) == 7
+    assert len(list(out.iterdir())) == 8
     kept = (out / "0-1.0m.npy").stat().st_mtime_ns
     (out / "1-1.0m.npy").unlink()
     assert run(*arguments).exit_code == 0
     assert (out / "0-1.0m.npy").stat().st_mtime_ns == kept
     assert np.load(out / "1-1.0m.npy").shape == (40, 40)
+    result = run(frames, depths, "--out", out, "--f-number", 4, "--focal-length", 50, "--focus", 1, "--field", 4)
+    assert result.exit_code == 2
+    assert "other settings" in result.output
+
+
+def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
+    random = np.random.default_rng(2)
+    frames = [cv2.GaussianBlur(random.integers(0, 256, (40, 64), np.uint8), (0, 0), 2) for _ in range(3)]
+    write_frames(folder / "clip.mkv", frames, 25.0)
+    (folder / "depths").mkdir()
+    for number, metres in enumerate((1.0, 1.5, 3.0)):
+        np.save(folder / "depths" / f"{number}.npy", np.full((40, 64), metres))
+    given = [folder / "clip.mkv", folder / "depths", "--out", folder / "out", *LENS, "--focus", 1, "--field", 4]
+    result = run(*given)
+    assert result.exit_code == 0, result.output
+    seen = [np.load(folder / "out" / f"clip-{number:06}-1.0m.npy") for number in range(3)]
+    sharp = srgb_to_linear(frames[0] / 255)
+    assert np.abs(seen[0].mean(axis=2) - sharp).max() < 0.03  # in focus; the file's colours are rounded
+    detail = [np.abs(np.diff(one.mean(axis=2))).mean() for one in seen]
+    assert detail[0] > detail[1] > detail[2]
+    np.save(folder / "depths" / "3.npy", np.full((40, 64), 1.0))
+    result = run(*given[:3], folder / "other", *given[4:])
+    assert result.exit_code == 2
+    assert "3 frames" in result.output
+    for number in (2, 3):
+        (folder / "depths" / f"{number}.npy").unlink()
+    result = run(*given[:3], folder / "third", *given[4:])
+    assert result.exit_code == 2
+    assert "more frames" in result.output
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import platform
 import time
@@ -19,7 +20,7 @@ import numpy as np
 from focalgradient.cli.options import gamma_of, positive, screen_size
 from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_told, writable
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, read_toml, refuse_overwriting, replace_set
+from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
 from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
@@ -34,6 +35,9 @@ SECONDS_PER_MEGAPIXEL = 1.1
 
 SINGLE, DISTANCE = "blurred", "distance.npy"
 """How the files begin that are made of one picture; its distances in metres, holes filled."""
+
+SETTINGS = "settings.json"
+"""Of the frames in a folder: those that are there are kept only where they were made alike."""
 
 UNITS = ("m", "mm", "dioptres", "disparity")
 
@@ -129,8 +133,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
 
     For each --focus M it writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light, beside them
     DIR/distance.npy, the depth in metres with its holes filled; DIR/summary.json says how they were made. Two folders
-    in place of the two files: every picture with the depth of the same name (a video's frames), into DIR/NAME-M.png
-    and .npy; the same command goes on where it was cut off.
+    in place of the two files: every picture with the depth of the same name, into DIR/NAME-M.png and .npy. A video and
+    a folder: each frame with one file of the folder, in order of name. The same command goes on where it was cut off.
 
     Takes about 2 s for 2 megapixels and each focus on two cores, an eye three times that; longer where blur is wider
     than 15 pixels.
@@ -149,28 +153,36 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
       focalgradient blur demo/picture.png demo/distance.npy --out seen --pupil 4 --focus 0.8 --field 3 --chromatic
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
-    pairs = list(_pairs(picture, depth))
+    pairs, several = list(_pairs(picture, depth)), depth.is_dir()
+    frames = iter([]) if picture.is_dir() or not several else _video_frames(picture)
     names = [f"{stem}-{metres}m{end}" for _, _, stem in pairs for metres in focus for end in (".png", ".npy")]
-    if len(pairs) == 1:
-        names.append(DISTANCE)
+    names.append(SETTINGS if several else DISTANCE)
     writable(out, [*names, "summary.json"], [picture, depth])
     refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
     display = _display(options)
     lens = _optics(options, focus)
-    left = "what was finished is there; the same command goes on." if len(pairs) > 1 else "nothing was written."
+    left = "what was finished is there; the same command goes on." if several else "nothing was written."
+    settings = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
+    settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
+    if several:
+        _same_settings(out, settings)
     found: list[dict[str, Any]] = []
     with warnings_told() as said, resumable(left) as say:
         for number, (one, other, stem) in enumerate(pairs):
-            if len(pairs) > 1 and all((out / f"{stem}-{metres}m.npy").exists() for metres in focus):
+            frame = next(frames, None)
+            if several and not picture.is_dir() and frame is None:
+                raise InputError(_uneven(picture, depth, f"{number} frames", len(pairs)))
+            if several and all((out / f"{stem}-{metres}m.npy").exists() for metres in focus):
                 continue
-            job = _Job(one, other, stem, options, lens, focus, display)
+            job = _Job(one, other, stem, options, lens, focus, display, frame)
             writers, facts = job.run(_share_of(say, number, len(pairs)), to_come=0 if found else len(pairs) - number)
             found.append(facts)
-            if len(pairs) > 1:
+            if several:
                 replace_set(out, writers, next(reversed(writers)))
+        if next(frames, None) is not None:
+            raise InputError(_uneven(picture, depth, "more frames", len(pairs)))
     summary = {
-        "settings": {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
-        | {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()},
+        "settings": settings,
         "pictures": found,
         "warnings": said,
         "versions": {name: version(name) for name in ("focalgradient", "numpy", "numba")}
@@ -178,7 +190,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}
-    replace_set(out, last if len(pairs) > 1 else writers | last, "summary.json")
+    replace_set(out, last if several else writers | last, "summary.json")
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *(
@@ -189,13 +201,32 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     )
 
 
+def _uneven(video: Path, depth: Path, frames: str, files: int) -> str:
+    return f"{printable(video)} has {frames} but {printable(depth)} {files} files: give each frame one file of depth."
+
+
+def _same_settings(out: Path, settings: dict[str, Any]) -> None:
+    """Keep the settings of a folder of frames; refuse to go on with frames that others made."""
+    path, text = out / SETTINGS, summary_json(settings)
+    if not path.exists():
+        replace_set(out, {SETTINGS: text}, SETTINGS)
+    elif read_json(path, "the settings of earlier frames") != json.loads(text):
+        raise InputError(
+            f"{printable(out)} holds frames made with other settings ({SETTINGS}): give another --out, or empty it."
+        )
+
+
 def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
     """Pictures with their depth, and how the names of what is made of them begin."""
     if not picture.is_dir() and not depth.is_dir():
         yield picture, depth, SINGLE
         return
-    if not (picture.is_dir() and depth.is_dir()):
-        raise InputError("PICTURE and DEPTH must both be files, or both folders: give two of a kind.")
+    if not depth.is_dir():
+        raise InputError("PICTURE is a folder but DEPTH is not: give a folder with the depth of each picture.")
+    if not picture.is_dir():
+        for number, path in enumerate(sorted(path for path in depth.iterdir() if path.is_file())):
+            yield picture, path, f"{picture.stem}-{number:06}"
+        return
     depths = {path.stem: path for path in sorted(depth.iterdir()) if path.is_file()}
     pictures = [path for path in sorted(picture.iterdir()) if path.is_file() and not path.name.startswith(".")]
     if not pictures:
@@ -204,6 +235,17 @@ def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
         if path.stem not in depths:
             raise InputError(f"{printable(path)} has no depth of its name in {printable(depth)}: add it.")
         yield path, depths[path.stem], path.stem
+
+
+def _video_frames(path: Path) -> Iterator[Any]:
+    """Every frame of a video, H x W x 3 (red, green, blue), as stored."""
+    from focalgradient.video import Frame, Source
+
+    with Source(path, lambda colours: colours) as source:
+        for item in source.frames():
+            if not isinstance(item, Frame):
+                raise InputError(f"frame {item.first} of {printable(path)} {item.reason}: mend the video.")
+            yield item.image[..., ::-1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,13 +259,17 @@ class _Job:
     optics: Sequence[Optics]
     focus: tuple[float, ...]
     display: Display | None
+    frame: Any = None
 
     def run(self, say: Progress, to_come: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """Files to write, by name, and what there is to say of them; first how long `to_come` such pictures take."""
-        from focalgradient.photographs import read_distances, read_picture
+        from focalgradient.photographs import picture_of, read_distances, read_picture
 
         say(0.0, "reading")
-        shown = read_picture(self.picture, self.options["encoding"])
+        encoding = self.options["encoding"]
+        shown = (
+            read_picture(self.picture, encoding) if self.frame is None else picture_of(self.frame, encoding or "srgb")
+        )
         angle = self._pixel_angle(shown.light.shape[1])
         distances = read_distances(
             self.depth,

@@ -15,7 +15,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.images import Encoding, decoded, filled, read_pixels
 
-__all__ = ["DepthUnit", "Distances", "Picture", "png_of", "read_distances", "read_picture"]
+__all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
 
 DepthUnit = Literal["m", "mm", "dioptres", "disparity"]
 """What the values of a depth file are: distances in metres or millimetres, vergence, or disparity in pixels."""
@@ -73,6 +73,15 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
             f"{printable(path)} holds pixels that are NaN, infinite or of type {pixels.dtype}, but must hold 8- or "
             "16-bit unsigned integers or finite floating-point numbers: repair or convert it."
         )
+    return picture_of(pixels, encoding)
+
+
+def picture_of(pixels: NDArray[Any], encoding: Encoding) -> Picture:
+    """Give the light of pixels as stored, H x W or H x W x 3 (red, green, blue).
+
+    >>> float(picture_of(np.full((1, 1), 255, np.uint8), "srgb").light[0, 0])
+    1.0
+    """
     return Picture(decoded(pixels, encoding), encoding, pixels.dtype.name)
 
 
