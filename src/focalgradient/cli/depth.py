@@ -187,6 +187,7 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     from focalgradient import recover_depth
     from focalgradient.calibration import apply_calibration
     from focalgradient.photographs import make_views
+    from focalgradient.photographs.encoding_doubt import encoding_doubt
     from focalgradient.plotting import depth_figure
 
     views = make_views(settings, photographs)
@@ -206,6 +207,9 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
         align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
         progress=lambda share, words: say(words),
     )
+    supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
+    doubt = encoding_doubt(views, result, near, far, asked["align"]) if supposed and method == "equalise" else None
+    result = replace(result, details=result.details | {"encoding_doubt_D": doubt})
     if settings.relative:
         result = _place_in_stack(result, len(views))
     elif settings.calibration is None:
@@ -233,6 +237,11 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     if settings.relative:
         place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (len(photographs) - 1)
         middle = f"Median place in the stack: {place:.2f} of {len(photographs)} (order only)"
+    if doubt is not None:
+        middle += (
+            f"\nThe 8-bit files are taken for sRGB; were they linear, depth would read {doubt:+.2g} D "
+            "(give --encoding, or encoding under [camera], where you know)"
+        )
     return Recovered(files, summary, [], middle=middle)
 
 

@@ -1,0 +1,73 @@
+"""What an encoding that is only supposed leaves open: depth of a part of the views, were they encoded otherwise.
+
+An 8-bit file without another word is taken for sRGB. Cameras add tone curves of their own, and scientific cameras write
+linear values. A curve changes the contrast of both views alike, most of which cancels where views are compared; what
+does not is measured on the views at hand, by reading a part of them as linear.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.depth_map import DepthMap
+from focalgradient.errors import InputError
+from focalgradient.view import View
+
+__all__ = ["encoding_doubt"]
+
+SIDE = 320
+"""Side in pixels of the part."""
+
+LEAST = 400
+"""Pixels that must be valid both ways."""
+
+
+def encoding_doubt(
+    views: Sequence[View], depth: DepthMap, near: float | None, far: float | None, align: bool
+) -> float | None:
+    """Median change of vergence (D), as read, were views that are decoded from sRGB linear; None where it is not known.
+
+    Parameters
+    ----------
+    views, depth
+        The views, in 0 to 1, and their map by the default method.
+    near, far, align
+        As the map was made.
+    """
+    from focalgradient.depth.recover import recover_depth
+
+    if not depth.valid.any():
+        return None
+    part = tuple(
+        slice(start, start + SIDE)
+        for middle, n in zip((np.median(where) for where in np.nonzero(depth.valid)), depth.shape, strict=True)
+        for start in [int(np.clip(middle - SIDE // 2, 0, max(0, n - SIDE)))]
+    )
+    encoded = [
+        replace(
+            view,
+            image=np.ascontiguousarray(_srgb(view.image[part])),
+            mask=None if view.mask is None or view.mask[part].all() else np.ascontiguousarray(view.mask[part]),
+        )
+        for view in views
+    ]
+    psf, k = depth.details["psf"], depth.details["k"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            other = recover_depth(encoded, near=near, far=far, psf=psf, k=k, align=align)
+        except InputError:
+            return None
+    both = other.valid & depth.valid[part]
+    return float(np.median((other.vergence - depth.vergence[part])[both])) if both.sum() >= LEAST else None
+
+
+def _srgb(light: NDArray[np.floating]) -> NDArray[np.float32]:
+    """The values that an sRGB file holds of `light` (IEC 61966-2-1), 0 to 1."""
+    light = np.clip(light, 0, 1)
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055).astype(np.float32)
