@@ -29,7 +29,8 @@ MEANING = {
 
 HEADLINE = """# The headline test of the report: the rise of the ratings from the pinhole to the largest aperture, over
 # subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
-# Needs the packages lme4 and lmerTest; without them the second part gives the same by mean squares, in base R.
+# The second part is base R, by mean squares. Before it, with the packages lme4 and lmerTest, the same by REML: it may
+# take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
 for (f in unique(d$fixation)) {{
@@ -67,7 +68,7 @@ headline <- function(cells) {{  # complete tables of subjects by scenes
   if (anyNA(y)) return("Some subject has no answers to some scene: use lmerTest.")
   s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
   ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
-  v <- sum(ms * c(1, 1, -1)); df <- v^2 / sum(ms^2 / c(s - 1, n - 1, free))
+  v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
   if (n < {fewest} || ms[["scenes"]] <= ms[["residual"]]) {{ v <- ms[["subjects"]]; df <- s - 1 }}
   error <- sqrt(v / (s * n)); t <- mean(y) / error; half <- qt(.975, df) * error
   c(log_ratio = mean(y), low = mean(y) - half, high = mean(y) + half, t = t, df = df, p = 2 * pt(-abs(t), df),

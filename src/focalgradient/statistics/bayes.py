@@ -451,7 +451,7 @@ def check_installed() -> None:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Without what the libraries say of themselves: what matters is in `Posterior`."""
-    logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz")]
+    logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz", "arviz_base", "arviz_stats")]
     levels = [log.level for log in logs]
     for log in logs:
         log.setLevel(logging.CRITICAL)
