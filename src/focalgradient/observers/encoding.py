@@ -29,6 +29,11 @@ DARK = 0.01
 """Light, in shares of the display's white, that the display and the eye scatter over everything."""
 
 
+SKY = 0.25
+"""Share of sky from which on a place is taken for sky. Clouds are soft in any focus, and the layout shows where they
+are: blur there is that of the nearest place with a surface."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class EncodedStimulus:
     """A picture as encoded by one eye that fixates one object; arrays of one entry a place.
@@ -89,6 +94,10 @@ def encode(
     spacing = 4 * max(2, round(seen.shape[1] / ACROSS / 4))
     estimated = estimate_blur(np.log(np.maximum(seen, 0) + DARK), spacing)
     rows, columns = estimated.log_blur.shape
+    sky = np.isinf(np.asarray(distance)[: rows * spacing, : columns * spacing])
+    sky = sky.reshape(rows, spacing, columns, spacing).mean((1, 3)) > SKY
+    if not sky.all():
+        estimated.log_sd[sky] = np.inf
     down, right = (spacing * (np.indices((rows, columns)) + 0.5)).reshape(2, -1)
     vergence = 1 / np.asarray(distance, float)
     layout = vergence[: rows * spacing, : columns * spacing]

@@ -27,7 +27,7 @@ CACHE = "FOCALGRADIENT_CACHE"
 
 ARRAYS = ("blur", "fixated_blur", "depth")
 
-ENCODING = 1
+ENCODING = 2
 """Version of how pictures are encoded: what another version has kept is not used."""
 
 

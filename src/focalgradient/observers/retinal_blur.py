@@ -33,6 +33,13 @@ TEXTURE, LINE = 2.0, 2.75
 CONTRAST = 0.005
 """Noise of seeing a pixel, as a contrast; responses below what it makes carry no information."""
 
+NOISES = tuple(2.0 ** np.arange(0.0, 6.1, 0.5))
+"""Noise of the picture itself, as that of rendering with few rays, in units of `CONTRAST`: a place has any of these."""
+
+UNLIKELY = 2.0
+"""Cost, as twice the negative log likelihood, of noise e times as strong: twice the noise is half as likely. With none
+of it sharp textures pass for slightly blurred and noisy ones."""
+
 STEP = 0.05
 """Departure of an edge from a blurred step, as a contrast, that is not seen."""
 
@@ -137,18 +144,25 @@ def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray,
     blur = np.geomspace(LEAST, scales[-1], LEVELS)[:, None]
     energy = _energies(image, scales, spacing)[None]  # blurs x scales x places
     square = (scales**2)[:, None]
-    noise = CONTRAST**2 / (2 * math.pi * square**3)
-    law = (square + blur[..., None] ** 2) ** -power
     variance = (square / window**2) + MISFIT**2
-    # The contrast that fits best, each energy weighted by its precision; then how well it fits.
     precision = 1 / (variance * energy**2)
-    contrast = np.maximum((precision * law * (energy - noise)).sum(1) / (precision * law**2).sum(1), 0.0)[:, None]
-    cost = (np.log(energy / (contrast * law + noise)) ** 2 / variance).sum(1)
-    posterior = np.exp(-0.5 * (cost - cost.min(0)))
-    posterior /= posterior.sum(0)
+    law = (square + blur[..., None] ** 2) ** -power
+    floor = CONTRAST**2 / (2 * math.pi * square**3)
+    costs = []
+    for times in NOISES:
+        noise = times**2 * floor
+        # The contrast that fits best, each energy weighted by its precision; then how well it fits.
+        contrast = (precision * law * (energy - noise)).sum(1) / (precision * law**2).sum(1)
+        expected = np.maximum(contrast, 0.0)[:, None] * law + noise
+        costs.append((np.log(energy / expected) ** 2 / variance).sum(1) + UNLIKELY * math.log(times))
+    cost = np.array(costs)  # noises x blurs x places
+    posterior = np.exp(-0.5 * (cost - cost.min((0, 1))))
+    posterior /= posterior.sum((0, 1))
+    of_blur, of_noise = posterior.sum(0), posterior.sum(1)
     log = np.log(np.hypot(blur, FINEST))
-    mean = (posterior * log).sum(0)
-    sd = np.sqrt((posterior * (log - mean) ** 2).sum(0) + MISFIT**2)
+    mean = (of_blur * log).sum(0)
+    sd = np.sqrt((of_blur * (log - mean) ** 2).sum(0) + MISFIT**2)
+    noise = floor * (of_noise.T @ np.array(NOISES)) ** 2
     # Where only the widest fields respond, it is to what lies beside the place.
     reliable = ((energy[0] > 2 * noise).mean(0) > 0.6) & (sd < VAGUE)
     shape = (image.shape[0] // spacing, image.shape[1] // spacing)
