@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
 
 from focalgradient.display import Display
 from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceived_depth, relief
@@ -93,6 +94,37 @@ def test_depth_rises_with_the_aperture_of_pictures_at_every_distance_and_for_eve
         assert (near[:, -1] - near[:, 0]).min() > 0.15
     far = depths("farthest", 0.05, (APERTURES[0], APERTURES[-1]), DISTANCES[0])
     assert far[:, 1] == pytest.approx(far[:, 0], abs=0.01)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.02])
+def test_noise_of_rendering_makes_no_depth_fall(noise):
+    """Noise of a share of the light: 16 rays of the caster leave 2 steps of 255, which is 0.01 here."""
+    display, encoded = Display(pixel_pitch=0.5e-3), []
+    for number, aperture in enumerate(APERTURES):
+        light, depth = picture(256, aperture, "nearest")
+        light = light * (1 + noise * np.random.default_rng(number).standard_normal(light.shape))
+        pixels = np.repeat(display.encode(np.clip(light, 0, 1))[..., None], 3, 2)
+        encoded += encode(pixels, display, [(128.0, 0.95 * 256)], depth)
+    for pupil in PUPILS:
+        observer = replace(DEFAULT, pupil=pupil)
+        depths = [relief(one, observer, np.random.default_rng(1)) for one in encoded]
+        assert (np.diff(np.log(depths)) > -0.005).all()
+        assert depths[-1] > 1.15 * depths[0]
+
+
+def test_the_sky_has_the_blur_of_what_stands_before_it():
+    """Clouds are soft in any focus."""
+    light, depth = picture(256, APERTURES[0], "nearest")
+    clouds = gaussian_filter(light, 6)
+    light = np.where(np.arange(256)[:, None] < 96, clouds, light)
+    pixels = np.repeat(Display().encode(np.clip(light, 0, 1))[..., None], 3, 2)
+    depth = np.where(np.arange(256)[:, None] < 96, np.inf, depth)
+    display = Display(pixel_pitch=0.5e-3)
+    (known,) = encode(pixels, display, [(128.0, 240.0)], depth)
+    (unknown,) = encode(pixels, display, [(128.0, 240.0)], np.where(np.isinf(depth), 50.0, depth))
+    sky = known.depth > known.depth.max() - 1e-6
+    assert np.median(known.blur[sky]) < 1.5 * np.median(known.blur[~sky])
+    assert np.median(unknown.blur[sky]) > 3 * np.median(known.blur[~sky])
 
 
 def test_a_blurred_eye_estimates_depth_by_its_own_pupil():

@@ -75,7 +75,7 @@ def test_the_data_set_is_valid_and_says_that_it_is_simulated(design, stimuli, en
     assert json.loads((root / "dataset_description.json").read_text())["Simulated"] is True
     assert all(sidecar["Simulated"] for sidecar in data.sidecars.values())
     assert {sitting["Versions"]["simulated observer"] for s in data.sidecars.values() for sitting in s["Sittings"]} == {
-        "default, seed 3, model 2"
+        "default, seed 3, model 3"
     }
 
 
@@ -128,7 +128,7 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_answers(design, stimuli, enc
     [
         (
             {"observer": "blind"},
-            "is of observer default, seed 1, model 2, not of what is asked for .blur-blind, seed 1, model 2.: give",
+            "is of observer default, seed 1, model 3, not of what is asked for .blur-blind, seed 1, model 3.: give",
         ),
         ({"seed": 2}, "is of observer default, seed 1"),
         ({"observer": "ghost"}, "observer is 'ghost', but must be one of default, blur-blind"),

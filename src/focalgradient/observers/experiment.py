@@ -27,7 +27,7 @@ CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
 """The entry of the observer's name, seed and model among the versions of what a session was run with."""
 
-MODEL = 2
+MODEL = 3
 """Version of the observers' model: a data set of another one is not continued."""
 
 

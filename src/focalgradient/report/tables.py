@@ -27,6 +27,7 @@ from focalgradient.statistics import (
     Quality,
     as_table,
 )
+from focalgradient.statistics.crossed import CROSSED
 
 __all__ = [
     "SPACE",
@@ -198,13 +199,12 @@ def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
 def _rises(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     tests: list[tuple[str, str, Effect | NotComputed]] = []
-    for each in result.fixations:
-        tests += [(each.fixation, "subjects and scenes", each.rise), (each.fixation, THESE, each.rise_these_scenes)]
-    for name, test in (
-        ("subjects and scenes", result.interaction),
-        (THESE, result.interaction_these_scenes),
-    ):
-        tests.append(("nearest / farthest", name, test))
+    tested = [(each.fixation, each.rise, each.rise_these_scenes) for each in result.fixations]
+    tested.append(("nearest / farthest", result.interaction, result.interaction_these_scenes))
+    for name, test, fixed in tested:
+        if not isinstance(test, Effect) or test.method == CROSSED:
+            tests.append((name, "subjects and scenes", test))
+        tests.append((name, THESE, fixed))  # with few scenes the only one
     rows = [[fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)] for fixation, over, test in tests]
     digits = [
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
@@ -292,7 +292,9 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             rows.append([each.fixation, *cells.missing(test, 7)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
-    caption = "Whether the rise is equivalent to zero (two one-sided tests, over subjects and scenes)"
+    crossed = any(isinstance(each.rise, Effect) and each.rise.method == CROSSED for each in result.fixations)
+    over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
+    caption = f"Whether the rise is equivalent to zero (two one-sided tests, {over})"
     return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
 
 

@@ -19,7 +19,16 @@ from scipy import sparse, stats
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["FEWEST_SCENES", "Components", "Moments", "components", "crossed_effect", "moments", "over_subjects"]
+__all__ = [
+    "CROSSED",
+    "FEWEST_SCENES",
+    "Components",
+    "Moments",
+    "components",
+    "crossed_effect",
+    "moments",
+    "over_subjects",
+]
 
 FloatArray = NDArray[np.float64]
 
