@@ -343,7 +343,7 @@ def _draw(rows: Sequence[dict[str, float | str]], speed: dict[str, float], alone
             ax.set_xlabel("standard deviation of the blur (px)" if panel == 2 else "")
         times = ";  ".join(f"{label.split(',')[0].split(' (')[0]} {value:.0f}" for label, value in speed.items())
         said = f"ms for a frame of {SIDE} × {SIDE}:  {times};  focal disparity alone {alone_ms:.2g}"
-        figure.text(0.01, 0.004, said, color=GREY)
+        figure.text(0.01, 0.004, said, color=GREY, fontsize=6.5)
     return figure
 
 
