@@ -28,7 +28,7 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
         if kind == "csv":
             Path("photos", "pictures.csv").write_text(text, encoding="utf-8")
         elif kind == "toml":
-            Path("design.toml").write_text(text, encoding="utf-8")
+            Path("weathers.toml" if "factors" in text else "design.toml").write_text(text, encoding="utf-8")
         else:
             assert kind == "sh"
             for line in text.strip().splitlines():
@@ -36,6 +36,14 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
                 assert program == "focalgradient"
                 ended = CliRunner().invoke(main, words, catch_exceptions=False)
                 assert ended.exit_code == 0, ended.output
+    weathers, factors = read_set("weathers"), load_design(Path("weathers.toml"))
+    for trial in factors.trials("01"):
+        if not trial.scene.startswith("example-"):
+            shown = weathers.picture(trial.scene, trial.aperture, trial.fixation, trial.factors)
+            assert shown.others["weather"] == trial.factors["weather"]
+    pair = [weathers.picture("yard", "f/8", "nearest", {"weather": level}).png for level in ("sun", "rain")]
+    assert pair == ["yard/f8-nearest.png", "yard/f8-nearest-2.png"]
+    assert len(EXPERIMENTS["depth-rating"].pictures(factors)) > 0
     own, design = read_set("own"), load_design(Path("design.toml"))
     for shown in EXPERIMENTS["depth-rating"].pictures(design):  # all that the laboratory's program looks for
         assert own.pixels(own.picture(*shown)).shape == (128, 128, 3)

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime, timedelta
 from functools import lru_cache
+from itertools import combinations
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -39,6 +40,9 @@ LONGER = 0.1
 SLOW_S, SLOW = 60.0, 100.0
 """An answer before which nothing bounds its time cannot take over a minute and a hundred times the median: seconds that
 were written as milliseconds are a thousand times too long."""
+
+MOST_FURTHER = 8
+"""Further columns of a picture that are looked at: more would make too many combinations."""
 
 AHEAD = timedelta(days=1)
 """That one computer's clock may be before another's."""
@@ -280,7 +284,9 @@ def _wrong_pictures(
     for place, name in enumerate(shown["stimulus"].tolist()):
         scene = shown["scene"][place]
         if task == "depthrating":
-            wanted = pictures.get((scene, shown["aperture"][place], shown["fixation"][place]))
+            key = (scene, shown["aperture"][place], shown["fixation"][place])
+            levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
+            wanted = pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))
         elif shown["form"][place] == "real":
             wanted = None
         else:
@@ -296,12 +302,21 @@ def _wrong_pictures(
 
 
 def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
-    """Files of the pictures that a manifest lists, by scene, aperture and fixation; none where it lists none."""
+    """Files of the pictures that a manifest lists; none where it lists none.
+
+    By scene, aperture and fixation, the first where several differ in further columns; and each by those three and any
+    of its further columns, as "light=dim".
+    """
+    files: dict[tuple[str, ...], str] = {}
     try:
-        found = read_json(manifest, "a manifest of stimuli")
-        return {(one["scene"], one["aperture"], one["fixation"]): one["png"] for one in found.get("pictures", [])}
+        for one in read_json(manifest, "a manifest of stimuli").get("pictures", []):
+            further = [f"{name}={level}" for name, level in sorted(one.get("further", {}).items())][:MOST_FURTHER]
+            for count in range(len(further) + 1):
+                for some in combinations(further, count):
+                    files.setdefault((one["scene"], one["aperture"], one["fixation"], *some), one["png"])
     except (InputError, KeyError, TypeError, AttributeError):
         return {}
+    return files
 
 
 def is_age(told: Any) -> bool:

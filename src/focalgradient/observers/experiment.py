@@ -48,6 +48,12 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
     InputError
         Naming the first picture.
     """
+    own = [name for name, factor in design.factors.items() if factor.pictures]
+    if own:
+        raise InputError(
+            f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
+            "out, or say pictures = false."
+        )
     stimuli.picture(design.standard_scene, "pinhole", "nearest")
     for trial in design.trials("01"):
         assert isinstance(trial, DepthTrial)

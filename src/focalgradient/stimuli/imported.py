@@ -9,8 +9,9 @@ import math
 import platform
 import re
 import warnings
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -52,12 +53,15 @@ class Row:
     depth: str | None
     focus: float | None
     further: Mapping[str, str]
+    version: int = 1
+    """Counts the pictures of one scene, aperture and fixation that differ in further columns, from 1."""
 
     @property
     def stem(self) -> str:
         """Of the picture's files in the set."""
         end = "" if len(self.fixations) > 1 else f"-{self.fixations[0]}"
-        return f"{self.scene}/{self.aperture.replace('/', '')}{end}"
+        version = "" if self.version == 1 else f"-{self.version}"
+        return f"{self.scene}/{self.aperture.replace('/', '')}{end}{version}"
 
 
 def import_pictures(
@@ -160,7 +164,8 @@ def _rows(table: Path) -> list[Row]:
     if twice:
         raise InputError(f"{name} row 1: the column {twice[0]!r} stands there twice: leave one out.")
     rows: list[Row] = []
-    known: dict[tuple[str, str, str], str] = {}
+    known: dict[tuple[object, ...], str] = {}
+    versions: Counter[tuple[str, ...]] = Counter()
     for number, cells in enumerate(lines[1:], start=2):
         if not any(cell.strip() for cell in cells):
             continue
@@ -169,13 +174,15 @@ def _rows(table: Path) -> list[Row]:
             raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: mend the row.")
         row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)))
         for end in row.fixations:
-            before = known.setdefault((row.scene, row.aperture, end), where)
+            before = known.setdefault((row.scene, row.aperture, end, *row.further.values()), where)
             if before != where:
                 raise InputError(
                     f"{where}, columns scene, aperture and fixation: the same stand in row {before.split()[-1]}; give "
-                    "pictures that differ in something else scenes of different names."
+                    "pictures that differ in something else a further column that tells it, or scenes of other names."
                 )
-        rows.append(row)
+        same = (row.scene, row.aperture, *row.fixations)
+        versions[same] += 1
+        rows.append(replace(row, version=versions[same]))
     if not rows:
         raise InputError(f"{name} has no row below its header: give one for each picture.")
     return rows

@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -215,10 +215,13 @@ def read_set(folder: str | Path) -> StimulusSet:
             raise KeyError("set")
         display = _display(manifest["display"])
         pictures = tuple(
-            Picture(
-                *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear")),
-                *(_number(entry[key]) for key in ("focus_m", "aperture_mm")),
-                *((_number(entry[key][0]), _number(entry[key][1])) for key in ("blur_px", "blur_arcmin")),
+            replace(
+                Picture(
+                    *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear")),
+                    *(_number(entry[key]) for key in ("focus_m", "aperture_mm")),
+                    *((_number(entry[key][0]), _number(entry[key][1])) for key in ("blur_px", "blur_arcmin")),
+                ),
+                others=dict(entry.get("further", {})),
             )
             for entry in manifest["pictures"]
         )
