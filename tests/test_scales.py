@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate
+from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate, withdraw
 from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
 from focalgradient.errors import InputError
 from focalgradient.report import analyse_ratings, make_report
@@ -162,3 +162,13 @@ def test_own_factors_go_from_the_design_to_the_report(tmp_path):
     path = next(root.glob("sub-01/**/*.tsv"))
     path.write_text(path.read_text().replace("\tdim\t", "\tbright\t", 1))
     assert any("light is bright, but dim in the design" in problem for problem in validate(root).problems)
+
+
+def test_answers_that_a_participant_wants_removed_are_a_problem_until_they_are(tmp_path):
+    design = design_of()
+    root = record(tmp_path / "data", design, 2)
+    with Session.begin(root, design, "03", apparatus=APPARATUS) as session:
+        session.note("keep", kept=False)
+    assert any("asked that the answers be removed" in problem for problem in validate(root).problems)
+    withdraw(root, "sub-03")
+    assert validate(root).problems == ()

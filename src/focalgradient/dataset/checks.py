@@ -195,6 +195,11 @@ class _Checked:
             return None
         if (head["kind"] == "simulated") != self.simulated:
             self.problems.append(f"{path}: its kind is {head['kind']}, but dataset_description.json says otherwise.")
+        if any(note.get("kind") == "keep" and note.get("kept") is False for note in log.of("note")):
+            self.problems.append(
+                f"{path}: the participant asked that the answers be removed: 'focalgradient withdraw {self.root} "
+                f"sub-{files.participant}'."
+            )
         if log.broken and not (log.damaged or log.changed):
             # The chain shows that a resumed session went on right after the last whole line.
             safe = log.chained and log.lines[-1] > log.broken[-1]
