@@ -202,10 +202,12 @@ def _rises(result: DepthRatingResult) -> Sheet:
     tested = [(each.fixation, each.rise, each.rise_these_scenes) for each in result.fixations]
     tested.append(("nearest / farthest", result.interaction, result.interaction_these_scenes))
     for name, test, fixed in tested:
-        if not isinstance(test, Effect) or test.method == CROSSED:
-            tests.append((name, "subjects and scenes", test))
-        tests.append((name, THESE, fixed))  # with few scenes the only one
-    rows = [[fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)] for fixation, over, test in tests]
+        tests += [(name, "subjects and scenes", test), (name, THESE, fixed)]
+    rows = [
+        [fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)]
+        for fixation, over, test in tests
+        if over == THESE or not isinstance(test, Effect) or test.method == CROSSED  # with few scenes there is one only
+    ]
     digits = [
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
         for fixation, over, test in tests
