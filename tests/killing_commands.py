@@ -1,9 +1,10 @@
 """Every long command killed at random moments, and given full disks: `python tests/killing_commands.py [TIMES]`.
 
 Each command is killed TIMES times (30) by each of three signals, and stopped by each of several limits on the size of
-a file, as by a full disk. After each, what stands under its own name is whole, a summary stands only beside all that
-it belongs to, a signal that can be caught leaves no litter and says in one line what is so, no process is left, and in
-the end the same command finishes and leaves no litter either. `--only NAME` tries one command.
+a file, as by a full disk, and by a fault at each of the first moves of a finished file to its place. After each, what
+stands under its own name is whole, a summary stands only beside all that it belongs to, a signal that can be caught
+leaves no litter and says in one line what is so, no process is left, and in the end the same command finishes and
+leaves no litter either. `--only NAME` tries one command.
 """
 
 from __future__ import annotations
@@ -53,6 +54,21 @@ OPTICS = (
 FEW = ("--subjects", "3", "--experiments", "6", "--design", "rating.toml", "--workers", "2", "--out", "out")
 SOME = ("--observers", "6", "--seed", "1", "--design", "necker.toml", "--workers", "2", "--out", "out")
 SMALL = ("--gradient", "none", "--size", "256", "--edge", "3", "--speed", "0.5", "--out", "out")
+PICTURES = ("--seed", "1", "--scenes", "1", "--size", "64", "--samples", "4", "--engine", "cast", "--out", "out")
+PICTURES += ("--apertures", "4", "--pixel-pitch", "3000")
+LENS = ("--f-number", "4", "--focal-length", "25", "--focus", "0.8", "--focus", "2", "--field", "6", "--out", "out")
+VIEWS = """[camera]
+focal_length_mm = 25
+pixel_pitch_um = 8
+[[view]]
+image = "a.png"
+f_number = 16
+focus_distance_m = 0.85
+[[view]]
+image = "b.png"
+f_number = 5.6
+focus_distance_m = 0.85
+"""
 DESIGN = 'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
 RATING = 'task = "depthrating"\nscenes = ["spheres-00", "spheres-01"]\nrepetitions = 1\n'
 
@@ -64,8 +80,13 @@ COMMANDS: dict[str, tuple[tuple[str, ...], str, str | None]] = {
     "eye": (("eye", "plane", "--out", "out"), "out", "summary.json"),
     "report": (("report", "data", "--out", "out"), "out", "report.html"),
     "power": (("power", "depth-rating", *FEW), "out", None),
+    "power necker": (("power", "necker", *FEW[:5], "necker.toml", *FEW[6:]), "out", None),
     "simulate": (("simulate", "necker", *SOME), "out", None),
     "stimuli": (("stimuli", "necker", *SMALL), "out", None),
+    "stimuli depth-rating": (("stimuli", "depth-rating", *PICTURES), "out", None),
+    "frames": (("depth", "f0.toml", "f1.toml", "--workers", "2", "--out", "out"), "out", None),
+    "blur": (("blur", "a.png", "far.npy", *LENS), "out", "summary.json"),
+    "demo": (("demo", "--out", "out"), "out", None),
 }
 
 
@@ -92,13 +113,33 @@ def prepare(folder: Path) -> None:
         )
         lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
     (folder / "targets.toml").write_text("\n".join(lines))
+    for name in ("f0.toml", "f1.toml"):
+        (folder / name).write_text(VIEWS)
+    np.save(folder / "far.npy", np.where(np.arange(96) < 48, 0.8, 2.0) * np.ones((96, 1)))
     (folder / "necker.toml").write_text(DESIGN)
     (folder / "rating.toml").write_text(RATING)
     record_necker(record_ratings(folder / "data", 3), 3)
 
 
-def command(args: tuple[str, ...], limit: int | None = None) -> list[str]:
+FAULTS = (1, 2, 3)
+"""Which move of a finished file to its place fails."""
+
+FAULT = """
+import errno, itertools
+from focalgradient.files import writing
+calls, real = itertools.count(1), writing.move
+def move(source, place):
+    if next(calls) == {number}:
+        raise OSError(errno.EIO, "a fault", str(place))
+    real(source, place)
+writing.move = move
+"""
+
+
+def command(args: tuple[str, ...], limit: int | None = None, fault: int | None = None) -> list[str]:
     begin = "from focalgradient.cli import main; main()"
+    if fault is not None:
+        begin = f"{FAULT.format(number=fault)}\n{begin}"
     if limit is not None:
         begin = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); {begin}"
     return [sys.executable, "-c", begin, *args]
@@ -195,6 +236,17 @@ def fill(folder: Path, args: tuple[str, ...], limit: int) -> str:
     return "finished" if run.returncode == 0 else "refused on a full disk"
 
 
+def break_a_move(folder: Path, args: tuple[str, ...], number: int) -> str:
+    """Run where a move of a finished file fails."""
+    run = subprocess.run(
+        command(args, fault=number), cwd=folder, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert run.returncode in (0, 2), (run.returncode, run.stderr[-1500:])
+    assert "Traceback" not in run.stderr, run.stderr[-1500:]
+    assert not litter(folder), litter(folder)
+    return "finished" if run.returncode == 0 else "refused at a fault"
+
+
 def torment(name: str, times: int, chance: random.Random, base: Path) -> Counter[str]:
     args, where, summary = COMMANDS[name]
     counts: Counter[str] = Counter()
@@ -208,6 +260,7 @@ def torment(name: str, times: int, chance: random.Random, base: Path) -> Counter
     trials: list[Callable[[], str]] = [
         *(partial(kill, folder, args, way, chance.uniform(0.2, 1.1) * lasts) for way in SIGNALS for _ in range(times)),
         *(partial(fill, folder, args, limit) for limit in LIMITS),
+        *(partial(break_a_move, folder, args, number) for number in FAULTS),
     ]
     chance.shuffle(trials)
     for trial in trials:

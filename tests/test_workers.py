@@ -49,11 +49,11 @@ focus_distance_m = 0.85
 COMMANDS = {
     "stimuli depth-rating": (
         *("stimuli", "depth-rating", "--seed", "3", "--scenes", "3", "--size", "64", "--samples", "4"),
-        *("--engine", "cast", "--apertures", "4", "--pixel-pitch", "3"),
+        *("--engine", "cast", "--apertures", "4", "--pixel-pitch", "3000"),
     ),
     "stimuli of photographs": (
         *("stimuli", "depth-rating", "--picture", "sharp.png", "--depth", "depth.npy", "--field", "10"),
-        *("--apertures", "4,2", "--pixel-pitch", "0.5"),
+        *("--apertures", "4,2", "--pixel-pitch", "500"),
     ),
     "stimuli necker": (
         *("stimuli", "necker", "--gradient", "none", "--gradient", "nonrigid", "--size", "320", "--edge", "3"),
@@ -160,6 +160,7 @@ def test_one_process_two_and_a_cluster_of_which_one_is_killed(
     if name == "simulate depth-rating":  # looks at small pictures of one scene, made here
         made("stimuli depth-rating", given / "set", "--workers", "1")
         monkeypatch.setitem(COMMANDS, name, (*COMMANDS[name], "--stimuli", str(given / "set")))
+    monkeypatch.setattr("focalgradient.dataset.checks.BATCH", 1)
     one = made(name, tmp_path / "one", "--workers", "1")
     assert one
     two = made(name, tmp_path / "two", "--workers", "2")

@@ -223,6 +223,6 @@ def test_reading_what_is_not_there(made: StimulusSet, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no manifest of pictures for depth rating"):
         read_set(tmp_path)
     (tmp_path / "manifest.json").write_text("{")
-    with pytest.raises(InputError, match="is not JSON"):
+    with pytest.raises(InputError, match="is not valid JSON"):
         read_set(tmp_path)
     assert math.isfinite(made.display.distance)

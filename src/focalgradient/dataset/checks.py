@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +96,9 @@ def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | No
         else:
             of_files.add(files)
     ordered = sorted(of_files, key=lambda one: one.name)
-    jobs = [(root, checked.simulated, ordered[first : first + BATCH]) for first in range(0, len(ordered), BATCH)]
+    place = root if executor is None else root.absolute()  # workers may have another working folder
+    there = [replace(files, root=place) for files in ordered]
+    jobs = [(place, checked.simulated, there[first : first + BATCH]) for first in range(0, len(there), BATCH)]
     for part in in_order(executor, _check_sessions, jobs):
         checked.add(part)
     checked.alike()
@@ -139,13 +141,17 @@ class _Checked:
         self.labels: set[str] = set()
 
     def add(self, other: _Checked) -> None:
-        """Take over what was found in other sessions."""
-        self.problems += other.problems
-        self.notes += other.notes
+        """Take over what was found in other sessions, and name files as this one does."""
+
+        def named(sentence: str) -> str:
+            return sentence.replace(str(other.root), str(self.root))
+
+        self.problems += map(named, other.problems)
+        self.notes += map(named, other.notes)
         self.trials += other.trials
         self.late += other.late
         self.manifests |= other.manifests
-        self.said |= other.said
+        self.said |= {files: (named(where), told) for files, (where, told) in other.said.items()}
         self.labels |= other.labels
 
     def session(self, files: Files) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,10 +16,13 @@ from PIL import Image
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.files import read_bytes
+from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.stimuli.folder import MANIFEST
 
 __all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "png", "read_set"]
+
+LARGEST_PICTURE = 256 << 20
+"""Bytes: an 8-bit PNG of the largest display has some 100 MB."""
 
 Fixation = Literal["nearest", "farthest"]
 """Which object is fixated, and in focus."""
@@ -155,7 +157,7 @@ class StimulusSet:
             If the file cannot be read, or is not the one whose SHA-256 the manifest gives.
         """
         path = self.folder / picture.png
-        content = read_bytes(path, "a picture of the set")
+        content = read_bytes(path, "a picture of the set", LARGEST_PICTURE)
         if hashlib.sha256(content).hexdigest() != self.manifest["files"].get(picture.png):
             raise InputError(f"{path} has changed since the manifest was written: make the stimuli anew.")
         try:
@@ -182,12 +184,12 @@ class StimulusSet:
                 f"the set in {self.folder} has no depth of {scene!r}: give the column depth when its pictures are "
                 "imported."
             )
-        return self._array(name)
+        return self._array(inner_name(name, f"{self.folder / MANIFEST}: a file's name"))
 
     def _array(self, name: str) -> NDArray[np.float32]:
         try:
-            return np.asarray(np.load(self.folder / name, allow_pickle=False), np.float32)
-        except (OSError, ValueError) as error:
+            return np.asarray(read_array(self.folder / name), np.float32)
+        except (InputError, ValueError) as error:
             raise _lost(self.folder / name) from error
 
 
@@ -203,13 +205,10 @@ def read_set(folder: str | Path) -> StimulusSet:
     path = folder / MANIFEST
     remedy = "make it with 'focalgradient stimuli depth-rating' or 'focalgradient stimuli import'"
     try:
-        manifest = json.loads(path.read_bytes())
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read ({error.strerror}), so that {folder} holds no finished set: {remedy}."
-        ) from error
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON, so that {folder} holds no set: {remedy}.") from error
+        manifest = read_json(path, "a manifest of stimuli")
+    except InputError as error:
+        why = str(error).rpartition(": ")[0]
+        raise InputError(f"{why}, so that {folder} holds no finished set: {remedy}.") from error
     try:
         if manifest["set"] != "depth-rating":
             raise KeyError("set")
@@ -217,7 +216,8 @@ def read_set(folder: str | Path) -> StimulusSet:
         pictures = tuple(
             replace(
                 Picture(
-                    *(entry[key] for key in ("scene", "aperture", "fixation", "png", "linear")),
+                    *(entry[key] for key in ("scene", "aperture", "fixation")),
+                    *(inner_name(entry[key], f"{path}: a file's name") for key in ("png", "linear")),
                     *(_number(entry[key]) for key in ("focus_m", "aperture_mm")),
                     *((_number(entry[key][0]), _number(entry[key][1])) for key in ("blur_px", "blur_arcmin")),
                 ),
@@ -225,7 +225,7 @@ def read_set(folder: str | Path) -> StimulusSet:
             )
             for entry in manifest["pictures"]
         )
-    except (KeyError, TypeError, IndexError) as error:
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise InputError(
             f"{path} is no manifest of pictures for depth rating ({error} is lacking): {remedy}."
         ) from error
