@@ -157,8 +157,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     frames = iter([]) if picture.is_dir() or not several else _video_frames(picture)
     names = [f"{stem}-{metres}m{end}" for _, _, stem in pairs for metres in focus for end in (".png", ".npy")]
     names.append(SETTINGS if several else DISTANCE)
-    settings = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
-    writable(out, [*names, "summary.json"], [picture, depth, *settings])
+    tables = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
+    writable(out, [*names, "summary.json"], [picture, depth, *tables])
     refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
     display = _display(options)
     lens = _optics(options, focus)
