@@ -360,6 +360,9 @@ def sidecar_of(log: Log) -> dict[str, Any]:
         "StimuliSHA256": head["stimuli"],
         "Sittings": [{"Apparatus": sitting["apparatus"], "Versions": sitting["versions"]} for sitting in sittings],
     }
+    about = head.get("about")
+    if isinstance(about, dict) and (seen := {key: value for key, value in about.items() if key not in ABOUT}):
+        told["Participant"] = seen
     if log.chained:
         told["Journal"] = {"Events": len(log.events), "Chain": log.last}
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]

@@ -21,8 +21,8 @@ def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[st
     told = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
     asked = [name for name in sitting.design.ask if name not in told]
     if sitting.participant:
-        # A label on the command line says that whoever runs the study has entered who it is.
-        asked = [] if options.resume else [name for name in asked if name not in GIVEN]
+        # With a label on the command line, what it can say too is asked only where the design was changed to ask more.
+        asked = [] if options.resume or tuple(sitting.design.ask) == GIVEN else asked
     else:
         asked = ["participant", *([] if options.session else ["session"]), *asked]
     if not asked:
