@@ -20,7 +20,9 @@ SMALL = {"scenes": ["s1", "s2"], "repetitions": 2, "practice_trials": 3, "standa
 
 
 def design_of(**settings) -> DepthRatingDesign:
-    return check_design("a test", {"task": "depthrating", **SMALL, **settings})
+    made = check_design("a test", {"task": "depthrating", **SMALL, **settings})
+    assert isinstance(made, DepthRatingDesign)
+    return made
 
 
 def honest(design: DepthRatingDesign, trial: DepthTrial, chance: np.random.Generator) -> float:
