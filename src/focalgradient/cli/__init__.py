@@ -18,6 +18,7 @@ from focalgradient.cli.program import Program
 from focalgradient.cli.repair import repair
 from focalgradient.cli.report import report
 from focalgradient.cli.run import run
+from focalgradient.cli.serve import serve
 from focalgradient.cli.simulate import simulate
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
@@ -55,6 +56,7 @@ main.add_command(power)
 main.add_command(repair)
 main.add_command(report)
 main.add_command(run)
+main.add_command(serve)
 main.add_command(simulate)
 main.add_command(stimuli)
 main.add_command(stream)

@@ -1,0 +1,11 @@
+"""The experiments in a participant's browser: the same design, order, records and checks as in the laboratory.
+
+A server hands out the trial list of a design and writes the same journals; the page in the browser shows and asks. This
+is the only room that imports the server's libraries (extra `web`).
+"""
+
+from focalgradient.web.application import application, page_is_built
+from focalgradient.web.people import People
+from focalgradient.web.study import Consent, Study
+
+__all__ = ["Consent", "People", "Study", "application", "page_is_built"]

@@ -1,0 +1,222 @@
+"""The server's addresses: the page, its pictures, what it asks for and sends, and the experimenter's page."""
+
+from __future__ import annotations
+
+import hmac
+import io
+import os
+import zipfile
+from base64 import b64decode
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import asynccontextmanager
+from importlib.resources import files
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.middleware import Middleware
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from focalgradient.errors import InputError
+from focalgradient.web.messages import Begin, Given, Join, Who
+from focalgradient.web.study import Refused, Study, first_problem
+
+__all__ = ["application", "page_is_built"]
+
+MOST_BYTES = 4 << 20
+"""Of a message: an answer with the time stamps of ten minutes of frames at 240 Hz has some 1.5 MB."""
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
+}
+"""Of every answer: nothing from elsewhere is loaded, nobody else shows the page, no link is passed on.
+
+The first two of Cross-Origin make performance.now() as fine as browsers let it be."""
+
+STATIC = {name: f"text/{kind}; charset=utf-8" for name, kind in (("page.js", "javascript"), ("experimenter.js", "javascript"), ("page.css", "css"))}
+
+
+class Headers:
+    """Adds `HEADERS` to every answer."""
+
+    def __init__(self, app: ASGIApp):
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what is asked, and put the headers on what comes back."""
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                own = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+                message = {**message, "headers": [*message.get("headers", ()), *own]}
+            await send(message)
+
+        await self._app(scope, receive, with_headers if scope["type"] == "http" else send)
+
+
+def page_is_built() -> bool:
+    """Whether the page's script is there: it is bundled when the package is built or set up."""
+    return (files("focalgradient.web") / "static" / "page.js").is_file()
+
+
+def _static(name: str) -> bytes:
+    return (files("focalgradient.web") / "static" / name).read_bytes()
+
+
+async def _message(request: Request, kind: type[BaseModel]) -> Any:
+    """Read a message of a kind; what is larger, no JSON or of another kind is refused."""
+    body = bytearray()
+    try:
+        async for part in request.stream():
+            body += part
+            if len(body) > MOST_BYTES:
+                raise Refused(413, f"The message has more than {MOST_BYTES >> 20} MB.")
+    except ClientDisconnect as error:
+        raise Refused(400, "The message was cut off.") from error
+    try:
+        return kind.model_validate_json(bytes(body))
+    except ValidationError as error:
+        raise Refused(400, f"The message is not one: {first_problem(error)}.") from error
+    except RecursionError as error:
+        raise Refused(400, "The message is nested too deeply.") from error
+
+
+def _answering(kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Callable[[Request], Awaitable[Response]]:
+    """An address that takes a message and acts on it, in a thread, as files are written."""
+
+    async def endpoint(request: Request) -> Response:
+        given = await _message(request, kind)
+        return JSONResponse(dict(await run_in_threadpool(act, given)))
+
+    return endpoint
+
+
+async def _refused(_: Request, error: Exception) -> Response:
+    assert isinstance(error, Refused)
+    return JSONResponse(error.told, error.status)
+
+
+async def _wrong(_: Request, error: Exception) -> Response:
+    return JSONResponse({"error": " ".join(str(error).split())}, 400)
+
+
+def application(study: Study, password: str) -> Starlette:
+    """Make the server's application (ASGI).
+
+    Parameters
+    ----------
+    study
+        What is run; it is closed when the server ends.
+    password
+        Of the experimenter's page, whose user is "experimenter".
+    """
+
+    async def page(_: Request) -> Response:
+        return Response(_static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"})
+
+    async def static(request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in STATIC:
+            raise Refused(404, "There is no such file.")
+        return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
+
+    async def picture(request: Request) -> Response:
+        name = request.path_params["name"]
+        if study.folder is None or name not in study.files or not name.endswith(".png"):
+            raise Refused(404, "There is no such picture.")
+        return FileResponse(study.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
+
+    def allowed(request: Request) -> None:
+        scheme, _, given = request.headers.get("authorization", "").partition(" ")
+        try:
+            told = b64decode(given, validate=True) if scheme.lower() == "basic" else b""
+        except ValueError:
+            told = b""
+        if not hmac.compare_digest(told, f"experimenter:{password}".encode()):
+            raise Refused(401, "Give the experimenter's password.")
+
+    async def experimenter(request: Request) -> Response:
+        allowed(request)
+        return Response(_static("experimenter.html"), media_type="text/html; charset=utf-8")
+
+    async def overview(request: Request) -> Response:
+        allowed(request)
+        return JSONResponse(await run_in_threadpool(study.summary))
+
+    async def stop(request: Request) -> Response:
+        allowed(request)
+        if request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
+            raise Refused(403, "Stop sessions from the experimenter's page.")
+        participant = request.path_params["participant"]
+        if participant not in study.people.everybody():
+            raise Refused(404, "There is no such participant.")
+        await run_in_threadpool(study.stop, participant)
+        return JSONResponse({})
+
+    async def data(request: Request) -> Response:
+        allowed(request)
+        content = await run_in_threadpool(_zipped, study)
+        headers = {"Content-Disposition": 'attachment; filename="data.zip"'}
+        return Response(content, media_type="application/zip", headers=headers)
+
+    async def unauthorised(request: Request, error: Exception) -> Response:
+        response = await _refused(request, error)
+        if response.status_code == 401:
+            response.headers["WWW-Authenticate"] = 'Basic realm="experimenter"'
+        return response
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> Any:
+        yield
+        await run_in_threadpool(study.close)
+
+    def post(path: str, kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Route:
+        return Route(path, _answering(kind, act), methods=["POST"])
+
+    return Starlette(
+        routes=[
+            Route("/", page),
+            Route("/s/{token:str}", page),
+            Route("/static/{name:str}", static),
+            Route("/pictures/{name:path}", picture),
+            post("/api/join", Join, lambda given: study.join(given.platform)),
+            post("/api/state", Who, study.state),
+            post("/api/begin", Begin, study.begin),
+            post("/api/answer", Given, study.answer),
+            post("/api/here", Who, study.here),
+            post("/api/leave", Who, study.leave),
+            post("/api/finish", Who, study.finish),
+            post("/api/withdraw", Who, study.withdraw),
+            Route("/experimenter", experimenter),
+            Route("/experimenter/overview.json", overview),
+            Route("/experimenter/data.zip", data),
+            Route("/experimenter/stop/{participant:str}", stop, methods=["POST"]),
+        ],
+        middleware=[Middleware(Headers)],
+        exception_handlers={Refused: unauthorised, InputError: _wrong},
+        lifespan=lifespan,
+    )
+
+
+def _zipped(study: Study) -> bytes:
+    """The data set as a zip archive; without the links, which tell who is who."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for folder, _, names in os.walk(study.data):
+            for name in sorted(names):
+                path = os.path.join(folder, name)
+                archive.write(path, os.path.relpath(path, study.data))
+    return buffer.getvalue()
+

@@ -1,0 +1,98 @@
+"""What the page sends, checked before anything is done with it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = ["Begin", "Depth", "Frames", "Given", "Join", "Necker", "Who"]
+
+Count = Annotated[int, Field(ge=0, le=1_000_000)]
+Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
+Milliseconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+
+
+class Message(BaseModel):
+    """Of a kind that is known, with nothing else in it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Join(Message):
+    """Somebody comes by the open link."""
+
+    platform: Annotated[dict[str, Annotated[str, Field(max_length=200)]], Field(max_length=20)] = {}
+
+
+class Who(Message):
+    """Which session, and which tab of which browser shows it."""
+
+    token: Label
+    tab: Label
+
+
+class Begin(Who):
+    """The participant agrees, the screen is measured: the session begins or goes on."""
+
+    consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
+    screen_m: (
+        Annotated[list[Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]], Field(min_length=2, max_length=2)]
+        | None
+    ) = None
+    viewing_distance_m: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] | None = None
+    pixel_ratio: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)]
+    refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]
+    browser: Annotated[str, Field(max_length=500)]
+    now_ms: Milliseconds
+
+
+class Shown(Message):
+    """Time stamps of all frames of one interval, from its onset to its offset."""
+
+    event: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
+    stamps: Annotated[list[Milliseconds], Field(min_length=2, max_length=200_000)]
+
+
+class Frames(Message):
+    """What the page noted of a trial beside its answer."""
+
+    shown: Annotated[list[Shown], Field(max_length=10)]
+    hidden: Count = 0
+    left_full_screen: Count = 0
+    zoomed: Count = 0
+
+
+class Depth(Message):
+    """An answer on how three-dimensional a picture looked."""
+
+    onset: Seconds
+    rating: Annotated[float, Field(allow_inf_nan=False)]
+    response_time: Seconds
+    dropped_frames: Count = 0
+    start: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    frames: Frames
+
+
+class Necker(Message):
+    """Keys held while the cube turned."""
+
+    onset: Seconds
+    presses: Annotated[
+        list[tuple[Annotated[float, Field(ge=-10, le=1e6)], Annotated[str, Field(max_length=20)], bool]],
+        Field(max_length=100_000),
+    ]
+    trial_duration: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+    dropped_frames: Count = 0
+    frames: Frames
+
+
+class Given(Who):
+    """An answer: `phase` and `trial` are its key, `attempt` tells one sending from another of the same."""
+
+    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
+    trial: Annotated[int, Field(ge=1, le=100_000)]
+    attempt: Label
+    answer: dict[str, Any]

@@ -1,0 +1,70 @@
+// Frames of the display, counted: what a plugin shows it shows in them, and each leaves its time stamp.
+
+export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+
+const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+// Milliseconds from one frame to the next, as the display is found to do it.
+export async function measureFrame(count = 60) {
+  const stamps = [];
+  for (let n = 0; n <= count; n++) stamps.push(await nextFrame());
+  return median(stamps.slice(1).map((stamp, n) => stamp - stamps[n]));
+}
+
+// Frames that came late: how many refreshes of the display passed without one.
+export function late(stamps, frame) {
+  let count = 0;
+  for (let n = 1; n < stamps.length; n++) count += Math.max(0, Math.round((stamps[n] - stamps[n - 1]) / frame) - 1);
+  return count;
+}
+
+// What happens to the page beside what it shows: hidden, out of full screen, another zoom.
+export class Watch {
+  constructor() {
+    this.ratio = devicePixelRatio;
+    this.lost = { hidden: 0, left_full_screen: 0, zoomed: 0 };
+    this.listeners = [
+      [document, "visibilitychange", () => (this.lost.hidden += document.hidden ? 1 : 0)],
+      [document, "fullscreenchange", () => (this.lost.left_full_screen += document.fullscreenElement ? 0 : 1)],
+      [window, "resize", () => (this.lost.zoomed += devicePixelRatio === this.ratio ? 0 : 1)],
+    ];
+    for (const [target, event, listener] of this.listeners) target.addEventListener(event, listener);
+  }
+
+  // Stop, and give the counts.
+  end() {
+    for (const [target, event, listener] of this.listeners) target.removeEventListener(event, listener);
+    return this.lost;
+  }
+}
+
+// Show through `draw(seconds)` for so long; gives the time stamps of all frames from onset to offset.
+export async function play(draw, seconds, frame) {
+  const stamps = [];
+  const begin = await nextFrame();
+  stamps.push(begin);
+  draw(0);
+  for (;;) {
+    const now = await nextFrame();
+    stamps.push(now);
+    if (now - begin >= 1000 * seconds - frame / 2) return stamps;
+    draw((now - begin) / 1000);
+  }
+}
+
+// Put a canvas of so many device pixels into the middle of the window, each of its pixels on one of the display's.
+export function inDevicePixels(canvas, width, height) {
+  canvas.width = width;
+  canvas.height = height;
+  const place = (window, own) => `${Math.floor((window * devicePixelRatio - own) / 2) / devicePixelRatio}px`;
+  Object.assign(canvas.style, {
+    position: "fixed",
+    width: `${width / devicePixelRatio}px`,
+    height: `${height / devicePixelRatio}px`,
+    left: place(innerWidth, width),
+    top: place(innerHeight, height),
+    imageRendering: "pixelated",
+  });
+}
+
+export const rounded = (stamps) => stamps.map((stamp) => Math.round(stamp * 100) / 100);

@@ -1,0 +1,91 @@
+// What is answered stays in the browser's own database until the server has said that it is on its disk.
+
+const WAIT_MS = [500, 1000, 2000, 5000]; // before the next attempt, after each that failed
+
+export class Refused extends Error {
+  constructor(status, told) {
+    super(told.error ?? `the server answered ${status}`);
+    this.status = status;
+    this.told = told;
+  }
+}
+
+// One request; a network that fails or a server that is away throws a TypeError, a refusal a Refused.
+export async function post(path, message) {
+  const response = await fetch(path, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify(message),
+    cache: "no-store",
+  });
+  if (response.status >= 500) throw new TypeError(`the server answered ${response.status}`);
+  const told = await response.json();
+  if (!response.ok) throw new Refused(response.status, told);
+  return told;
+}
+
+const asked = (request) =>
+  new Promise((resolve, reject) => {
+    request.onsuccess = () => resolve(request.result);
+    request.onerror = () => reject(request.error);
+  });
+
+export class Outbox {
+  // `waiting(count)` is called whenever the number of answers on their way changes.
+  constructor(token, tab, waiting) {
+    Object.assign(this, { token, tab, waiting, sending: null });
+  }
+
+  async open() {
+    const request = indexedDB.open("focalgradient", 1);
+    request.onupgradeneeded = () => request.result.createObjectStore("answers");
+    this.database = await asked(request);
+  }
+
+  store(mode) {
+    return this.database.transaction("answers", mode).objectStore("answers");
+  }
+
+  range() {
+    return IDBKeyRange.bound(`${this.token}/`, `${this.token}/\uffff`);
+  }
+
+  async pending() {
+    return asked(this.store("readonly").count(this.range()));
+  }
+
+  // Keep an answer, and send all that is kept in the order of the trials.
+  async put(key, answer) {
+    const name = `${this.token}/${key.phase === "main" ? 1 : 0}/${String(key.trial).padStart(6, "0")}`;
+    const transaction = this.database.transaction("answers", "readwrite", { durability: "strict" });
+    transaction.objectStore("answers").put({ ...key, ...answer }, name);
+    await new Promise((resolve, reject) => {
+      transaction.oncomplete = resolve;
+      transaction.onerror = transaction.onabort = () => reject(transaction.error);
+    });
+    this.send();
+  }
+
+  // Send what is kept; one run at a time.
+  send() {
+    this.sending ??= this.#sendAll().finally(() => (this.sending = null));
+    return this.sending;
+  }
+
+  async #sendAll() {
+    for (let failed = 0; ; ) {
+      const cursor = await asked(this.store("readonly").openCursor(this.range()));
+      this.waiting(await this.pending());
+      if (!cursor) return;
+      const { key, value } = cursor;
+      try {
+        await post("/api/answer", { token: this.token, tab: this.tab, ...value });
+        await asked(this.store("readwrite").delete(key));
+        failed = 0;
+      } catch (error) {
+        if (!(error instanceof TypeError)) throw error;
+        await new Promise((resolve) => setTimeout(resolve, WAIT_MS[Math.min(failed++, WAIT_MS.length - 1)]));
+      }
+    }
+  }
+}

@@ -1,0 +1,397 @@
+// One participant's session in the browser: what the server lists is shown, what is answered is sent, until all is done.
+
+import { initJsPsych } from "jspsych";
+import BrowserCheck from "@jspsych/plugin-browser-check";
+import Call from "@jspsych/plugin-call-function";
+import Fullscreen from "@jspsych/plugin-fullscreen";
+import Buttons from "@jspsych/plugin-html-button-response";
+import Keyboard from "@jspsych/plugin-html-keyboard-response";
+import Slider from "@jspsych/plugin-html-slider-response";
+import Chinrest from "@jspsych/plugin-virtual-chinrest";
+import { card } from "./card.js";
+import CubePlugin, { Cube } from "./cube.js";
+import { measureFrame } from "./frames.js";
+import { Outbox, post, Refused } from "./outbox.js";
+import PicturePlugin, { load } from "./picture.js";
+
+const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
+const STEPS = 1000; // of the slider
+
+const escaped = (text) => {
+  const span = document.createElement("span");
+  span.textContent = text;
+  return span.innerHTML;
+};
+
+// A text of the session's words, its {names} filled in.
+function filled(text, values = {}) {
+  return text.replace(/\{(\w+)\}/g, (whole, name) => values[name] ?? whole);
+}
+
+// The first line of a page is its title, an empty line a new paragraph.
+function html(text) {
+  const [title, ...rest] = text.split("\n");
+  const body = rest.join("\n").trim().split(/\n\s*\n/);
+  return `<h1>${escaped(title)}</h1>` + body.map((part) => `<p>${escaped(part).replaceAll("\n", "<br>")}</p>`).join("");
+}
+
+class Page {
+  constructor(token) {
+    this.token = token;
+    // The tab's own name outlives a reload, and nothing else.
+    this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
+    sessionStorage.setItem("tab", this.tab);
+    this.outbox = new Outbox(token, this.tab, (count) => this.showWaiting(count));
+  }
+
+  words(name, values) {
+    return filled(this.state.words[name] ?? name, values);
+  }
+
+  number(value) {
+    return value.toPrecision(3).replace(/\.?0+$/, "").replace(".", this.words("common.decimal"));
+  }
+
+  ask(path, message = {}) {
+    return post(path, { token: this.token, tab: this.tab, ...message });
+  }
+
+  showWaiting(count) {
+    const note = document.getElementById("waiting");
+    clearTimeout(this.late);
+    note.hidden = true;
+    if (count) {
+      this.late = setTimeout(() => {
+        note.textContent = this.words("web.waiting", { count });
+        note.hidden = false;
+      }, 3000);
+    }
+  }
+
+  say(text) {
+    document.getElementById("stage").innerHTML = `<div class="page" role="status">${html(text)}</div>`;
+  }
+
+  async run() {
+    await this.outbox.open();
+    this.state = await this.ask("/api/state");
+    document.documentElement.lang = this.state.language;
+    document.title = this.words("web.title");
+    if (this.state.status === "busy") return this.say(this.words("web.other_tab"));
+    if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
+    await this.outbox.send(); // what an earlier page had not got rid of
+    if (this.state.status !== "new") this.state = await this.ask("/api/state");
+    if (this.state.status === "complete") return this.finish();
+    setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
+    addEventListener("pagehide", () =>
+      navigator.sendBeacon("/api/leave", JSON.stringify({ token: this.token, tab: this.tab })),
+    );
+    await this.experiment();
+    await this.outbox.send();
+    await this.finish();
+  }
+
+  lost(error) {
+    if (error instanceof Refused && error.status === 409) {
+      this.say(this.words("web.other_tab"));
+      throw error;
+    }
+  }
+
+  async finish() {
+    const told = await this.ask("/api/finish");
+    if (document.fullscreenElement) await document.exitFullscreen();
+    this.say(this.words("session.thanks"));
+    document.getElementById("stage").firstChild.id = "complete";
+    if (told.completion) {
+      const link = document.createElement("a");
+      link.href = told.completion;
+      link.textContent = this.words("web.completion");
+      link.id = "completion";
+      document.getElementById("stage").firstChild.append(link);
+    }
+  }
+
+  async experiment() {
+    this.jsPsych = initJsPsych({ display_element: "stage", on_close: () => {} });
+    const { trials, ...session } = await this.prepared();
+    this.session = session;
+    await this.jsPsych.run([...this.opening(), ...trials.flatMap((trial) => this.nodes(trial))]);
+  }
+
+  // Consent, screen and distance; then the session is begun or resumed on the server.
+  async prepared() {
+    const about = {};
+    const timeline = [
+      {
+        type: BrowserCheck,
+        minimum_width: 640,
+        minimum_height: 480,
+        window_resize_message: () => `<p>${escaped(this.words("web.enlarge"))}</p>`,
+      },
+    ];
+    if (this.state.consent) timeline.push(this.consent());
+    timeline.push({
+      type: Fullscreen,
+      fullscreen_mode: true,
+      message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
+      button_label: this.words("web.go_on"),
+    });
+    if (this.state.measure_screen) {
+      timeline.push({
+        type: Chinrest,
+        blindspot_reps: 5,
+        resize_units: "none",
+        item_path: card,
+        adjustment_prompt: `<div class="page">${html(this.words("web.card"))}</div>`,
+        adjustment_button_prompt: this.words("web.card_done"),
+        blindspot_prompt: `<div class="page">${html(this.words("web.blind_spot"))}</div>`,
+        blindspot_measurements_prompt: this.words("web.blind_spot_left"),
+        viewing_distance_report: "none",
+        redo_measurement_button_label: this.words("web.no"),
+        blindspot_done_prompt: this.words("web.yes"),
+        on_finish: (data) => Object.assign(about, { chinrest: data }),
+      });
+    }
+    timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
+    await this.jsPsych.run(timeline);
+    const chinrest = about.chinrest;
+    const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
+    // The plugin counts CSS pixels in a millimetre and a viewing distance in millimetres.
+    const pitch = chinrest ? 1e-3 / chinrest.px2mm / devicePixelRatio : null;
+    return this.ask("/api/begin", {
+      consent: this.state.consent ? this.state.consent.sha256 : null,
+      screen_px: pixels,
+      screen_m: pitch && pixels.map((side) => side * pitch),
+      viewing_distance_m: chinrest ? chinrest.view_dist_mm / 1000 : null,
+      pixel_ratio: devicePixelRatio,
+      refresh_hz: 1000 / this.frame,
+      browser: navigator.userAgent,
+      now_ms: performance.now(),
+    });
+  }
+
+  consent() {
+    return {
+      type: Buttons,
+      stimulus: `<div class="page">${html(this.state.consent.text)}</div>`,
+      choices: [this.words("web.agree"), this.words("web.disagree")],
+      on_finish: (data) => {
+        if (data.response === 0) return;
+        this.say(this.words("web.no_consent"));
+        throw new Error("no consent");
+      },
+    };
+  }
+
+  page(text, button = this.words("web.go_on")) {
+    return {
+      type: Buttons,
+      stimulus: `<div class="page">${html(text)}</div>`,
+      choices: [button],
+      on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button").focus(),
+    };
+  }
+
+  opening() {
+    return this.session.instructions.map((text) => this.page(text));
+  }
+
+  // All screens of a trial, of which the last sends the answer.
+  nodes(trial) {
+    const found = [];
+    if (trial.break) found.push(this.page(trial.break));
+    if (trial.standard) found.push(this.page(this.session.standard_text), this.picture([trial.standard]));
+    return found.concat(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial));
+  }
+
+  picture(intervals) {
+    const { blank_s, pause_s, mark_radius_px } = this.session;
+    return {
+      type: PicturePlugin,
+      intervals,
+      blank_seconds: blank_s,
+      pause_seconds: pause_s,
+      mark_radius: mark_radius_px,
+      frame: this.frame,
+    };
+  }
+
+  depthNodes(trial) {
+    const kept = {};
+    const seconds = (ms) => (ms - this.session.start_ms) / 1000;
+    const upcoming = { type: Call, async: true, func: (done) => this.fetched(trial).then(done) };
+    const picture = {
+      ...this.picture(trial.intervals),
+      on_finish: (data) => {
+        kept.onset = seconds(data.shown[0].stamps[0]);
+        kept.frames = { shown: data.shown, ...data.lost };
+        kept.dropped_frames = data.dropped_frames;
+      },
+    };
+    const question = this.question(trial, (answer) => Object.assign(kept, answer));
+    const send = {
+      type: Call,
+      async: true,
+      func: (done) => this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer: kept }).then(done),
+    };
+    return [upcoming, picture, question, send];
+  }
+
+  // Pictures are fetched before they are needed; a network that is away is waited for.
+  async fetched(trial) {
+    for (const { url } of [...trial.intervals, ...(trial.standard ? [trial.standard] : [])]) {
+      for (;;) {
+        try {
+          await load(url);
+          break;
+        } catch {
+          this.say(this.words("web.network"));
+          await new Promise((resolve) => setTimeout(resolve, 1000));
+        }
+      }
+    }
+  }
+
+  question(trial, keep) {
+    const { scale } = this.session;
+    if (scale.kind === "choice") {
+      return {
+        type: Keyboard,
+        stimulus: `<h2>${escaped(scale.question)}</h2>`,
+        prompt: `<p class="foot">&larr; ${escaped(scale.ways[0])} &emsp; ${escaped(scale.ways[1])} &rarr;</p>`,
+        choices: ["ArrowLeft", "ArrowRight"],
+        on_finish: ({ response, rt }) => {
+          const chosen = response.toLowerCase() === "arrowleft" ? 1 : 2;
+          keep({ rating: chosen === trial.interval ? 1 : 0, response_time: rt / 1000 });
+        },
+      };
+    }
+    return scale.kind === "steps" ? this.steps(scale, keep) : this.slider(scale, keep);
+  }
+
+  steps(scale, keep) {
+    let listen;
+    return {
+      type: Buttons,
+      stimulus: `<h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p>`,
+      choices: scale.steps.map(({ value, label }) => `${value}${label ? `<br><small>${escaped(label)}</small>` : ""}`),
+      button_html: (choice) => `<button class="step">${choice}</button>`,
+      on_load: () => {
+        const buttons = [...document.querySelectorAll("button.step")];
+        listen = ({ key }) => buttons[scale.steps.findIndex(({ value }) => String(value) === key)]?.click();
+        addEventListener("keydown", listen);
+      },
+      on_finish: ({ response, rt }) => {
+        removeEventListener("keydown", listen);
+        keep({ rating: scale.steps[response].value, response_time: rt / 1000 });
+      },
+    };
+  }
+
+  // The slider shows no marker until it is first moved: that puts it at a random place, so that none is suggested.
+  slider(scale, keep) {
+    const value = (place) => scale.least * (scale.most / scale.least) ** (place / STEPS);
+    const start = Math.floor(Math.random() * (STEPS + 1));
+    let moved = false;
+    let finish;
+    return {
+      type: Slider,
+      stimulus: `<h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p>`,
+      labels: scale.ticks.map((tick) => this.number(tick)),
+      prompt: `<p class="ends"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
+      min: 0,
+      max: STEPS,
+      step: 1,
+      slider_start: start,
+      slider_width: 640,
+      require_movement: true,
+      button_label: this.words("web.done"),
+      on_load: () => {
+        const slider = document.querySelector("input[type=range]");
+        const shown = document.querySelector("output");
+        slider.classList.add("unset");
+        slider.setAttribute("aria-label", scale.question);
+        slider.focus();
+        const tell = () => {
+          const now = this.number(value(Number(slider.value)));
+          shown.textContent = now;
+          slider.setAttribute("aria-valuetext", now);
+        };
+        slider.addEventListener("input", () => {
+          slider.classList.remove("unset");
+          tell();
+        });
+        slider.addEventListener("keydown", (event) => {
+          if (event.key === "Enter") {
+            finish = true;
+            document.querySelector("#jspsych-html-slider-response-next").click();
+          } else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
+            moved = true;
+            event.preventDefault();
+            slider.dispatchEvent(new Event("input"));
+            slider.dispatchEvent(new Event("change"));
+          }
+        });
+        slider.addEventListener("pointerdown", () => (moved = true));
+      },
+      on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: value(start) }),
+    };
+  }
+
+  cubeNodes(trial) {
+    const { cube, keys } = this.session;
+    const foot = Object.entries(keys).map(([name, key]) => [key, this.words(`necker.${name}`)]);
+    const reminder = foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
+    const ready = {
+      type: Keyboard,
+      stimulus: `<div class="page"><h1>${escaped(this.words(trial.phase === "practice" ? "necker.practice" : "necker.ready"))}</h1>
+        <p>${escaped(this.words("necker.hold"))}</p><p>${escaped(this.words("necker.start"))}</p></div>`,
+      prompt: `<p class="foot">${reminder}</p>`,
+      choices: [" "],
+    };
+    const kept = {};
+    const shown = {
+      type: CubePlugin,
+      cube,
+      trial: trial.cube,
+      keys: Object.values(keys),
+      foot: reminder,
+      frame: this.frame,
+      on_finish: (data) =>
+        Object.assign(kept, {
+          onset: (data.shown[0].stamps[0] - this.session.start_ms) / 1000,
+          presses: data.presses,
+          trial_duration: data.seconds,
+          dropped_frames: data.dropped_frames,
+          frames: { shown: data.shown, ...data.lost },
+        }),
+    };
+    const send = {
+      type: Call,
+      async: true,
+      func: (done) => this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer: kept }).then(done),
+    };
+    return [ready, shown, send];
+  }
+}
+
+async function start() {
+  let token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
+  if (!token) {
+    const platform = Object.fromEntries(new URLSearchParams(location.search));
+    ({ token } = await post("/api/join", { platform }));
+    history.replaceState(null, "", `/s/${token}`);
+  }
+  const page = new Page(token);
+  globalThis.focalgradient = { page, Cube, load }; // for who tests or debugs the page
+  await page.run();
+}
+
+start().catch((error) => {
+  console.error(error);
+  const stage = document.getElementById("stage");
+  if (!stage.querySelector("[role=status]")) {
+    stage.innerHTML = `<div class="page" role="alert"><h1>${escaped(error.message)}</h1></div>`;
+  }
+});

@@ -1,0 +1,97 @@
+// A plugin of jsPsych: pictures shown pixel for pixel, each after a mark on what is to be fixated, all frames recorded.
+
+import { ParameterType } from "jspsych";
+import { inDevicePixels, late, play, rounded, Watch } from "./frames.js";
+
+const loaded = new Map();
+
+// Decode a picture as it stands in its file: no colour management, no scaling.
+export async function load(url) {
+  if (!loaded.has(url)) {
+    loaded.set(
+      url,
+      fetch(url)
+        .then((response) => {
+          if (!response.ok) throw new TypeError(`${url}: ${response.status}`);
+          return response.blob();
+        })
+        .then((blob) => createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" })),
+    );
+    loaded.get(url).catch(() => loaded.delete(url));
+  }
+  return loaded.get(url);
+}
+
+// A ring and a point, dark and bright, that show on any ground; its radius in device pixels.
+function drawMark(context, { x, y }, radius) {
+  for (const [colour, width] of [
+    ["black", 3],
+    ["white", 1.2],
+  ]) {
+    context.strokeStyle = context.fillStyle = colour;
+    context.lineWidth = (width * radius) / 10;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.stroke();
+    context.beginPath();
+    context.arc(x, y, (context.lineWidth * 2) / 3, 0, 2 * Math.PI);
+    context.fill();
+  }
+}
+
+export default class PicturePlugin {
+  static info = {
+    name: "focalgradient-picture",
+    version: "1.0.0",
+    parameters: {
+      // Each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event.
+      intervals: { type: ParameterType.COMPLEX, array: true, default: [] },
+      mark_radius: { type: ParameterType.FLOAT, default: 10 },
+      blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
+      pause_seconds: { type: ParameterType.FLOAT, default: 0 },
+      frame: { type: ParameterType.FLOAT, default: 1000 / 60 },
+    },
+    data: {
+      shown: { type: ParameterType.COMPLEX },
+      dropped_frames: { type: ParameterType.INT },
+      lost: { type: ParameterType.COMPLEX },
+    },
+  };
+
+  constructor(jsPsych) {
+    this.jsPsych = jsPsych;
+  }
+
+  async trial(element, trial) {
+    const watch = new Watch();
+    const canvas = document.createElement("canvas");
+    canvas.id = "picture";
+    element.replaceChildren(canvas);
+    const shown = [];
+    let dropped = 0;
+    const empty = (context) => context.clearRect(0, 0, canvas.width, canvas.height);
+    for (const one of trial.intervals) {
+      const image = await load(one.url);
+      inDevicePixels(canvas, image.width, image.height);
+      const context = canvas.getContext("2d", { colorSpace: "srgb" });
+      context.imageSmoothingEnabled = false;
+      const pause = (seconds) => play(() => empty(context), seconds, trial.frame);
+      if (trial.pause_seconds) await pause(trial.pause_seconds);
+      if (one.mark_seconds) {
+        await play(() => (empty(context), drawMark(context, one.mark, trial.mark_radius)), one.mark_seconds, trial.frame);
+      }
+      const draw = (seconds) => {
+        if (seconds > 0) return; // it stands
+        context.drawImage(image, 0, 0);
+        if (one.mark_kept) drawMark(context, one.mark, trial.mark_radius);
+      };
+      const stamps = await play(draw, one.seconds, trial.frame);
+      dropped += late(stamps, trial.frame);
+      shown.push({ event: one.event, stamps: rounded(stamps) });
+      empty(context);
+      if (trial.blank_seconds) await pause(trial.blank_seconds);
+    }
+    element.replaceChildren();
+    this.jsPsych.finishTrial({ shown, dropped_frames: dropped, lost: watch.end() });
+  }
+}
