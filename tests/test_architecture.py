@@ -32,7 +32,7 @@ ROOMS = {
     "eye": {"errors", "optics", "parallel", "psf", "render", "scenes", "view"},
     "display": {"errors"},
     "stimuli": {
-        *("display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
+        *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
         *("progress", "render", "scenes"),
     },
     "tables": {"errors", "files"},
@@ -45,6 +45,7 @@ ROOMS = {
     "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
+    "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "progress"},
     "power": {"design", "errors", "files", "parallel", "statistics"},
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
@@ -53,7 +54,7 @@ ROOMS = {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),
         *("parallel", "photographs"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "progress", "video", "view"),
+        *("display", "progress", "video", "view", "web"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched

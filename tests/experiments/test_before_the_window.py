@@ -16,10 +16,10 @@ from focalgradient.dataset import Apparatus, Session
 from focalgradient.design import NeckerDesign, Pinhole, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab import EVENTS, EXPERIMENTS, Scale, cube_frames, preparation, run
+from focalgradient.lab import EVENTS, EXPERIMENTS, Scale, preparation, run
 from focalgradient.lab import pinhole as demonstration
 from focalgradient.scenes import departure_from_rigid
-from focalgradient.stimuli import read_set
+from focalgradient.stimuli import cube_frames, read_set
 
 
 @pytest.fixture

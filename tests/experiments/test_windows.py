@@ -18,9 +18,8 @@ from headless import Headless, Running, headless, make_set, psychopy_here
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.display import Display
-from focalgradient.lab import cube_frames
 from focalgradient.lab.pinhole import through_tube
-from focalgradient.stimuli import read_set
+from focalgradient.stimuli import cube_frames, read_set
 
 pytestmark = psychopy_here
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import secrets
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,8 +23,12 @@ __all__ = ["serve"]
 @click.command(short_help="Run an experiment in participants' browsers.")
 @click.argument("design", metavar="DESIGN.toml", type=click.Path(path_type=Path))
 @click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
-@click.option("--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures, for depth rating.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, metavar="N", help="0: any free one.")
+@click.option(
+    "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures, for depth rating."
+)
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8000, show_default=True, metavar="N", help="0: any free one."
+)
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS", help="Address to listen at.")
 @click.option(
     "--links",
@@ -35,7 +40,9 @@ __all__ = ["serve"]
 @click.option("--no-open-link", is_flag=True, help="Only people with an invitation take part.")
 @click.option("--consent", type=click.Path(path_type=Path), metavar="FILE", help="Text to agree to before all else.")
 @click.option("--completion", metavar="URL", help="Where a participant goes at the end, as Prolific or SONA give it.")
-@click.option("--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links.")
+@click.option(
+    "--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links."
+)
 def serve(
     design: Path,
     data: Path,
@@ -84,7 +91,9 @@ def serve(
         click.echo(f"Invitation: {base}/s/{token}")
     click.echo(f"Experimenter: {base}/experimenter (user: experimenter, password: {password})")
     click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
-    uvicorn.Server(config).run(sockets=[listening])
+    with suppress(KeyboardInterrupt):  # the server has ended in order by then, and gives the signal on
+        uvicorn.Server(config).run(sockets=[listening])
+    click.echo("Ended; every answer that was acknowledged is on the disk.")
 
 
 def _study(

@@ -15,10 +15,10 @@ import numpy as np
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
 from focalgradient.design.factors import crossed
-from focalgradient.lab.drawings import DRAWINGS, example_picture
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, Scale, Steps, ask, ask_which, explain
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 __all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "scale_of", "show_picture", "show_standard"]
 

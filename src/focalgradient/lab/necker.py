@@ -15,13 +15,12 @@ from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.cube_frames import frame_count, frames_of, shape_of
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
+from focalgradient.stimuli.cube_frames import LEVEL, frame_count, frames_of, shape_of
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
-LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
 HELD = 0.5  # share of a practice cube's time for which the right key must be held; our choice
 SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
 

@@ -45,7 +45,10 @@ HEADERS = {
 
 The first two of Cross-Origin make performance.now() as fine as browsers let it be."""
 
-STATIC = {name: f"text/{kind}; charset=utf-8" for name, kind in (("page.js", "javascript"), ("experimenter.js", "javascript"), ("page.css", "css"))}
+STATIC = {
+    name: f"text/{kind}; charset=utf-8"
+    for name, kind in (("page.js", "javascript"), ("experimenter.js", "javascript"), ("page.css", "css"))
+}
 
 
 class Headers:
@@ -93,7 +96,9 @@ async def _message(request: Request, kind: type[BaseModel]) -> Any:
         raise Refused(400, "The message is nested too deeply.") from error
 
 
-def _answering(kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Callable[[Request], Awaitable[Response]]:
+def _answering(
+    kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]
+) -> Callable[[Request], Awaitable[Response]]:
     """An address that takes a message and acts on it, in a thread, as files are written."""
 
     async def endpoint(request: Request) -> Response:
@@ -124,7 +129,9 @@ def application(study: Study, password: str) -> Starlette:
     """
 
     async def page(_: Request) -> Response:
-        return Response(_static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"})
+        return Response(
+            _static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"}
+        )
 
     async def static(request: Request) -> Response:
         name = request.path_params["name"]
@@ -134,6 +141,8 @@ def application(study: Study, password: str) -> Starlette:
 
     async def picture(request: Request) -> Response:
         name = request.path_params["name"]
+        if name in study.drawings:
+            return Response(study.drawings[name], media_type="image/png")
         if study.folder is None or name not in study.files or not name.endswith(".png"):
             raise Refused(404, "There is no such picture.")
         return FileResponse(study.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
@@ -219,4 +228,3 @@ def _zipped(study: Study) -> bytes:
                 path = os.path.join(folder, name)
                 archive.write(path, os.path.relpath(path, study.data))
     return buffer.getvalue()
-

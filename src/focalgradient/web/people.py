@@ -90,7 +90,9 @@ class People:
                 self._of_digest[digest] = Person(participant, platform)
                 self._taken.add(participant)
             case _:
-                raise InputError(f"{self._path}, line {number}, is no link: give --links a file of 'focalgradient serve'.")
+                raise InputError(
+                    f"{self._path}, line {number}, is no link: give --links a file of 'focalgradient serve'."
+                )
 
     def of(self, token: str) -> Person | None:
         """Give the person that a link's secret is of; None where there is none."""
@@ -116,7 +118,9 @@ class People:
         platform = {name: given[name] for name in PLATFORM if name in given}
         for name, value in platform.items():
             if not VALUE.fullmatch(value):
-                raise InputError(f"{name} is not an identifier of at most 100 letters and digits: follow the link again.")
+                raise InputError(
+                    f"{name} is not an identifier of at most 100 letters and digits: follow the link again."
+                )
         with self._guard:
             named = {name: value for name, value in platform.items() if name in OF_PERSON}
             for person in self._of_digest.values():
@@ -133,10 +137,11 @@ class People:
 
     def _new(self, participant: str, platform: Mapping[str, str]) -> str:
         token = secrets.token_urlsafe(18)
-        line = {"participant": participant, "sha256": _digest(token), "platform": dict(platform)}
+        digest = _digest(token)
+        line = {"participant": participant, "sha256": digest, "platform": dict(platform)}
         os.write(self._file, json.dumps(line).encode() + b"\n")
         flush(self._file)
-        self._of_digest[line["sha256"]] = Person(participant, platform)
+        self._of_digest[digest] = Person(participant, platform)
         return token
 
     def close(self) -> None:

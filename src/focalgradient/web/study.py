@@ -18,16 +18,27 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Files, Press, Rated, Session, Watched, check_stimuli, read_journal, withdraw
+from focalgradient.dataset import (
+    Apparatus,
+    Files,
+    Press,
+    Rated,
+    Session,
+    Watched,
+    check_stimuli,
+    read_journal,
+    withdraw,
+)
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
+from focalgradient.stimuli.drawings import DRAWINGS
 from focalgradient.web import texts
 from focalgradient.web.messages import Begin, Depth, Given, Necker, Who
 from focalgradient.web.people import People
-from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial
+from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png, picture_file
 
 __all__ = ["Consent", "Refused", "Study", "first_problem"]
 
@@ -115,16 +126,20 @@ class Study:
         self.folder = stimuli
         self._set: StimulusSet | None = None
         self.files: frozenset[str] = frozenset()
+        self.drawings: dict[str, bytes] = {}
         if isinstance(design, DepthRatingDesign):
             if stimuli is None:
                 raise InputError("depth rating shows pictures: give --stimuli the folder of a set.")
             texts.check(design)
             self.files = frozenset(check_stimuli(stimuli).files)
             self._set = read_set(stimuli)
+            self.drawings = {f"{name}.png": drawing_png(name, self._set) for name in DRAWINGS}
             for trial in design.trials("001"):
                 depth_trial(design, self._set, trial)
         elif not isinstance(design, NeckerDesign):
-            raise InputError(f"{design.task} needs things that stand before the participant: it runs in the laboratory.")
+            raise InputError(
+                f"{design.task} needs things that stand before the participant: it runs in the laboratory."
+            )
         self._display = self._set.display if self._set else Display()
         self._places: dict[str, _Place] = {}
         self._guard = threading.Lock()
@@ -137,19 +152,15 @@ class Study:
             return self._places.setdefault(person.participant, _Place(person.participant))
 
     @contextmanager
-    def _held(self, who: Who, *, take: bool = False) -> Iterator[_Place]:
-        """A participant's place, for the tab that shows the session; `take` makes it this one where no other does."""
+    def _held(self, who: Who) -> Iterator[_Place]:
+        """A participant's place, held by this tab from now on: none other has given a sign of life of late."""
         place = self._place(who.token)
         with place.guard:
             if place.stopped:
-                raise Refused(410, "The session was stopped by the experimenter.")
+                raise Refused(410, "The session was stopped.")
             if place.held_by_another(who.tab):
                 raise Refused(409, "The session is open in another window.", busy=True)
-            if take:
-                place.tab = who.tab
-            elif place.tab != who.tab:
-                raise Refused(409, "The session is open in another window.", busy=True)
-            place.alive = time.monotonic()
+            place.tab, place.alive = who.tab, time.monotonic()
             yield place
 
     def _journal(self, participant: str) -> Path:
@@ -196,7 +207,7 @@ class Study:
         """Begin a session, or go on with one: give all trials that are left."""
         if self.consent and given.consent != self.consent.sha256:
             raise Refused(403, "The session begins when the participant agrees to the text that is in force now.")
-        with self._held(given, take=True) as place:
+        with self._held(given) as place:
             status, _ = self._progress(place)
             if status == "complete":
                 raise Refused(409, "The session is complete.", complete=True)
@@ -296,18 +307,18 @@ class Study:
             return watched, frames
         assert isinstance(trial, DepthTrial)
         assert self._set is not None
-        picture = self._set.picture(trial.scene, trial.aperture, trial.fixation)
         rated = Rated(
             onset=read.onset,
             rating=read.rating,
             response_time=read.response_time,
             dropped_frames=read.dropped_frames,
-            stimulus=picture.png,
+            stimulus=picture_file(self._set, (trial.scene, trial.aperture, trial.fixation)),
+            start=read.start,
         )
         return rated, frames
 
     def here(self, who: Who) -> dict[str, Any]:
-        """Take a sign of life of the tab that shows the session."""
+        """Take a sign of life of the tab that shows the session; it holds the session from its first on."""
         with self._held(who):
             return {}
 

@@ -22,12 +22,13 @@ layout(location = 0) in vec2 corner;
 layout(location = 1) in vec4 place;  // start, direction
 layout(location = 2) in vec3 piece;  // length, first and last sigma
 uniform vec2 size;
-out vec2 at;
+flat out vec4 start;
 flat out vec3 line;
 void main() {
   float reach = ${REACH.toFixed(1)} * max(piece.y, piece.z);
-  at = vec2(mix(-reach, piece.x + reach, corner.x), mix(-reach, reach, corner.y));
+  vec2 at = vec2(mix(-reach, piece.x + reach, corner.x), mix(-reach, reach, corner.y));
   line = piece;
+  start = place;
   vec2 pixel = place.xy + at.x * place.zw + at.y * vec2(place.w, -place.z) + 0.5;
   gl_Position = vec4(2.0 * pixel.x / size.x - 1.0, 1.0 - 2.0 * pixel.y / size.y, 0.0, 1.0);
 }`;
@@ -35,7 +36,8 @@ void main() {
 const LIGHT = `#version 300 es
 precision highp float;
 uniform float brightness;
-in vec2 at;
+uniform vec2 size;
+flat in vec4 start;
 flat in vec3 line;
 out vec4 light;
 float erf(float x) {  // Abramowitz & Stegun 7.1.26: within 1.5e-7
@@ -44,6 +46,9 @@ float erf(float x) {  // Abramowitz & Stegun 7.1.26: within 1.5e-7
   return sign(x) * (1.0 - tail * exp(-x * x));
 }
 void main() {
+  // From the pixel itself: corners of rectangles are rounded to fractions of a pixel, and all between them with it.
+  vec2 from = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y) - 0.5 - start.xy;
+  vec2 at = vec2(dot(from, start.zw), from.x * start.w - from.y * start.z);
   float b = (line.z - line.y) / line.x;
   float foot = line.y + b * at.x;
   float square = foot * foot + b * b * at.y * at.y;
@@ -55,8 +60,8 @@ void main() {
     float sigma = line.y + b * s;
     found = line.x * exp(-(pow(at.x - s, 2.0) + at.y * at.y) / (2.0 * sigma * sigma)) / (6.28318531 * line.y * line.z);
   } else {
-    float start = (at.x * foot + b * at.y * at.y) / (sqrt(2.0) * line.y * q);
-    found = exp(-at.y * at.y / (2.0 * square)) * (erf(start) - erf(start - gap)) / (2.0 * sqrt(6.28318531) * q);
+    float begin = (at.x * foot + b * at.y * at.y) / (sqrt(2.0) * line.y * q);
+    found = exp(-at.y * at.y / (2.0 * square)) * (erf(begin) - erf(begin - gap)) / (2.0 * sqrt(6.28318531) * q);
   }
   light = vec4(vec3(brightness * max(found, 0.0)), 1.0);
 }`;

@@ -31,9 +31,9 @@ const asked = (request) =>
   });
 
 export class Outbox {
-  // `waiting(count)` is called whenever the number of answers on their way changes.
-  constructor(token, tab, waiting) {
-    Object.assign(this, { token, tab, waiting, sending: null });
+  // `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where one is.
+  constructor(token, tab, waiting, refused) {
+    Object.assign(this, { token, tab, waiting, refused, sending: null });
   }
 
   async open() {
@@ -63,7 +63,7 @@ export class Outbox {
       transaction.oncomplete = resolve;
       transaction.onerror = transaction.onabort = () => reject(transaction.error);
     });
-    this.send();
+    this.send().catch(this.refused);
   }
 
   // Send what is kept; one run at a time.

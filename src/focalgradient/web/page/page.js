@@ -15,6 +15,7 @@ import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
+const FORGOTTEN_MS = 3600e3; // after which instructions are shown again
 const STEPS = 1000; // of the slider
 
 const escaped = (text) => {
@@ -35,13 +36,27 @@ function html(text) {
   return `<h1>${escaped(title)}</h1>` + body.map((part) => `<p>${escaped(part).replaceAll("\n", "<br>")}</p>`).join("");
 }
 
+// The drawn card made larger or smaller by the arrow keys, beside the mouse.
+function resizeByKeys(event) {
+  const item = document.getElementById("item");
+  const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+  if (!item || !by) return;
+  event.preventDefault();
+  const width = Math.max(20, item.getBoundingClientRect().width + by * (event.shiftKey ? 10 : 1));
+  Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / 85.6}px` });
+}
+
 class Page {
   constructor(token) {
     this.token = token;
     // The tab's own name outlives a reload, and nothing else.
     this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
     sessionStorage.setItem("tab", this.tab);
-    this.outbox = new Outbox(token, this.tab, (count) => this.showWaiting(count));
+    // Beside the body, which jsPsych fills and listens to.
+    this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
+    this.note.setAttribute("role", "status");
+    document.documentElement.append(this.note);
+    this.outbox = new Outbox(token, this.tab, (count) => this.showWaiting(count), (error) => this.lost(error));
   }
 
   words(name, values) {
@@ -57,13 +72,12 @@ class Page {
   }
 
   showWaiting(count) {
-    const note = document.getElementById("waiting");
     clearTimeout(this.late);
-    note.hidden = true;
+    this.note.hidden = true;
     if (count) {
       this.late = setTimeout(() => {
-        note.textContent = this.words("web.waiting", { count });
-        note.hidden = false;
+        this.note.textContent = this.words("web.waiting", { count });
+        this.note.hidden = false;
       }, 3000);
     }
   }
@@ -77,12 +91,11 @@ class Page {
     this.state = await this.ask("/api/state");
     document.documentElement.lang = this.state.language;
     document.title = this.words("web.title");
+    document.body.classList.toggle("dark", this.state.dark);
     if (this.state.status === "busy") return this.say(this.words("web.other_tab"));
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
-    await this.outbox.send(); // what an earlier page had not got rid of
-    if (this.state.status !== "new") this.state = await this.ask("/api/state");
     if (this.state.status === "complete") return this.finish();
-    setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
+    this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
     addEventListener("pagehide", () =>
       navigator.sendBeacon("/api/leave", JSON.stringify({ token: this.token, tab: this.tab })),
     );
@@ -91,11 +104,12 @@ class Page {
     await this.finish();
   }
 
+  // The session was stopped, or is shown by another window; a network that fails is waited for elsewhere.
   lost(error) {
-    if (error instanceof Refused && error.status === 409) {
-      this.say(this.words("web.other_tab"));
-      throw error;
-    }
+    if (!(error instanceof Refused)) return;
+    clearInterval(this.beat);
+    this.jsPsych?.abortExperiment();
+    this.say(this.words(error.status === 410 ? "web.stopped" : "web.other_tab"));
   }
 
   async finish() {
@@ -116,7 +130,12 @@ class Page {
     this.jsPsych = initJsPsych({ display_element: "stage", on_close: () => {} });
     const { trials, ...session } = await this.prepared();
     this.session = session;
-    await this.jsPsych.run([...this.opening(), ...trials.flatMap((trial) => this.nodes(trial))]);
+    // What an earlier page was told but could not send comes first; its trials are not shown again.
+    const before = (await this.ask("/api/state")).done;
+    await this.outbox.send();
+    const left = trials.slice((await this.ask("/api/state")).done - before);
+    const recent = Date.now() - Number(localStorage.getItem(this.token) ?? 0) < FORGOTTEN_MS;
+    await this.jsPsych.run([...(recent ? [] : this.opening()), ...left.flatMap((trial) => this.nodes(trial))]);
   }
 
   // Consent, screen and distance; then the session is begun or resumed on the server.
@@ -147,18 +166,25 @@ class Page {
         adjustment_button_prompt: this.words("web.card_done"),
         blindspot_prompt: `<div class="page">${html(this.words("web.blind_spot"))}</div>`,
         blindspot_measurements_prompt: this.words("web.blind_spot_left"),
-        viewing_distance_report: "none",
+        viewing_distance_report: `<div class="page">${escaped(this.words("web.distance_right")).replace(
+          "{distance}",
+          '<b id="distance-estimate"></b>',
+        )}</div>`,
         redo_measurement_button_label: this.words("web.no"),
         blindspot_done_prompt: this.words("web.yes"),
-        on_finish: (data) => Object.assign(about, { chinrest: data }),
+        on_load: () => addEventListener("keydown", resizeByKeys),
+        on_finish: (data) => {
+          removeEventListener("keydown", resizeByKeys);
+          about.chinrest = data;
+        },
       });
     }
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
     const chinrest = about.chinrest;
     const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
-    // The plugin counts CSS pixels in a millimetre and a viewing distance in millimetres.
-    const pitch = chinrest ? 1e-3 / chinrest.px2mm / devicePixelRatio : null;
+    // The plugin counts CSS pixels, and all lengths in millimetres.
+    const pitch = chinrest ? (1e-3 * chinrest.item_width_mm) / chinrest.item_width_px / devicePixelRatio : null;
     return this.ask("/api/begin", {
       consent: this.state.consent ? this.state.consent.sha256 : null,
       screen_px: pixels,
@@ -230,12 +256,16 @@ class Page {
       },
     };
     const question = this.question(trial, (answer) => Object.assign(kept, answer));
-    const send = {
-      type: Call,
-      async: true,
-      func: (done) => this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer: kept }).then(done),
+    return [upcoming, picture, question, this.sent(trial, kept)];
+  }
+
+  // Keep an answer in the browser's database, from where it is sent; the next trial need not wait for the network.
+  sent(trial, answer) {
+    const keep = async () => {
+      localStorage.setItem(this.token, String(Date.now()));
+      await this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer });
     };
-    return [upcoming, picture, question, send];
+    return { type: Call, async: true, func: (done) => keep().then(done) };
   }
 
   // Pictures are fetched before they are needed; a network that is away is waited for.
@@ -258,8 +288,8 @@ class Page {
     if (scale.kind === "choice") {
       return {
         type: Keyboard,
-        stimulus: `<h2>${escaped(scale.question)}</h2>`,
-        prompt: `<p class="foot">&larr; ${escaped(scale.ways[0])} &emsp; ${escaped(scale.ways[1])} &rarr;</p>`,
+        stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2></div>`,
+        prompt: `<p class="foot arrows">&larr; ${escaped(scale.ways[0])} &emsp; ${escaped(scale.ways[1])} &rarr;</p>`,
         choices: ["ArrowLeft", "ArrowRight"],
         on_finish: ({ response, rt }) => {
           const chosen = response.toLowerCase() === "arrowleft" ? 1 : 2;
@@ -274,7 +304,7 @@ class Page {
     let listen;
     return {
       type: Buttons,
-      stimulus: `<h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p>`,
+      stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
       choices: scale.steps.map(({ value, label }) => `${value}${label ? `<br><small>${escaped(label)}</small>` : ""}`),
       button_html: (choice) => `<button class="step">${choice}</button>`,
       on_load: () => {
@@ -297,9 +327,9 @@ class Page {
     let finish;
     return {
       type: Slider,
-      stimulus: `<h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p>`,
+      stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
       labels: scale.ticks.map((tick) => this.number(tick)),
-      prompt: `<p class="ends"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
+      prompt: `<p class="ends ask"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
       min: 0,
       max: STEPS,
       step: 1,
@@ -367,12 +397,7 @@ class Page {
           frames: { shown: data.shown, ...data.lost },
         }),
     };
-    const send = {
-      type: Call,
-      async: true,
-      func: (done) => this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer: kept }).then(done),
-    };
-    return [ready, shown, send];
+    return [ready, shown, this.sent(trial, kept)];
   }
 }
 

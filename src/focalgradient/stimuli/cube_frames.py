@@ -18,8 +18,9 @@ from focalgradient.render.wireframe import PIXEL, WIDTH, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
-__all__ = ["cube_of", "frame_count", "frames_of", "shape_of", "wobbling"]
+__all__ = ["LEVEL", "cube_of", "frame_count", "frames_of", "shape_of", "wobbling"]
 
+LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
 SHRINK, TWIST = 0.6, 0.5  # of the nonrigid example: share of its sides, and radians of its top and of its bottom
 REACH = 4.0  # standard deviations of the blur that the picture holds beyond the cube
 

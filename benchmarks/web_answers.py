@@ -1,0 +1,128 @@
+"""Many participants at once against one server: how long an answer takes to be acknowledged, and the server's memory.
+
+`python benchmarks/web_answers.py [--people 200] [--every 8]`: each of so many people answers every so many seconds, as
+in depth rating, until all trials are done. An answer is acknowledged when it is on the disk. Beside it, as a peer in
+the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain program.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import numpy as np
+
+DESIGN = """
+task = "necker"
+repetitions = 2
+trial_s = 2.0
+practice_s = 2.0
+practice_trials = 2
+catch_trials = 0
+strengths_mm = [4.0]
+break_every = 0
+"""
+SCREEN = {"screen_px": [1920, 1080], "pixel_ratio": 1.0, "refresh_hz": 60.0, "browser": "benchmark", "now_ms": 0.0}
+FRAMES = [round(16.67 * n, 2) for n in range(120)]
+
+
+async def person(client: httpx2.AsyncClient, number: int, every: float, waits: list[float]) -> None:
+    """One participant, from the link to the end."""
+    await asyncio.sleep(every * number / 200)
+    token = (await client.post("/api/join", json={"platform": {}})).json()["token"]
+    who = {"token": token, "tab": "tab"}
+    trials = (await client.post("/api/begin", json={**who, **SCREEN})).json()["trials"]
+    for index, trial in enumerate(trials):
+        answer: dict[str, Any] = {
+            "onset": 10.0 * index,
+            "presses": [[0.5, "f", True], [1.5, "f", False]],
+            "trial_duration": 2.0,
+            "frames": {"shown": [{"event": "cube", "stamps": FRAMES}]},
+        }
+        key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"a{index}"}
+        start = time.perf_counter()
+        told = await client.post("/api/answer", json={**who, **key, "answer": answer})
+        waits.append(time.perf_counter() - start)
+        assert told.json()["done"] == index + 1, told.text
+        await asyncio.sleep(every)
+
+
+async def everybody(address: str, people: int, every: float) -> list[float]:
+    """All of them at once; gives the time that each answer took, in seconds."""
+    waits: list[float] = []
+    limits = httpx2.Limits(max_connections=None)
+    async with httpx2.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
+        await asyncio.gather(*(person(client, number, every, waits) for number in range(people)))
+    return waits
+
+
+def plain_writes(folder: Path, count: int, rate: float) -> list[float]:
+    """Times of as many writes of 2 KB, each flushed to the disk, as a peer."""
+    waits = []
+    with (folder / "plain").open("ab") as file:
+        for _ in range(count):
+            start = time.perf_counter()
+            file.write(b"x" * 2048)
+            file.flush()
+            os.fsync(file.fileno())
+            waits.append(time.perf_counter() - start)
+            time.sleep(max(0.0, 1 / rate - waits[-1]))
+    return waits
+
+
+def memory_mb(process: int) -> float:
+    """Memory of a process that is its own, in MB."""
+    told = Path(f"/proc/{process}/status").read_text()
+    found = re.search(r"VmRSS:\s+(\d+)", told)
+    assert found
+    return int(found[1]) / 1024
+
+
+def main() -> None:
+    """Run, and print one line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--people", type=int, default=200)
+    parser.add_argument("--every", type=float, default=8.0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "design.toml").write_text(DESIGN)
+        program = [str(Path(sys.executable).with_name("focalgradient")), "serve", "design.toml", "--data", "data"]
+        server = subprocess.Popen([*program, "--port", "0"], cwd=folder, stdout=subprocess.PIPE, text=True)
+        assert server.stdout is not None
+        address = ""
+        for line in server.stdout:
+            if found := re.search(r"Open link: (\S+)/", line):
+                address = found[1]
+            if line.startswith("Ctrl-C"):
+                break
+        before = memory_mb(server.pid)
+        waits = asyncio.run(everybody(address, options.people, options.every))
+        after = memory_mb(server.pid)
+        server.terminate()
+        server.communicate()
+        journals = list((folder / "data").rglob("*.jsonl"))
+        kept = sum(path.read_text().count('"event": "trial"') for path in journals)
+        assert kept == len(waits), (kept, len(waits))
+        peer = plain_writes(folder, 200, options.people / options.every)
+    ms = [1e3 * float(value) for value in np.percentile(waits, [50, 99, 100])]
+    least = 1e3 * float(np.percentile(peer, 99))
+    print(
+        f"{options.people} people, an answer every {options.every:g} s: {len(waits)} answers, all kept; "
+        f"acknowledged in {ms[0]:.0f} ms (median), {ms[1]:.0f} ms (99th percentile), {ms[2]:.0f} ms (most); a plain "
+        f"flushed write {least:.0f} ms (99th percentile), ratio {ms[1] / least:.1f}; the server's memory "
+        f"{before:.0f} to {after:.0f} MB"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,137 @@
+"""A participant with a browser: Chromium without a window, a server of its own, and answers by keys alone."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, Error, Page, sync_playwright
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
+"""A folder to keep what each screen looked like in."""
+
+
+class Server:
+    """The command, serving from a folder; it can be killed and started again at the same address."""
+
+    def __init__(self, folder: Path, port: int = 0, *options: object):
+        self.folder, self.options = folder, options
+        self.port, self.token, self.password = port, "", ""
+
+    def start(self, *options: object) -> None:
+        """Start it, and wait until it has said its addresses."""
+        program = [str(Path(sys.executable).with_name("focalgradient")), "serve", "design.toml", "--data", "data"]
+        pictures = ["--stimuli", "set"] if (self.folder / "set").exists() else []
+        given = [*program, *pictures, "--port", str(self.port), *map(str, (*self.options, *options))]
+        self.process = subprocess.Popen(given, cwd=self.folder, stdout=subprocess.PIPE, text=True, bufsize=1)
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if found := re.search(r"http://127\.0\.0\.1:(\d+)/", line):
+                self.port = int(found[1])
+            if found := re.search(r"/s/([\w-]+)", line):
+                self.token = found[1]
+            if found := re.search(r"password: ([\w-]+)", line):
+                self.password = found[1]
+            if line.startswith("Ctrl-C"):
+                return
+        raise AssertionError(f"the server ended: {self.process.wait()}")
+
+    @property
+    def address(self) -> str:
+        """Of the page of the invited participant."""
+        return f"http://127.0.0.1:{self.port}/s/{self.token}"
+
+    def end(self, how: int = signal.SIGINT) -> int:
+        """End it."""
+        self.process.send_signal(how)
+        self.process.communicate(timeout=60)
+        return self.process.returncode
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser; it must be there."""
+    assert CHROMIUM is not None, "Chromium is missing: install the Debian package chromium"
+    options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def _screen(page: Page) -> str:
+    return page.inner_text("body").strip()
+
+
+def take_part(page: Page, *, seconds: float = 240, until: str = "#complete", name: str = "") -> list[str]:
+    """Go through the screens by keys until the end, or until something else is there; gives what they said."""
+    seen: list[str] = []
+    end = time.monotonic() + seconds
+    while page.query_selector(until) is None:
+        assert time.monotonic() < end, f"stuck at {seen[-1:]}"
+        try:
+            _step(page, seen, name)
+        except Error as error:  # the screen has changed meanwhile
+            if "closed" in str(error):
+                raise
+        time.sleep(0.1)
+    seen.append(_screen(page))
+    _look(page, name, len(seen))
+    return seen
+
+
+def _look(page: Page, name: str, number: int) -> None:
+    if LOOK:
+        page.screenshot(path=str(Path(LOOK, f"{name}-{number:02}.png")))
+
+
+KIND = """() => {
+    const found = [
+        ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
+        ["card", "#page-size"], ["button", "button:enabled"], ["arrows", ".foot.arrows"],
+    ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
+    return [found?.[0] ?? "none", document.body.innerText.trim()];
+}"""
+"""What is on the screen, and what it says, at one moment."""
+
+
+def _step(page: Page, seen: list[str], name: str) -> None:
+    kind, text = page.evaluate(KIND)
+    if text and (not seen or seen[-1] != text):
+        seen.append(text)
+        _look(page, name, len(seen))
+    if kind == "slider":
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("ArrowRight")
+        _look(page, name + "-moved", len(seen))
+        page.keyboard.press("Enter")
+    elif kind == "step":
+        page.keyboard.press("3")
+    elif kind == "cube":
+        page.keyboard.down("f")
+        page.wait_for_timeout(300)
+        page.keyboard.up("f")
+    elif kind == "arrows":
+        page.keyboard.press("ArrowLeft")
+    elif kind == "card":
+        page.keyboard.press("ArrowRight")
+        page.focus("#end_resize_phase")
+        page.keyboard.press("Enter")
+    elif kind == "button":
+        page.focus("button:visible:enabled")
+        page.keyboard.press("Enter")
+    else:
+        page.keyboard.press(" ")
+        page.wait_for_timeout(200)

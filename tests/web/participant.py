@@ -1,0 +1,104 @@
+"""A participant without a browser: what the page asks for and sends, by hand."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from starlette.testclient import TestClient
+
+from focalgradient.design import load_design
+from focalgradient.web import People, Study, application
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+from headless import make_set
+
+__all__ = ["DEPTH", "NECKER", "PASSWORD", "Participant", "client_of", "make_set", "study"]
+
+PASSWORD = "secret"
+NECKER = """
+task = "necker"
+repetitions = 1
+trial_s = 2.0
+practice_s = 2.0
+practice_trials = 2
+catch_trials = 0
+strengths_mm = [4.0]
+break_every = 0
+"""
+DEPTH = """
+task = "depthrating"
+apertures = ["pinhole", "f/5.6"]
+scenes = ["spheres-01", "spheres-02"]
+repetitions = 1
+catch_trials = 3
+practice_trials = 3
+picture_s = 0.3
+standard_s = 0.3
+mark_s = 0.1
+blank_s = 0.1
+pause_s = 0.1
+longest_run = 4
+"""
+
+
+def study(folder: Path, design: str = NECKER, **options: Any) -> Study:
+    """A study in a folder; made again there, it goes on."""
+    path = folder / "design.toml"
+    path.write_text(design)
+    if "depthrating" in design:
+        if not (folder / "set").exists():
+            make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
+        options["stimuli"] = folder / "set"
+    return Study(load_design(path), folder / "data", People(folder / "links.jsonl"), **options)
+
+
+class Participant:
+    """Somebody with a link and a tab."""
+
+    def __init__(self, client: TestClient, token: str | None = None, tab: str = "tab-1"):
+        self.client, self.tab = client, tab
+        self.token = token or client.post("/api/join", json={"platform": {}}).json()["token"]
+        self.trials: list[dict[str, Any]] = []
+
+    def ask(self, path: str, **message: Any) -> Any:
+        """Ask for something; gives the answer, whatever its status."""
+        return self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
+
+    def begin(self, **changed: Any) -> Any:
+        """Begin, or go on."""
+        told: dict[str, Any] = {
+            "screen_px": [1920, 1080],
+            "screen_m": [0.53, 0.3],
+            "viewing_distance_m": 0.6,
+            "pixel_ratio": 1.0,
+            "refresh_hz": 60.0,
+            "browser": "none",
+            "now_ms": 100.0,
+        }
+        answer = self.ask("begin", **(told | changed))
+        if answer.status_code == 200:
+            self.trials = answer.json()["trials"]
+        return answer
+
+    def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
+        """An answer to a trial, the `number`-th of the session."""
+        frames = {"shown": [{"event": "picture", "stamps": [0.0, 16.7, 33.3]}]}
+        told: dict[str, Any] = {"onset": 10.0 * number, "dropped_frames": 0, "frames": frames}
+        if "cube" in trial:
+            seconds = trial["cube"]["seconds"]
+            told |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
+        else:
+            told |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * number, "start": 0.5}
+        key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}
+        return {**key, "answer": told}
+
+    def answer(self, number: int, **changed: Any) -> Any:
+        """Answer the `number`-th of the trials that are left."""
+        return self.ask("answer", **(self.message(self.trials[number], number) | changed))
+
+
+def client_of(served: Study) -> TestClient:
+    """A client of a server of its own."""
+    return TestClient(application(served, PASSWORD), raise_server_exceptions=True)

@@ -1,0 +1,230 @@
+"""Both experiments in Chromium, by keys alone, against the command's own server."""
+
+from __future__ import annotations
+
+import base64
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from chromium import Server, chromium, take_part
+from participant import DEPTH, NECKER, make_set
+from PIL import Image
+from playwright.sync_api import Browser
+
+from focalgradient.dataset import read_journal, validate
+from focalgradient.design import load_design
+from focalgradient.display import Display
+from focalgradient.stimuli.cube_frames import frames_of
+from focalgradient.web.pictures import cube_session, cube_trial
+
+SCALES = {
+    "ratio": 'language = "de"\n',
+    "steps": 'scale = "steps"\ncatch_pictures = ["flatter", "deeper"]\n',
+    "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
+}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as made:
+        yield made
+
+
+def served(folder: Path, design: str, *options: object) -> Server:
+    (folder / "design.toml").write_text(design)
+    if "depthrating" in design:
+        make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
+    server = Server(folder, 0, *options)
+    server.start("--invite", 1)
+    return server
+
+
+def journal(folder: Path) -> Path:
+    return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path, scale: str) -> None:
+    server = served(tmp_path, DEPTH + SCALES[scale], "--completion", "https://example.org/done")
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(server.address)
+    seen = take_part(page, name=f"depth-{scale}")
+    assert page.get_attribute("#completion", "href") == "https://example.org/done"
+    assert ("Wie tief sieht das Bild aus?" if scale == "ratio" else "You will see pictures") in "".join(seen)
+    assert errors == []
+    page.close()
+    assert server.end() == 0
+    found = validate(tmp_path / "data", tmp_path / "set")
+    assert found.problems == ()
+    design = load_design(tmp_path / "design.toml")
+    answers = read_journal(journal(tmp_path)).of("trial")
+    assert len(answers) == len(design.trials("001"))
+    if scale == "ratio":  # the first key puts the marker at a random place, the second moves it by one step
+        ratios = [one["rating"] / one["start"] for one in answers]
+        assert ratios == pytest.approx([16 ** (1 / 1000)] * len(ratios), rel=1e-3)
+        assert len({one["start"] for one in answers}) > len(answers) / 2
+    if scale == "steps":
+        assert {one["rating"] for one in answers} == {3.0}
+    frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
+    for one in frames:
+        stamps = one["shown"][-1]["stamps"]
+        assert 280 < stamps[-1] - stamps[0] < 1000  # 0.3 s, and what a busy machine adds
+        assert all(np.diff(stamps) > 0)
+
+
+def test_the_cube_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER)
+    page = browser.new_page(viewport={"width": 1024, "height": 768})
+    page.goto(server.address)
+    seen = take_part(page, name="necker")
+    assert "The turning cube" in "".join(seen)
+    page.close()
+    server.end()
+    assert validate(tmp_path / "data").problems == ()
+
+    assert any(event["presses"] for event in read_journal(journal(tmp_path)).of("trial"))
+
+
+def _values(page: Any, script: str, *given: Any) -> Any:
+    return page.evaluate(script, given[0] if len(given) == 1 else list(given))
+
+
+def test_a_picture_in_the_canvas_is_its_file_value_for_value(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, DEPTH)
+    page = browser.new_page()
+    page.goto(server.address)
+    page.wait_for_function("globalThis.focalgradient")
+    name = "spheres-01/f5.6-nearest.png"
+    told = _values(
+        page,
+        """async (url) => {
+            const image = await focalgradient.load(url);
+            const canvas = document.createElement("canvas");
+            [canvas.width, canvas.height] = [image.width, image.height];
+            const context = canvas.getContext("2d", { colorSpace: "srgb" });
+            context.drawImage(image, 0, 0);
+            const data = context.getImageData(0, 0, image.width, image.height).data;
+            let text = "";
+            for (const value of data) text += String.fromCharCode(value);
+            return [image.width, image.height, btoa(text)];
+        }""",
+        f"/pictures/{name}",
+    )
+    page.close()
+    server.end()
+    pixels = np.frombuffer(base64.b64decode(told[2]), np.uint8).reshape(told[1], told[0], 4)
+    assert (pixels[..., :3] == np.asarray(Image.open(tmp_path / "set" / name).convert("RGB"))).all()
+
+
+def test_the_cube_in_the_browser_is_ours_to_one_value_of_255(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER)
+    page = browser.new_page()
+    page.goto(server.address)
+    page.wait_for_function("globalThis.focalgradient")
+    design: Any = load_design(tmp_path / "design.toml")
+    display = Display()
+    sizes = cube_session(design, display)["cube"]
+    count = 24
+    kinds = {(one.shape, one.gradient, one.direction): one for one in design.trials("01")}
+    assert len(kinds) >= 6
+    for trial in kinds.values():
+        frames = list(frames_of(trial, design, count, display.pixel_pitch / display.distance))
+        for number in (0, 7, 17):
+            told = _values(
+                page,
+                """([sizes, trial, turn]) => {
+                    const cube = new focalgradient.Cube(document.createElement("canvas"), sizes);
+                    cube.draw(trial, turn);
+                    const values = new Uint8Array(4 * sizes.width * sizes.height);
+                    cube.gl.readPixels(0, 0, sizes.width, sizes.height, cube.gl.RGBA, cube.gl.UNSIGNED_BYTE, values);
+                    cube.gl.getExtension("WEBGL_lose_context").loseContext();
+                    let text = "";
+                    for (let n = 0; n < values.length; n += 4) text += String.fromCharCode(values[n]);
+                    return btoa(text);
+                }""",
+                sizes,
+                cube_trial(trial)["cube"],
+                0.25 * number / count,
+            )
+            found = np.frombuffer(base64.b64decode(told), np.uint8).reshape(sizes["height"], sizes["width"])[::-1]
+            ours = display.encode(sizes["level"] * frames[number])
+            assert np.abs(found.astype(int) - ours.astype(int)).max() <= 1
+    page.close()
+    server.end()
+
+
+def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, DEPTH)
+    page = browser.new_page()
+    page.goto(server.address)
+    take_part(page, until="input[type=range]")
+    server.end(signal.SIGKILL)
+    for key in ("ArrowRight", "ArrowRight", "Enter"):  # answered while nobody listens
+        page.keyboard.press(key)
+    page.wait_for_selector("#waiting:not([hidden])", timeout=20_000)
+    server.start()
+    page.wait_for_selector("#waiting", state="hidden", timeout=30_000)
+    page.goto("about:blank")  # the tab goes somewhere else, and comes back
+    page.goto(server.address)
+    take_part(page)
+    page.close()
+    server.end()
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    done = [(event["phase"], event["trial"]) for event in read_journal(journal(tmp_path)).of("trial")]
+    assert done == [(one.phase, one.trial) for one in load_design(tmp_path / "design.toml").trials("001")]
+
+
+def test_a_second_tab_is_told_and_the_first_goes_on(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER)
+    first = browser.new_page()
+    first.goto(server.address)
+    take_part(first, until="#cube")
+    second = browser.new_page()
+    second.goto(server.address)
+    second.wait_for_selector("text=This session is open in another window")
+    second.close()
+    take_part(first)
+    first.close()
+    server.end()
+
+
+def test_texts_are_shown_and_never_run(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "consent.txt").write_text(
+        "Consent <script>document.title='run'</script>\n\n<img src=x onerror=alert(1)>"
+    )
+    server = served(tmp_path, NECKER, "--consent", tmp_path / "consent.txt")
+    page = browser.new_page()
+    page.on("dialog", lambda dialog: pytest.fail(dialog.message))
+    page.goto(server.address)
+    page.wait_for_selector("text=<script>")
+    assert page.title() != "run"
+    assert page.query_selector("img") is None
+    page.click("text=I do not agree")
+    page.wait_for_selector("text=Nothing was recorded")
+    assert not (tmp_path / "data").exists()
+    page.close()
+    server.end()
+
+
+def test_the_experimenters_page_shows_who_has_begun(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER)
+    someone = browser.new_page()
+    someone.goto(server.address)
+    take_part(someone, until="#cube")
+    context = browser.new_context(http_credentials={"username": "experimenter", "password": server.password})
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.port}/experimenter")
+    page.wait_for_selector("td:has-text('begun')")
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.click("text=Stop")
+    page.wait_for_selector("td:has-text('stopped')")
+    someone.wait_for_selector("text=The session was stopped", timeout=30_000)
+    context.close()
+    someone.close()
+    server.end()

@@ -1,0 +1,275 @@
+"""The server without a browser: answers kept once, sessions that go on, and what is refused."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fuzz_server import run
+from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
+from starlette.testclient import TestClient
+
+from focalgradient import InputError
+from focalgradient.dataset import read_journal, validate
+from focalgradient.web import Consent, People
+from focalgradient.web import study as studies
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> Iterator[TestClient]:
+    with client_of(study(tmp_path)) as made:
+        yield made
+
+
+def journal(folder: Path, task: str = "necker", participant: str = "001") -> Path:
+    return folder / "data" / "sourcedata" / f"sub-{participant}" / "beh" / f"sub-{participant}_task-{task}_beh.jsonl"
+
+
+@pytest.mark.parametrize("design", [NECKER, DEPTH], ids=["necker", "depthrating"])
+def test_a_session_from_link_to_completion_is_a_valid_data_set(tmp_path: Path, design: str) -> None:
+    with client_of(study(tmp_path, design, completion="https://example.org/done?cc=1")) as client:
+        someone = Participant(client)
+        assert someone.ask("state").json()["status"] == "new"
+        assert someone.begin().status_code == 200
+        assert someone.ask("finish").status_code == 409  # no completion before all is on the disk
+        for number in range(len(someone.trials)):
+            assert someone.answer(number).json() == {"recorded": True, "done": number + 1}
+        assert someone.ask("state").json()["status"] == "complete"
+        assert someone.ask("finish").json()["completion"] == "https://example.org/done?cc=1"
+    found = validate(tmp_path / "data", tmp_path / "set" if design == DEPTH else None)
+    assert found.problems == ()
+    assert found.sessions == 1
+
+
+def test_the_browser_and_the_laboratory_show_the_same_trials(tmp_path: Path) -> None:
+    made = study(tmp_path, DEPTH)
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        planned = made.design.trials("001")
+        assert [(one["phase"], one["trial"]) for one in someone.trials] == [(one.phase, one.trial) for one in planned]
+        shown = [one["intervals"][-1]["url"] for one in someone.trials if one["phase"] == "main"]
+        assert shown[0].startswith("/pictures/")
+        file = next(name for name in shown if "example" not in name)
+        given = client.get(file)
+        assert given.content == (tmp_path / "set" / file.removeprefix("/pictures/")).read_bytes()
+
+
+def test_an_answer_that_comes_again_is_recorded_once(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    someone.begin()
+    assert someone.answer(0).json() == {"recorded": True, "done": 1}
+    assert someone.answer(0).json() == {"recorded": True, "again": True, "done": 1}
+    assert someone.answer(2).status_code == 409  # out of order
+    assert someone.answer(0, phase="main", trial=999).status_code == 400
+    assert len(read_journal(journal(tmp_path)).of("trial")) == 1
+
+
+def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    first = TestClient(client_of(made).app)  # its end is never run, as after a kill
+    someone = Participant(first)
+    someone.begin()
+    someone.answer(0)
+    unsent = someone.message(someone.trials[1], 1)
+    for place in made._places.values():  # what the kill would do to its locks
+        assert place.session is not None
+        place.session._journal.close()
+    made.people.close()
+    with client_of(study(tmp_path)) as second:
+        same = Participant(second, someone.token)
+        assert same.ask("answer", **someone.message(someone.trials[0], 0)).json()["again"]
+        assert same.ask("answer", **unsent).status_code == 425  # not before the session goes on
+        assert same.ask("state").json()["status"] == "begun"
+        same.begin()
+        assert len(same.trials) == len(someone.trials) - 1
+        assert same.ask("answer", **unsent).json() == {"recorded": True, "done": 2}
+
+
+def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = Participant(client)
+    other = Participant(client, one.token, "tab-2")
+    one.begin()
+    assert other.ask("state").json()["status"] == "busy"
+    assert other.begin().status_code == 409
+    assert other.ask("here").json()["busy"]
+    assert one.answer(0).status_code == 200
+    one.ask("leave")
+    assert other.begin().status_code == 200
+    assert one.answer(1).status_code == 409
+    monkeypatch.setattr(studies, "SILENT_S", 0.0)  # a tab that crashed
+    assert one.begin().status_code == 200
+
+
+def test_consent_is_to_the_text_in_force(tmp_path: Path) -> None:
+    text = "Do you agree?"
+    consent = Consent(text, hashlib.sha256(text.encode()).hexdigest())
+    with client_of(study(tmp_path, consent=consent)) as client:
+        someone = Participant(client)
+        assert someone.begin().status_code == 403
+        assert someone.begin(consent="0" * 64).status_code == 403
+        assert not (tmp_path / "data").exists()
+        assert someone.begin(consent=consent.sha256).status_code == 200
+    told = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "sitting"]
+    assert told[0]["consent"] == consent.sha256
+
+
+def test_platform_identifiers_stay_out_of_the_data(tmp_path: Path) -> None:
+    with client_of(study(tmp_path)) as client:
+        platform = {"PROLIFIC_PID": "5f1e4c0d9b", "STUDY_ID": "s1", "other": "left out"}
+        token = client.post("/api/join", json={"platform": platform}).json()["token"]
+        someone = Participant(client, token)
+        someone.begin()
+        someone.answer(0)
+        again = client.post("/api/join", json={"platform": platform}).json()["token"]
+        assert again != token
+        assert Participant(client, again, "tab-1").ask("state").json()["done"] == 1  # the same session
+        assert client.post("/api/join", json={"platform": {"id": "<script>"}}).status_code == 400
+    links = (tmp_path / "links.jsonl").read_text()
+    assert "5f1e4c0d9b" in links
+    assert token not in links
+    assert "left out" not in links
+    assert (tmp_path / "links.jsonl").stat().st_mode & 0o777 == 0o600
+    for path in (tmp_path / "data").rglob("*"):
+        assert path.is_dir() or b"5f1e4c0d9b" not in path.read_bytes()
+
+
+def test_withdrawal_removes_everything(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    someone.begin()
+    someone.answer(0)
+    assert someone.ask("withdraw").status_code == 200
+    assert not journal(tmp_path).exists()
+    assert someone.begin().status_code == 410
+
+
+def test_the_experimenter_needs_the_password(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    someone.begin()
+    someone.answer(0)
+    pages = ["/experimenter", "/experimenter/overview.json", "/experimenter/data.zip"]
+    for wrong in (None, ("experimenter", "guess"), ("", "")):
+        assert [client.get(page, auth=wrong).status_code for page in pages] == [401] * 3
+        assert client.post("/experimenter/stop/001", auth=wrong).status_code == 401
+    auth = ("experimenter", PASSWORD)
+    assert [client.get(page, auth=auth).status_code for page in pages] == [200] * 3
+    row = client.get("/experimenter/overview.json", auth=auth).json()["participants"][0]
+    assert (row["participant"], row["status"], row["done"]) == ("001", "begun", 1)
+    assert client.post("/experimenter/stop/002", auth=auth).status_code == 404
+    elsewhere = {"Sec-Fetch-Site": "cross-site"}
+    assert client.post("/experimenter/stop/001", auth=auth, headers=elsewhere).status_code == 403
+    assert client.post("/experimenter/stop/001", auth=auth).status_code == 200
+    assert someone.answer(1).status_code == 410
+    assert len(read_journal(journal(tmp_path)).of("trial")) == 1
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/pictures/../design.toml",
+        "/pictures/..%2f..%2fetc%2fpasswd",
+        "/pictures/manifest.json",
+        "/pictures/%00.png",
+        "/static/../study.py",
+        "/static/..%2fstudy.py",
+        "/nothing",
+    ],
+)
+def test_nothing_else_is_read(tmp_path: Path, path: str) -> None:
+    with client_of(study(tmp_path, DEPTH)) as client:
+        assert client.get(path).status_code == 404
+
+
+WRONG: list[Any] = [
+    b"",
+    b"{",
+    b"[" * 100_000,
+    b"\xff\xfe",
+    b'{"token": "x", "tab": "y", "more": 1}',
+    b'{"token": "../../x", "tab": "y"}',
+    b'{"token": 3, "tab": "y"}',
+    b'{"token": "' + b"x" * 100 + b'", "tab": "y"}',
+    json.dumps({"token": "x", "tab": "y" * 65}).encode(),
+]
+
+
+@pytest.mark.parametrize("body", WRONG, ids=range(len(WRONG)))
+@pytest.mark.parametrize("path", ["state", "begin", "answer", "here", "finish", "withdraw"])
+def test_malformed_messages_are_refused_and_nothing_is_written(
+    client: TestClient, tmp_path: Path, path: str, body: bytes
+) -> None:
+    answer = client.post(f"/api/{path}", content=body)
+    assert answer.status_code in (400, 404, 413)
+    assert "error" in answer.json()
+    assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "status"),
+    [
+        ({"answer": {}}, 400),
+        ({"answer": {"onset": float("1e300")}}, 400),
+        ({"attempt": "<script>alert(1)</script>"}, 400),
+        ({"phase": "other"}, 400),
+        ({"trial": 0}, 400),
+        ({"trial": True}, 400),
+        ({"token": "unknown"}, 404),
+    ],
+)
+def test_answers_that_are_none_leave_the_journal_alone(
+    client: TestClient, tmp_path: Path, changed: dict[str, Any], status: int
+) -> None:
+    someone = Participant(client)
+    someone.begin()
+    before = journal(tmp_path).read_bytes()
+    assert someone.answer(0, **changed).status_code == status
+    assert journal(tmp_path).read_bytes() == before
+    assert someone.answer(0).status_code == 200
+
+
+def test_an_oversized_message_is_cut_off(client: TestClient) -> None:
+    assert client.post("/api/state", content=b"x" * (5 << 20)).status_code == 413
+
+
+def test_every_answer_has_its_headers(client: TestClient) -> None:
+    for path in ("/", "/s/unknown", "/static/page.js", "/nothing"):
+        headers = client.get(path).headers
+        assert "frame-ancestors 'none'" in headers["content-security-policy"]
+        assert "script-src 'self'" in headers["content-security-policy"]
+        assert headers["x-content-type-options"] == "nosniff"
+        assert "set-cookie" not in headers
+
+
+def test_links_belong_to_one_server_and_are_whole(tmp_path: Path) -> None:
+    path = tmp_path / "links.jsonl"
+    people = People(path)
+    tokens = people.invite(3)
+    with pytest.raises(InputError, match="another server uses"):
+        People(path)
+    people.close()
+    path.write_bytes(path.read_bytes() + b'{"participant": "00')  # cut short by a kill
+    again = People(path)
+    assert [again.of(token).participant for token in tokens] == ["001", "002", "003"]  # type: ignore[union-attr]
+    assert again.of("x") is None
+    again.close()
+    path.write_text("[]\n")
+    with pytest.raises(InputError, match="line 1, is no link"):
+        People(path)
+
+
+def test_what_cannot_be_run_in_a_browser_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="runs in the laboratory"):
+        study(tmp_path, 'task = "pinhole"\n')
+    with pytest.raises(InputError, match="answer is 'typed', which the browser cannot do"):
+        study(tmp_path / "..", DEPTH.replace("longest_run", 'answer = "typed"\nlongest_run'))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_an_attacker_changes_nothing(tmp_path: Path, seed: int) -> None:
+    (tmp_path / "study").mkdir()
+    statuses = run(150, seed, tmp_path / "study")
+    assert statuses[400] > 50
