@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 from focalgradient.cli import main
 from focalgradient.cli.program import announce, json_option, show
 
-NO_RESULT = {"run"}
+NO_RESULT = {"run", "serve"}
 """Commands whose result is a data set that a person makes."""
 
 

@@ -34,7 +34,8 @@ def test_frequencies_that_are_no_grid_are_taken_one_by_one() -> None:
     pupil = Pupil(0.004, 555.0, 0.5, NATURAL)
     down, right = np.array([[0.0], [100.0], [137.1], *([[1000 * np.pi]] * 14)]), np.array([[0.0, 55.5]])
     grid = pupil_transfer_of(down, right, pupil)
-    assert np.allclose(grid, pupil_transfer_of(*np.broadcast_arrays(down, right), pupil), atol=1e-12)
+    each, across = np.broadcast_arrays(down, right)
+    assert np.allclose(grid, pupil_transfer_of(each, across, pupil), atol=1e-12)
 
 
 def test_an_eye_takes_it() -> None:

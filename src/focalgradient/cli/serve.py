@@ -58,11 +58,13 @@ def serve(
 ) -> None:
     """Run the experiment of DESIGN.toml (depth rating or the cube) in participants' browsers.
 
-    Writes the same journals and tables as 'focalgradient run': 'validate' and 'report' read both. Each answer is on the
-    disk before it is acknowledged; a page that is closed, or a server that is killed, goes on where it stopped.
+    Reads the design, the pictures of --stimuli, and the links of earlier runs. Writes the same journals and tables as
+    'focalgradient run': 'validate' and 'report' read both. Each answer is on the disk before it is acknowledged; a page
+    that is closed, or a server that is killed, goes on where it stopped.
 
     Prints the open link, the links of --invite, and the address and password of the experimenter's page (the variable
-    FOCALGRADIENT_PASSWORD, or a new one). Ctrl-C ends. In the open this runs behind a proxy with TLS: docs/web.md.
+    FOCALGRADIENT_PASSWORD, or a new one). Runs as long as it is wanted; Ctrl-C ends it. In the open it runs behind a
+    proxy with TLS: docs/web.md.
 
     \b
     Examples:
@@ -70,9 +72,7 @@ def serve(
       focalgradient serve design.toml --data data --invite 20 --no-open-link --public https://lab.example.org
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     try:
-        import uvicorn
-
-        from focalgradient.web import application, page_is_built
+        from focalgradient.web import page_is_built, run
     except ImportError as error:
         raise InputError("the server's libraries are not installed: pip install 'focalgradient[web]'.") from error
     if not page_is_built():
@@ -81,18 +81,18 @@ def serve(
         )
     study = _study(design, data, stimuli, links, consent, completion, open_link=not no_open_link)
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
-    app = application(study, password)
-    config = uvicorn.Config(app, host=host, port=port, log_level="warning", server_header=False, ws="none")
-    listening = config.bind_socket()
-    base = (public or f"http://{host}:{listening.getsockname()[1]}").rstrip("/")
-    if study.open_link:
-        click.echo(f"Open link: {base}/")
-    for token in study.people.invite(invite or 0):
-        click.echo(f"Invitation: {base}/s/{token}")
-    click.echo(f"Experimenter: {base}/experimenter (user: experimenter, password: {password})")
-    click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
+
+    def ready(address: str) -> None:
+        base = (public or address).rstrip("/")
+        if study.open_link:
+            click.echo(f"Open link: {base}/")
+        for token in study.people.invite(invite or 0):
+            click.echo(f"Invitation: {base}/s/{token}")
+        click.echo(f"Experimenter: {base}/experimenter (user: experimenter, password: {password})")
+        click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
+
     with suppress(KeyboardInterrupt):  # the server has ended in order by then, and gives the signal on
-        uvicorn.Server(config).run(sockets=[listening])
+        run(study, password, host, port, ready)
     click.echo("Ended; every answer that was acknowledged is on the disk.")
 
 

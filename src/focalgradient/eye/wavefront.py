@@ -33,7 +33,7 @@ Aberrations = tuple[tuple[int, int, float], ...]
 
 RIM_SAMPLES, PHASE_STEP = 128, 1.4
 """Samples of the pupil a radius, at least, and radians of phase from one to the next, at most: with these the transfer
-differs from the quadrature by 2e-4 at most (`tests/eye/test_wavefront_grid.py`)."""
+differs from the quadrature by 3e-4 at most (`tests/eye/test_wavefront_grid.py`)."""
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
@@ -129,7 +129,7 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
     """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
 
     On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
-    sampled pupil: 5 to 60 times quicker, and right to 2e-4.
+    sampled pupil: 5 to 60 times quicker, and right to 3e-4.
     """
     step = _lattice_step(down, right)
     if step > 0:

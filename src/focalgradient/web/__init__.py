@@ -4,8 +4,8 @@ A server hands out the trial list of a design and writes the same journals; the 
 is the only room that imports the server's libraries (extra `web`).
 """
 
-from focalgradient.web.application import application, page_is_built
+from focalgradient.web.application import application, page_is_built, run
 from focalgradient.web.people import People
 from focalgradient.web.study import Consent, Study
 
-__all__ = ["Consent", "People", "Study", "application", "page_is_built"]
+__all__ = ["Consent", "People", "Study", "application", "page_is_built", "run"]

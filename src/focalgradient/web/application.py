@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import io
 import os
+import socket
 import zipfile
 from base64 import b64decode
 from collections.abc import Awaitable, Callable, Mapping
@@ -12,6 +13,7 @@ from contextlib import asynccontextmanager
 from importlib.resources import files
 from typing import Any
 
+import uvicorn
 from pydantic import BaseModel, ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -25,7 +27,7 @@ from focalgradient.errors import InputError
 from focalgradient.web.messages import Begin, Given, Join, Who
 from focalgradient.web.study import Refused, Study, first_problem
 
-__all__ = ["application", "page_is_built"]
+__all__ = ["application", "page_is_built", "run"]
 
 MOST_BYTES = 4 << 20
 """Of a message: an answer with the time stamps of ten minutes of frames at 240 Hz has some 1.5 MB."""
@@ -228,3 +230,36 @@ def _zipped(study: Study) -> bytes:
                 path = os.path.join(folder, name)
                 archive.write(path, os.path.relpath(path, study.data))
     return buffer.getvalue()
+
+
+def run(study: Study, password: str, host: str, port: int, ready: Callable[[str], object]) -> None:
+    """Serve a study until the process is told to end.
+
+    Parameters
+    ----------
+    study, password
+        As for `application`.
+    host, port
+        Address to listen at; port 0: any free one.
+    ready
+        Called with the address, as "http://127.0.0.1:8000", when it listens.
+
+    Raises
+    ------
+    InputError
+        If the address is taken, or is none of this machine's.
+    """
+    app = application(study, password)
+    config = uvicorn.Config(app, host=host, port=port, log_level="warning", server_header=False, ws="none")
+    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((host, port))
+    except OSError as error:
+        listening.close()
+        study.close()
+        raise InputError(
+            f"{host} port {port} cannot be listened at ({error.strerror}): give another --port."
+        ) from error
+    ready(f"http://{host}:{listening.getsockname()[1]}")
+    uvicorn.Server(config).run(sockets=[listening])

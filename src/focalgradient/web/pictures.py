@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from typing import Any
-
-from PIL import Image
 
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
 from focalgradient.display import Display
@@ -15,6 +12,7 @@ from focalgradient.render.wireframe import WIDTH
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+from focalgradient.stimuli.sets import png
 
 __all__ = ["cube_session", "cube_trial", "depth_session", "depth_trial", "drawing_png", "picture_file"]
 
@@ -24,9 +22,7 @@ MARK_DEG = 0.3
 
 def drawing_png(name: str, stimuli: StimulusSet) -> bytes:
     """The PNG of one of the two drawings whose depth nobody doubts, in the size of the set's pictures."""
-    buffer = io.BytesIO()
-    Image.fromarray(example_picture(name, stimuli.pixels(stimuli.pictures[0]).shape[:2])).save(buffer, "png")
-    return buffer.getvalue()
+    return png(example_picture(name, stimuli.pixels(stimuli.pictures[0]).shape[:2]))
 
 
 def depth_session(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
