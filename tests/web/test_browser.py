@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from focalgradient.design import load_design
 from focalgradient.display import Display
 from focalgradient.stimuli.cube_frames import frames_of
 from focalgradient.web.pictures import cube_session, cube_trial
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
 SCALES = {
     "ratio": 'language = "de"\n',
@@ -47,7 +50,9 @@ def journal(folder: Path) -> Path:
     return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
 
 
-@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize(
+    "scale", ["ratio", *(pytest.param(scale, marks=pytest.mark.slow) for scale in ("steps", "choice"))]
+)
 def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path, scale: str) -> None:
     server = served(tmp_path, DEPTH + SCALES[scale], "--completion", "https://example.org/done")
     page = browser.new_page(viewport={"width": 1280, "height": 800})

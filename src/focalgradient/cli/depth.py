@@ -48,7 +48,7 @@ FROM_EXIF = {
 """Parameters of `focalgradient.photographs.from_exif` and the options that give them."""
 
 SECONDS = {"equalise": 3.0, "spectra": 3.0, "ratio": 1.0, "edges": 8.0, "autofocus": 3.0}
-"""Seconds a megapixel of two views, by method, on two cores: measured for equalise and edges, guessed for the others."""
+"""Seconds a megapixel of two views on two cores: measured for equalise and edges, guessed for the others."""
 
 NEEDED = 200
 """Bytes a pixel that depth takes beside the images: 190 measured, by the default method of two views."""
