@@ -57,7 +57,7 @@ def test_necker(tmp_path: Path) -> None:
     ]
     result = run("necker", "--out", tmp_path, *asked, "--aperture", 30, "--direction", "left")
     assert result.exit_code == 0, result.stderr
-    assert "seen turning left, 2" in result.stdout  # per cent, for the other reading
+    assert "turning left, 2" in result.stdout  # per cent, for the other reading
     made = json.loads((tmp_path / "manifest.json").read_text())
     assert list(made["conditions"]) == ["nonrigid"]  # of which "reversed" is the old name
     assert (tmp_path / "nonrigid.mp4").stat().st_size > 1000

@@ -130,8 +130,11 @@ def _step(page: Page, seen: list[str], name: str) -> None:
         page.focus("#end_resize_phase")
         page.keyboard.press("Enter")
     elif kind == "button":
-        page.focus("button:visible:enabled")
-        page.keyboard.press("Enter")
+        # Of two, the one that goes on: the viewing distance is right, not to be measured again.
+        goes_on = page.query_selector("#proceed:visible") or page.query_selector("button:visible:enabled")
+        if goes_on is not None:
+            goes_on.focus()
+            page.keyboard.press("Enter")
     else:
         page.keyboard.press(" ")
         page.wait_for_timeout(200)

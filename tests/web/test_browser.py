@@ -164,6 +164,7 @@ def test_the_cube_in_the_browser_is_ours_to_one_value_of_255(browser: Browser, t
     server.end()
 
 
+@pytest.mark.slow
 def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, DEPTH)
     page = browser.new_page()
@@ -185,6 +186,7 @@ def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: P
     assert done == [(one.phase, one.trial) for one in load_design(tmp_path / "design.toml").trials("001")]
 
 
+@pytest.mark.slow
 def test_a_second_tab_is_told_and_the_first_goes_on(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER)
     first = browser.new_page()
@@ -217,6 +219,7 @@ def test_texts_are_shown_and_never_run(browser: Browser, tmp_path: Path) -> None
     server.end()
 
 
+@pytest.mark.slow
 def test_the_experimenters_page_shows_who_has_begun(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER)
     someone = browser.new_page()

@@ -209,7 +209,8 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     )
     supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
     doubt = encoding_doubt(views, result, near, far, asked["align"]) if supposed and method == "equalise" else None
-    result = replace(result, details=result.details | {"encoding_doubt_D": doubt})
+    if doubt is not None:
+        result = replace(result, details=result.details | {"encoding_doubt_D": doubt})
     if settings.relative:
         result = _place_in_stack(result, len(views))
     elif settings.calibration is None:

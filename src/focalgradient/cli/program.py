@@ -216,15 +216,23 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def resumable(left: str) -> Iterator[Callable[[float, str], object]]:
-    """Show a bar of the share done with the time left; a Ctrl-C goes on with what is `left` then."""
+def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Callable[[float, str], object]]:
+    """Show a bar of the share done with the time left; a Ctrl-C goes on with what is `left` then.
+
+    `begun` is called once, when what was given has been found right and the work begins.
+    """
     from tqdm import tqdm
 
     layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
     try:
         with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
+            started = False
 
             def say(share: float, what: str) -> None:
+                nonlocal started
+                if not started:
+                    begun()
+                    started = True
                 bar.set_description_str(what, refresh=False)
                 bar.update(share - bar.n)
 

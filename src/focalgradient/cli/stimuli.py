@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -247,8 +248,9 @@ def depth_rating(
     if seed is None:
         raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
     traced = engine == "path" or (engine == "auto" and variant() is not None)
-    announce(SECONDS["path" if traced else "cast"] * scenes * size**2 * samples, f"{scenes} scenes")
-    with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
+    seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
+    begun = partial(announce, seconds, f"{scenes} scenes")
+    with warnings_told(), resumable(LEFT, begun) as say, shared_work(workers, scheduler) as executor:
         made = make_depth_rating(
             out,
             seed=seed,

@@ -67,7 +67,10 @@ def _wrong_head(head: Event) -> str | None:
     keys = head.get("keys")
     wanted: Mapping[str, tuple[bool, str]] = {
         "participant": (_label(head.get("participant")), "a label of letters and digits"),
-        "session": (head.get("session") is None or _label(head["session"]), "a label of letters and digits, or null"),
+        "session": (
+            "session" in head and (head["session"] is None or _label(head["session"])),
+            "a label of letters and digits, or null",
+        ),
         "kind": (head.get("kind") in ("human", "simulated"), "human or simulated"),
         "design": (isinstance(task, str) and task in COLUMNS, "the settings of a known task"),
         "stimuli": (
