@@ -255,6 +255,7 @@ def run(study: Study, password: str, host: str, port: int, ready: Callable[[str]
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
+        listening.listen(1024)  # who comes before the server has started waits for it
     except OSError as error:
         listening.close()
         study.close()

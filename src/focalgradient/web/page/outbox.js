@@ -2,6 +2,8 @@
 
 const WAIT_MS = [500, 1000, 2000, 5000]; // before the next attempt, after each that failed
 
+const TOO_EARLY = 425;
+
 export class Refused extends Error {
   constructor(status, told) {
     super(told.error ?? `the server answered ${status}`);
@@ -31,9 +33,10 @@ const asked = (request) =>
   });
 
 export class Outbox {
-  // `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where one is.
-  constructor(token, tab, waiting, refused) {
-    Object.assign(this, { token, tab, waiting, refused, sending: null });
+  // `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where one is, and
+  // `again()` where the server has yet to go on with the session.
+  constructor(token, tab, { waiting, refused, again }) {
+    Object.assign(this, { token, tab, waiting, refused, again, sending: null });
   }
 
   async open() {
@@ -83,7 +86,8 @@ export class Outbox {
         await asked(this.store("readwrite").delete(key));
         failed = 0;
       } catch (error) {
-        if (!(error instanceof TypeError)) throw error;
+        if (error.status === TOO_EARLY) await this.again().catch(() => {});
+        else if (!(error instanceof TypeError)) throw error;
         await new Promise((resolve) => setTimeout(resolve, WAIT_MS[Math.min(failed++, WAIT_MS.length - 1)]));
       }
     }

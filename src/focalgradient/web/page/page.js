@@ -56,7 +56,12 @@ class Page {
     this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
     this.note.setAttribute("role", "status");
     document.documentElement.append(this.note);
-    this.outbox = new Outbox(token, this.tab, (count) => this.showWaiting(count), (error) => this.lost(error));
+    this.outbox = new Outbox(token, this.tab, {
+      waiting: (count) => this.showWaiting(count),
+      refused: (error) => this.lost(error),
+      // A server that was started anew takes answers when the sitting goes on, on the same clock.
+      again: () => this.ask("/api/begin", this.beginning),
+    });
   }
 
   words(name, values) {
@@ -72,14 +77,14 @@ class Page {
   }
 
   showWaiting(count) {
-    clearTimeout(this.late);
-    this.note.hidden = true;
-    if (count) {
-      this.late = setTimeout(() => {
-        this.note.textContent = this.words("web.waiting", { count });
-        this.note.hidden = false;
-      }, 3000);
+    if (!count) {
+      clearTimeout(this.late);
+      this.late = null;
+      this.note.hidden = true;
+      return;
     }
+    this.note.textContent = this.words("web.waiting", { count });
+    this.late ??= setTimeout(() => (this.note.hidden = false), 3000);
   }
 
   say(text) {
@@ -185,7 +190,7 @@ class Page {
     const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
     // The plugin counts CSS pixels, and all lengths in millimetres.
     const pitch = chinrest ? (1e-3 * chinrest.item_width_mm) / chinrest.item_width_px / devicePixelRatio : null;
-    return this.ask("/api/begin", {
+    this.beginning = {
       consent: this.state.consent ? this.state.consent.sha256 : null,
       screen_px: pixels,
       screen_m: pitch && pixels.map((side) => side * pitch),
@@ -194,7 +199,8 @@ class Page {
       refresh_hz: 1000 / this.frame,
       browser: navigator.userAgent,
       now_ms: performance.now(),
-    });
+    };
+    return this.ask("/api/begin", this.beginning);
   }
 
   consent() {
