@@ -96,7 +96,6 @@ class Page {
     this.state = await this.ask("/api/state");
     document.documentElement.lang = this.state.language;
     document.title = this.words("web.title");
-    document.body.classList.toggle("dark", this.state.dark);
     if (this.state.status === "busy") return this.say(this.words("web.other_tab"));
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
@@ -135,6 +134,8 @@ class Page {
     this.jsPsych = initJsPsych({ display_element: "stage", on_close: () => {} });
     const { trials, ...session } = await this.prepared();
     this.session = session;
+    // Not before: the blind spot is looked for beside a black square.
+    document.body.classList.toggle("dark", this.state.dark);
     // What an earlier page was told but could not send comes first; its trials are not shown again.
     const before = (await this.ask("/api/state")).done;
     await this.outbox.send();
