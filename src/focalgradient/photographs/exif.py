@@ -92,79 +92,36 @@ def from_exif(
             raise InputError(
                 f"{name} has {len(given)} values, but needs one for each of the {len(files)} photographs, in order."
             )
-    told = [_recorded(file) for file in files]
+    camera: dict[str, Any] = {
+        "focal_length_mm": focal_length_mm,
+        "pixel_pitch_um": pixel_pitch_um,
+        "encoding": encoding,
+        "telecentric": telecentric,
+        "distances_from": distances_from,
+        "focus_from": focus_from,
+        "sensor_to_pupil_mm": sensor_to_pupil_mm,
+        "sensor_to_front_mm": sensor_to_front_mm,
+    }
+    recorded = [_recorded(file) for file in files]
     if calibrated is not None:
-        sensor = calibrated.sensor
-        exif_focal_length = told[0].focal_length_mm
-        if focal_length_mm is None and exif_focal_length and abs(exif_focal_length / sensor.focal_length_mm - 1) > 0.01:
-            raise InputError(
-                f"{files[0].name} was taken at {exif_focal_length:g} mm, but the camera was calibrated at "
-                f"{sensor.focal_length_mm:g} mm: calibrate it at this zoom."
-            )
-        focal_length_mm = focal_length_mm or sensor.focal_length_mm
-        exif_pitch = told[0].pixel_pitch_um or sensor.pixel_pitch_um
-        if pixel_pitch_um is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # if not, it was resized
-            pixel_pitch_um = sensor.pixel_pitch_um
-        encoding, telecentric = encoding or sensor.encoding, telecentric or sensor.telecentric
-        distances_from, focus_from = distances_from or sensor.distances_from, focus_from or sensor.focus_from
-        sensor_to_pupil_mm = sensor_to_pupil_mm or sensor.sensor_to_pupil_mm
-        sensor_to_front_mm = sensor_to_front_mm or sensor.sensor_to_front_mm
+        camera = _of_calibrated(camera, calibrated, files[0], recorded[0])
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
-    relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in told)
+    relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in recorded)
     if relative:
         focus_distances_m = [1 / (1 + n / max(1, len(files) - 1)) for n in range(len(files))]
         # Stand-ins: sharpness does not depend on them. What focus does to magnification is not known.
-        telecentric, focal_length_mm = True, focal_length_mm or told[0].focal_length_mm or 50.0
-        pixel_pitch_um = pixel_pitch_um or told[0].pixel_pitch_um or 5.0
-        f_numbers = f_numbers or [one.f_number or told[0].f_number or 4.0 for one in told]
-    lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
-
-    def each(values: list[float | None], what: str, parameter: str) -> list[float]:
-        names = [file.name for file, value in zip(files, values, strict=True) if value is None]
-        if names:
-            lacking.append((what + (f" (of {', '.join(names)})" if len(names) < len(files) else ""), parameter))
-        return [math.nan if value is None else value for value in values]
-
-    def shared(given: float | None, values: list[float | None], what: str, parameter: str) -> float:
-        found = each(values if given is None else [given] * len(files), what, parameter)
-        for file, value in zip(files, found, strict=True):
-            if abs(value - found[0]) > 1e-3 * found[0]:
-                raise InputError(
-                    f"EXIF tells a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
-                    f"views must be taken with one camera at one zoom, or give {parameter}."
-                )
-        return found[0]
-
-    once_each = "(one for each photograph, in order)"
-    focal_length = shared(focal_length_mm, [t.focal_length_mm for t in told], "focal length in mm", "focal_length_mm")
-    f_number = each(list(f_numbers) or [t.f_number for t in told], "f-number", f"f_numbers {once_each}")
-    focus = each(
-        list(focus_distances_m) or [t.focus_distance_m for t in told],
-        "distance of focus in m",
-        f"focus_distances_m {once_each}",
-    )
-    pitch = shared(pixel_pitch_um, [t.pixel_pitch_um for t in told], "pixel pitch in um", "pixel_pitch_um")
-    if lacking:
-        whats, parameters = zip(*lacking, strict=True)
-        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(parameters)}.")
+        first = recorded[0]
+        camera["telecentric"] = True
+        camera["focal_length_mm"] = camera["focal_length_mm"] or first.focal_length_mm or 50.0
+        camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
+        f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
+    camera, views = _complete(files, recorded, camera, f_numbers, focus_distances_m)
     settings = check_table(
         "the optics given",
         {
-            "camera": {
-                "focal_length_mm": focal_length,
-                "pixel_pitch_um": pitch,
-                "encoding": encoding,
-                "telecentric": telecentric,
-                "distances_from": distances_from,
-                "focus_from": focus_from,
-                "sensor_to_pupil_mm": sensor_to_pupil_mm,
-                "sensor_to_front_mm": sensor_to_front_mm,
-            },
-            "view": [
-                {"image": file, "f_number": n, "focus_distance_m": d}
-                for file, n, d in zip(files, f_number, focus, strict=True)
-            ],
+            "camera": camera,
+            "view": views,
             "relative": relative,
             "calibration": calibrated and calibrated.calibration,
             "calibrated_plane": calibrated and calibrated.sensor.distances_from,
@@ -173,6 +130,78 @@ def from_exif(
     )
     settings.lenses()
     return settings
+
+
+def _of_calibrated(
+    camera: Mapping[str, Any], calibrated: Calibrated, file: Path, recorded: _Recorded
+) -> dict[str, Any]:
+    """What is given of a camera, and what its calibration gives beside that.
+
+    Raises
+    ------
+    InputError
+        If the first file was taken at another focal length than the camera was calibrated at.
+    """
+    sensor, taken = calibrated.sensor, recorded.focal_length_mm
+    if camera["focal_length_mm"] is None and taken and abs(taken / sensor.focal_length_mm - 1) > 0.01:
+        raise InputError(
+            f"{file.name} was taken at {taken:g} mm, but the camera was calibrated at "
+            f"{sensor.focal_length_mm:g} mm: calibrate it at this zoom."
+        )
+    known = {name: given or getattr(sensor, name) for name, given in camera.items() if name != "pixel_pitch_um"}
+    pitch, exif_pitch = camera["pixel_pitch_um"], recorded.pixel_pitch_um or sensor.pixel_pitch_um
+    if pitch is None and abs(exif_pitch / sensor.pixel_pitch_um - 1) < 0.05:  # if not, it was resized
+        pitch = sensor.pixel_pitch_um
+    return known | {"pixel_pitch_um": pitch}
+
+
+def _complete(
+    files: Sequence[Path],
+    recorded: Sequence[_Recorded],
+    camera: Mapping[str, Any],
+    f_numbers: Sequence[float],
+    focus_distances_m: Sequence[float],
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """The tables of the camera and of its views, with what EXIF gives where nothing else does.
+
+    Raises
+    ------
+    InputError
+        If something is missing (all that is, is named), or the files disagree on what they share.
+    """
+    lacking: list[tuple[str, str]] = []  # what, and the parameter that gives it
+
+    def each(values: Sequence[float | None], what: str, parameter: str) -> list[float]:
+        names = [file.name for file, value in zip(files, values, strict=True) if value is None]
+        if names:
+            lacking.append((what + (f" (of {', '.join(names)})" if len(names) < len(files) else ""), parameter))
+        return [math.nan if value is None else value for value in values]
+
+    def shared(name: str, what: str) -> float:
+        given = camera[name]
+        found = each([getattr(one, name) for one in recorded] if given is None else [given] * len(files), what, name)
+        for file, value in zip(files, found, strict=True):
+            if abs(value - found[0]) > 1e-3 * found[0]:
+                raise InputError(
+                    f"EXIF tells a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
+                    f"views must be taken with one camera at one zoom, or give {name}."
+                )
+        return found[0]
+
+    once_each = "(one for each photograph, in order)"
+    focal_length = shared("focal_length_mm", "focal length in mm")
+    numbers: Sequence[float | None] = f_numbers or [one.f_number for one in recorded]
+    f_number = each(numbers, "f-number", f"f_numbers {once_each}")
+    distances: Sequence[float | None] = focus_distances_m or [one.focus_distance_m for one in recorded]
+    focus = each(distances, "distance of focus in m", f"focus_distances_m {once_each}")
+    pitch = shared("pixel_pitch_um", "pixel pitch in um")
+    if lacking:
+        whats, parameters = zip(*lacking, strict=True)
+        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(parameters)}.")
+    views = zip(files, f_number, focus, strict=True)
+    return {**camera, "focal_length_mm": focal_length, "pixel_pitch_um": pitch}, [
+        {"image": file, "f_number": number, "focus_distance_m": distance} for file, number, distance in views
+    ]
 
 
 def _recorded(path: Path) -> _Recorded:
