@@ -40,6 +40,8 @@ mark_s = 0.1
 blank_s = 0.1
 pause_s = 0.1
 longest_run = 4
+break_every = 6
+least_break_s = 0.0
 """
 
 

@@ -82,5 +82,5 @@ def necker(design: NeckerDesign, words: Words, participant: str) -> dict[str, An
 
 
 def rest(words: Words, trial: Trial, total: int) -> str:
-    """What stands on the page of a break."""
-    return words("session.rest", done=trial.trial - 1, total=total, minutes="?")
+    """What stands on the page of a break; the page fills in the {minutes} that are left, by its own clock."""
+    return words("session.rest", done=trial.trial - 1, total=total, minutes="{minutes}")

@@ -140,6 +140,7 @@ class Page {
     const before = (await this.ask("/api/state")).done;
     await this.outbox.send();
     const left = trials.slice((await this.ask("/api/state")).done - before);
+    Object.assign(this, { left, began: performance.now() });
     const recent = Date.now() - Number(localStorage.getItem(this.token) ?? 0) < FORGOTTEN_MS;
     await this.jsPsych.run([...(recent ? [] : this.opening()), ...left.flatMap((trial) => this.nodes(trial))]);
   }
@@ -220,7 +221,7 @@ class Page {
   page(text, button = this.words("web.go_on")) {
     return {
       type: Buttons,
-      stimulus: `<div class="page">${html(text)}</div>`,
+      stimulus: () => `<div class="page">${html(typeof text === "string" ? text : text())}</div>`,
       choices: [button],
       on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button").focus(),
     };
@@ -233,9 +234,17 @@ class Page {
   // All screens of a trial, of which the last sends the answer.
   nodes(trial) {
     const found = [];
-    if (trial.break) found.push(this.page(trial.break));
+    if (trial.break) found.push(this.page(() => filled(trial.break, { minutes: this.minutes(trial) })));
     if (trial.standard) found.push(this.page(this.session.standard_text), this.picture([trial.standard]));
     return found.concat(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial));
+  }
+
+  // Minutes that the trials from this one on will take, at the pace so far; ten seconds each where there is none yet.
+  minutes(trial) {
+    const main = this.left.filter((one) => one.phase === "main");
+    const place = main.indexOf(trial);
+    const each = place > 0 ? (performance.now() - this.began) / 1000 / place : 10;
+    return Math.max(1, Math.round((each * (main.length - place)) / 60));
   }
 
   picture(intervals) {
