@@ -163,7 +163,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
     --------
     >>> table = simulated_ratings(DepthRatingDesign(), 2, Model(effect=2.0), default_rng(1))
     >>> table.shape[0], table["kind"].unique().tolist()
-    (392, ['simulated'])
+    (396, ['simulated'])
     """
     told = design.model_dump_json()
     tables = []
