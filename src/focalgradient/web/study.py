@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -141,6 +142,7 @@ class Study:
                 f"{design.task} needs things that stand before the participant: it runs in the laboratory."
             )
         self._display = self._set.display if self._set else Display()
+        self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
         self._places: dict[str, _Place] = {}
         self._guard = threading.Lock()
 
@@ -148,8 +150,11 @@ class Study:
         person = self.people.of(token)
         if person is None:
             raise Refused(404, "This link is not known: follow the link that you were given.")
+        return self._place_of(person.participant)
+
+    def _place_of(self, participant: str) -> _Place:
         with self._guard:
-            return self._places.setdefault(person.participant, _Place(person.participant))
+            return self._places.setdefault(participant, _Place(participant))
 
     @contextmanager
     def _held(self, who: Who) -> Iterator[_Place]:
@@ -178,7 +183,7 @@ class Study:
             return "new", 0
         log = read_journal(path)
         place.done = len(log.of("trial"))
-        return ("complete" if place.done == len(self.design.trials(place.participant)) else "begun"), place.done
+        return ("complete" if place.done == len(self._trials(place.participant)) else "begun"), place.done
 
     def join(self, platform: Mapping[str, str]) -> dict[str, Any]:
         """Give a link's secret to who comes without one."""
@@ -199,7 +204,6 @@ class Study:
             "language": self.words.language if len(self.words.language) == 2 else "en",
             "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
             "consent": self.consent and {"text": self.consent.text, "sha256": self.consent.sha256},
-            "measure_screen": True,
             "dark": isinstance(self.design, NeckerDesign),
         }
 
@@ -212,8 +216,7 @@ class Study:
             if status == "complete":
                 raise Refused(409, "The session is complete.", complete=True)
             if place.session is not None:
-                place.session.__exit__()
-                place.session = None
+                self._close(place)
                 status = "begun"
             apparatus = _apparatus(given)
             if status == "new":
@@ -281,10 +284,8 @@ class Study:
 
     def _unbegun(self, place: _Place, given: Given) -> dict[str, Any]:
         """An answer that comes before this server has begun anything: one that an earlier server may have recorded."""
-        path = self._journal(place.participant)
-        trials = self.design.trials(place.participant)
-        keys = [(trial.phase, trial.trial) for trial in trials]
-        done = len(read_journal(path).of("trial")) if path.exists() else 0
+        _, done = self._progress(place)
+        keys = [(trial.phase, trial.trial) for trial in self._trials(place.participant)]
         if (given.phase, given.trial) in keys[:done]:
             return {"recorded": True, "again": True, "done": done}
         raise Refused(425, "The session has to go on before answers are taken.", done=done)
@@ -342,8 +343,7 @@ class Study:
 
     def stop(self, participant: str) -> None:
         """Stop a participant's session: what was recorded stays, nothing more is taken."""
-        with self._guard:
-            place = self._places.setdefault(participant, _Place(participant))
+        place = self._place_of(participant)
         with place.guard:
             place.stopped = True
             self._close(place)
@@ -367,13 +367,12 @@ class Study:
         """Give a row for everybody: how far the session is, when there was a sign of life, what was lost."""
         rows = []
         for participant, person in sorted(self.people.everybody().items()):
-            with self._guard:
-                place = self._places.setdefault(participant, _Place(participant))
+            place = self._place_of(participant)
             with place.guard:
                 status, done = self._progress(place)
                 silent = time.monotonic() - place.alive
             row = {"participant": participant, "status": status, "done": done, "lost": place.lost}
-            row["trials"] = len(self.design.trials(participant))
+            row["trials"] = len(self._trials(participant))
             row["silent_s"] = round(silent, 1) if silent < 1e6 else None
             row["came_from"] = "platform" if person.platform else "link"
             rows.append(row)
@@ -384,7 +383,7 @@ class Study:
         rows = self.overview()
         counts: dict[str, int] = {}
         for row in rows:
-            trials = self.design.trials(row["participant"])
+            trials = self._trials(row["participant"])
             for trial in trials[: row["done"]]:
                 if trial.phase == "main" and not trial.catch:
                     name = ", ".join(map(str, trial.condition))

@@ -163,29 +163,27 @@ class Page {
       message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
       button_label: this.words("web.go_on"),
     });
-    if (this.state.measure_screen) {
-      timeline.push({
-        type: Chinrest,
-        blindspot_reps: 5,
-        resize_units: "none",
-        item_path: card,
-        adjustment_prompt: `<div class="page">${html(this.words("web.card"))}</div>`,
-        adjustment_button_prompt: this.words("web.card_done"),
-        blindspot_prompt: `<div class="page">${html(this.words("web.blind_spot"))}</div>`,
-        blindspot_measurements_prompt: this.words("web.blind_spot_left"),
-        viewing_distance_report: `<div class="page">${escaped(this.words("web.distance_right")).replace(
-          "{distance}",
-          '<b id="distance-estimate"></b>',
-        )}</div>`,
-        redo_measurement_button_label: this.words("web.no"),
-        blindspot_done_prompt: this.words("web.yes"),
-        on_load: () => addEventListener("keydown", resizeByKeys),
-        on_finish: (data) => {
-          removeEventListener("keydown", resizeByKeys);
-          about.chinrest = data;
-        },
-      });
-    }
+    timeline.push({
+      type: Chinrest,
+      blindspot_reps: 5,
+      resize_units: "none",
+      item_path: card,
+      adjustment_prompt: `<div class="page">${html(this.words("web.card"))}</div>`,
+      adjustment_button_prompt: this.words("web.card_done"),
+      blindspot_prompt: `<div class="page">${html(this.words("web.blind_spot"))}</div>`,
+      blindspot_measurements_prompt: this.words("web.blind_spot_left"),
+      viewing_distance_report: `<div class="page">${escaped(this.words("web.distance_right")).replace(
+        "{distance}",
+        '<b id="distance-estimate"></b>',
+      )}</div>`,
+      redo_measurement_button_label: this.words("web.no"),
+      blindspot_done_prompt: this.words("web.yes"),
+      on_load: () => addEventListener("keydown", resizeByKeys),
+      on_finish: (data) => {
+        removeEventListener("keydown", resizeByKeys);
+        about.chinrest = data;
+      },
+    });
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
     const chinrest = about.chinrest;
@@ -233,7 +231,7 @@ class Page {
 
   // All screens of a trial, of which the last sends the answer.
   nodes(trial) {
-    const found = [];
+    const found = trial.cube ? [] : [{ type: Call, async: true, func: (done) => this.fetched(trial).then(done) }];
     if (trial.break) found.push(this.page(() => filled(trial.break, { minutes: this.minutes(trial) })));
     if (trial.standard) found.push(this.page(this.session.standard_text), this.picture([trial.standard]));
     return found.concat(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial));
@@ -262,7 +260,6 @@ class Page {
   depthNodes(trial) {
     const kept = {};
     const seconds = (ms) => (ms - this.session.start_ms) / 1000;
-    const upcoming = { type: Call, async: true, func: (done) => this.fetched(trial).then(done) };
     const picture = {
       ...this.picture(trial.intervals),
       on_finish: (data) => {
@@ -272,7 +269,7 @@ class Page {
       },
     };
     const question = this.question(trial, (answer) => Object.assign(kept, answer));
-    return [upcoming, picture, question, this.sent(trial, kept)];
+    return [picture, question, this.sent(trial, kept)];
   }
 
   // Keep an answer in the browser's database, from where it is sent; the next trial need not wait for the network.
