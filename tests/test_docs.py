@@ -24,6 +24,9 @@ RUN = {"sh", "python"}
 SHOWN = {"toml", "csv", "text", "r", "json"}
 """Kinds of blocks that are run, and that only show what a file holds."""
 
+LONGEST_S = 300
+"""A block that takes longer needs a comment that says so."""
+
 BLOCK = re.compile(
     r"(?:<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
 )
@@ -85,8 +88,7 @@ def run(block: Block, folder: Path) -> None:
     programs = str(Path(sys.executable).parent)
     kept = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "FOCALGRADIENT_CACHE": str(folder / "cache")}
     command = ["bash", "-e", "-c", block.text] if block.kind == "sh" else [sys.executable, "-c", block.text]
-    done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, env=os.environ | kept | {"MPLBACKEND": "Agg"}
-    )
+    environment = os.environ | kept | {"MPLBACKEND": "Agg"}
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=LONGEST_S)
     assert done.returncode == 0, f"{block.text}\n{done.stderr}"
     assert "Traceback" not in done.stderr

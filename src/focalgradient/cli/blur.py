@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import gamma_of, positive, screen_size
-from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
 from focalgradient.progress import Progress
@@ -168,7 +168,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     if several:
         _same_settings(out, settings)
     found: list[dict[str, Any]] = []
-    with warnings_told() as said, resumable(left) as say:
+    with warnings_given() as said, resumable(left) as say:
         for number, (one, other, stem) in enumerate(pairs):
             frame = next(frames, None)
             if several and not picture.is_dir() and frame is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
-from focalgradient.cli.program import announce, json_option, progress, show, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, progress, show, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting, replacing
 
@@ -106,7 +106,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []
     found: FieldFit | None = None
-    with progress((2 if pairs else 1) * len(pairs or shots) + 1 + bool(pairs)) as say, warnings_told():
+    with progress((2 if pairs else 1) * len(pairs or shots) + 1 + bool(pairs)) as say, warnings_given():
         if pairs:
             say("comparing shapes of blur")
             psf, k = settings.shape(pairs)

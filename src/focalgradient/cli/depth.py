@@ -17,7 +17,7 @@ import numpy as np
 
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
 from focalgradient.cli.options import optics_options, options_named, search_options, shared_options, shared_work
-from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_given, writable
 from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
@@ -156,10 +156,10 @@ def depth(
         recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
         return
     writable(out, NAMES, read)
-    with progress(STAGES) as say, warnings_told() as told, shared_work(workers, scheduler) as executor:
+    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         frame = Frame(inputs, optics, calibration, asked, out)
         if executor is None:
-            found = _recovered(frame, told, say)
+            found = _recovered(frame, given, say)
         else:
             found = executor.submit(by_worker, _recovered, frame.absolute()).result()
             found.tell()
@@ -173,8 +173,8 @@ def depth(
     )
 
 
-def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> Recovered:
-    """Recover the depth of one frame; `told` are the warnings that were given by then."""
+def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
+    """Recover the depth of one frame; `given` are the warnings that were given by then."""
     start = time.perf_counter()
     method, asked = frame.asked["method"], frame.asked
     say("reading the views")
@@ -184,40 +184,15 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
     require(NEEDED * pixels, f"depth of {pixels / 1e6:.3g} million pixels", "crop or reduce the images")
 
-    from focalgradient import recover_depth
-    from focalgradient.calibration import apply_calibration
     from focalgradient.photographs import make_views
-    from focalgradient.photographs.encoding_doubt import encoding_doubt
     from focalgradient.plotting import depth_figure
 
     views = make_views(settings, photographs)
-    psf = _shape(asked["psf"], method, settings.calibration)
-    # The optics count from their entrance pupil, the user from a plane on the camera.
     with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
         offset = settings.offset
-    near, far = (None if asked[end] is None else asked[end] + offset for end in ("near_m", "far_m"))
-    near, far = _beside_focus(near, far, settings)
-    result = recover_depth(
-        views,
-        method=method,
-        near=near,
-        far=far,
-        psf=psf,
-        k=settings.blur_k,
-        align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
-        progress=lambda share, words: say(words),
-    )
-    supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
-    doubt = encoding_doubt(views, result, near, far, asked["align"]) if supposed and method == "equalise" else None
-    if doubt is not None:
-        result = replace(result, details=result.details | {"encoding_doubt_D": doubt})
-    if settings.relative:
-        result = _place_in_stack(result, len(views))
-    elif settings.calibration is None:
-        result = replace(result, offset=offset, plane=settings.plane)
-    else:
-        marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-        result = apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
+    result, psf = _estimated(views, settings, asked, offset, say)
+    result = _encoding_doubted(result, views, settings, photographs, asked, offset)
+    result = _referred(result, views, settings, offset)
     if not result.valid.any():
         lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
         warnings.warn(
@@ -226,24 +201,88 @@ def _recovered(frame: Frame, told: list[str], say: Callable[[str], object]) -> R
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
     asked = {**asked, "psf": result.details.get("psf", psf)}
-    summary = _summary(settings, views, photographs, asked, result, told)
+    summary = _summary(settings, views, photographs, asked, result, given)
     summary |= {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": result.save,
         "depth.png": figure.savefig,
         "summary.json": summary_json(summary),
     }
+    return Recovered(files, summary, [], middle=_middle(settings, result, summary, len(photographs)))
+
+
+def _estimated(
+    views: Sequence[View], settings: Settings, asked: Mapping[str, Any], offset: float, say: Callable[[str], object]
+) -> tuple[DepthMap, BlurSource]:
+    """Depth as counted from the entrance pupil, as the optics count, and the shape of blur that it was estimated with.
+
+    The user's limits count from a plane on the camera, `offset` (m) before it.
+    """
+    from focalgradient import recover_depth
+
+    psf = _shape(asked["psf"], asked["method"], settings.calibration)
+    near, far = _limits(settings, asked, offset)
+    result = recover_depth(
+        views,
+        method=asked["method"],
+        near=near,
+        far=far,
+        psf=psf,
+        k=settings.blur_k,
+        align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
+        progress=lambda share, words: say(words),
+    )
+    return result, psf
+
+
+def _limits(settings: Settings, asked: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
+    near, far = (None if asked[end] is None else asked[end] + offset for end in ("near_m", "far_m"))
+    return _beside_focus(near, far, settings)
+
+
+def _encoding_doubted(
+    result: DepthMap,
+    views: Sequence[View],
+    settings: Settings,
+    photographs: Sequence[Photograph],
+    asked: Mapping[str, Any],
+    offset: float,
+) -> DepthMap:
+    """`result` with how much depth would differ were 8-bit files linear, where nobody states how they are encoded."""
+    from focalgradient.photographs.encoding_doubt import encoding_doubt
+
+    supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
+    if not supposed or asked["method"] != "equalise":
+        return result
+    doubt = encoding_doubt(views, result, *_limits(settings, asked, offset), asked["align"])
+    return result if doubt is None else replace(result, details=result.details | {"encoding_doubt_D": doubt})
+
+
+def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offset: float) -> DepthMap:
+    """`result` with distances from the plane that the user counts from, calibrated where a camera is given."""
+    from focalgradient.calibration import apply_calibration
+
+    if settings.relative:
+        return _place_in_stack(result, len(views))
+    if settings.calibration is None:
+        return replace(result, offset=offset, plane=settings.plane)
+    marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
+    return apply_calibration(result, views, settings.calibration, marks, offset, settings.plane)
+
+
+def _middle(settings: Settings, result: DepthMap, summary: Mapping[str, Any], count: int) -> str:
+    """The median depth in words; of the encoding's doubt, too."""
     distance = summary["medians"]["distance_m"]
     middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
     if settings.relative:
-        place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (len(photographs) - 1)
-        middle = f"Median place in the stack: {place:.2f} of {len(photographs)} (order only)"
-    if doubt is not None:
+        place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (count - 1)
+        middle = f"Median place in the stack: {place:.2f} of {count} (order only)"
+    if (doubt := result.details.get("encoding_doubt_D")) is not None:
         middle += (
             f"\nThe 8-bit files are taken for sRGB; were they linear, depth would read {doubt:+.2g} D "
             "(give --encoding, or encoding under [camera], where you know)"
         )
-    return Recovered(files, summary, [], middle=middle)
+    return middle
 
 
 def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
@@ -340,7 +379,7 @@ def _summary(
     photographs: Sequence[Photograph],
     asked: Mapping[str, Any],
     result: DepthMap,
-    told: Sequence[str],
+    given: Sequence[str],
 ) -> dict[str, Any]:
     valid = result.valid
 
@@ -377,7 +416,7 @@ def _summary(
             "share_of_valid_told_by_views": float(result.side_known[valid].mean()) if valid.any() else math.nan,
         },
         "details": result.details,
-        "warnings": list(told),
+        "warnings": list(given),
         "versions": {name: version(name) for name in packages} | {"python": platform.python_version()},
     }
 

@@ -14,14 +14,14 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.program import json_option, progress, show, summary_json, warnings_told, writable
+from focalgradient.cli.program import json_option, progress, show, summary_json, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, replace_set
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from focalgradient.eye import Band, TimeCourse
+    from focalgradient.eye import Band, Cones, TimeCourse
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
 
@@ -38,6 +38,7 @@ FRAMES = 16
 """Frames of the film, over one period of half a second."""
 
 NOISE, CORRELATION = 0.01, 0.95
+ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
 SAMPLES, WAVELENGTHS = 64, 5
 NAMES = ("spheres", "slant", "step", "plane")
 STAGES = 8
@@ -120,21 +121,17 @@ def eye(
     if scene not in NAMES:
         raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
     writable(out, FILES)
-    with progress(STAGES) as say, warnings_told() as told, shared_work(workers, scheduler) as executor:
+    with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         say("forming the views")
         from focalgradient import recover_depth
-        from focalgradient.eye import Cones, Eye, Oscillation, eye_views, score
+        from focalgradient.eye import Eye, Oscillation, eye_views, score
         from focalgradient.eye.retina import S_FINEST_CPD
         from focalgradient.plotting import depth_figure
 
         subject, course = Eye(1e-3 * pupil, accommodation), Oscillation(amplitude)
         eyes = [subject] if views == "bands" else subject.through(PAIR, course)
         bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
-        cones = [
-            Cones.of(one, band, wavelengths=WAVELENGTHS, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
-            for one in eyes
-            for band in bands
-        ]
+        cones = [_cones(one, band) for one in eyes for band in bands]
         world = _scene(scene, seed, accommodation)
         how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
         seen = eye_views(world, cones, SHAPE, MINUTE, executor=executor, **how)
@@ -154,24 +151,21 @@ def eye(
         focus = _focus_figure(course, accommodation, None if views == "bands" else PAIR)
         found = score(result.vergence, result.valid, truth, accommodation)
 
+    settings = {
+        "scene": scene,
+        "pupil_mm": pupil,
+        "accommodation_D": accommodation,
+        "views": views,
+        "amplitude_D": amplitude,
+        "seed": seed,
+    }
     summary = {
         "simulated": True,
-        "settings": {
-            "scene": scene,
-            "pupil_mm": pupil,
-            "accommodation_D": accommodation,
-            "views": views,
-            "amplitude_D": amplitude,
-            "seed": seed,
-            "pixel_arcmin": 1.0,
-            "noise_of_mean": NOISE,
-            "texture_correlation_of_bands": CORRELATION,
-            "s_cones_resolve_cycles_per_degree": S_FINEST_CPD,
-        },
+        "settings": settings | ASSUMED | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
         "focus_D": [one.focus_vergence for one in cones],
         "found": found,
         "details": result.details,
-        "warnings": told,
+        "warnings": given,
         "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
         | {"python": platform.python_version()},
     }
@@ -192,6 +186,13 @@ def eye(
         f"Valid pixels: {found['valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+
+
+def _cones(subject: Any, band: Band) -> Cones:
+    from focalgradient.eye import Cones
+    from focalgradient.eye.retina import S_FINEST_CPD
+
+    return Cones.of(subject, band, wavelengths=WAVELENGTHS, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
 
 
 def _scene(name: str, seed: int, fixation: float) -> Scene:

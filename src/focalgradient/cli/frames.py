@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from focalgradient.cli.program import resumable, show, warnings_told
+from focalgradient.cli.program import resumable, show, warnings_given
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import plain_name, printable, replace_set
 from focalgradient.parallel import completed
@@ -63,8 +63,8 @@ class Recovered:
 
     def tell(self, name: str = "") -> None:
         """Give the warnings of another process; raise where the frame is wrong."""
-        for told in self.warnings:
-            warnings.warn(FocalGradientWarning(f"{name}{told}"), stacklevel=2)
+        for given in self.warnings:
+            warnings.warn(FocalGradientWarning(f"{name}{given}"), stacklevel=2)
         if self.wrong is not None:
             raise InputError(self.wrong)
 
@@ -94,26 +94,26 @@ def folders(inputs: Sequence[Path]) -> list[str]:
 
 def by_worker(recover: Recover, frame: Frame) -> Recovered:
     """Recover a frame in any process, with all that another one is to be given."""
-    told: list[str] = []
+    given: list[str] = []
 
     def keep(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
         if issubclass(category, FocalGradientWarning):
-            told.append(str(message))
+            given.append(str(message))
 
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("always", FocalGradientWarning)
         warnings.showwarning = keep
         try:
-            found = recover(frame, told, lambda stage: None)
+            found = recover(frame, given, lambda stage: None)
         except InputError as error:
-            return Recovered({}, {}, told, str(error))
+            return Recovered({}, {}, given, str(error))
         files: dict[str, bytes] = {}
         for name, content in found.files.items():
             if not isinstance(content, bytes):
                 content(place := Path(folder, name))
                 content = place.read_bytes()
             files[name] = content
-    return replace(found, files=files, warnings=told)
+    return replace(found, files=files, warnings=given)
 
 
 def recover_frames(
@@ -127,7 +127,7 @@ def recover_frames(
         If a frame failed, after all the others were made.
     """
     names, wrong, summaries = list(frames), [], {}
-    with warnings_told(), resumable(LEFT) as say, work as executor:
+    with warnings_given(), resumable(LEFT) as say, work as executor:
         made = completed(executor, partial(by_worker, recover), list(frames.values()))
         for done, (number, found) in enumerate(made, start=1):
             name = names[number]

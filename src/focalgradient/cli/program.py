@@ -33,7 +33,7 @@ __all__ = [
     "show",
     "strict",
     "summary_json",
-    "warnings_told",
+    "warnings_given",
     "writable",
 ]
 
@@ -180,23 +180,23 @@ def announce(seconds: float, work: str) -> None:
 
 
 @contextmanager
-def warnings_told() -> Iterator[list[str]]:
+def warnings_given() -> Iterator[list[str]]:
     """Print focalgradient's warnings above the bar, a line each, and collect them; others go their way."""
     from tqdm import tqdm
 
-    told: list[str] = []
+    given: list[str] = []
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
         if not issubclass(category, FocalGradientWarning):
             otherwise(message, category, *place, **more)
         else:
-            told.append(str(message))
+            given.append(str(message))
             tqdm.write(f"Warning: {' '.join(str(message).split())}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", FocalGradientWarning)
         otherwise, warnings.showwarning = warnings.showwarning, show
-        yield told
+        yield given
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from focalgradient.cli.options import shared_options, shared_work
-from focalgradient.cli.program import json_option, resumable, show, warnings_told
+from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 
@@ -91,7 +91,7 @@ def simulate(
     observer_named(observer)
     chosen = _design(experiment, design)
     seconds = OBSERVER_S[experiment] * observers
-    with resumable(LEFT) as say, warnings_told(), shared_work(workers, scheduler, seconds) as executor:
+    with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
         run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}
         # The pictures lie in a folder of this machine, which the workers of a scheduler need not see.
         new = _run(chosen, out, stimuli, executor if scheduler is None else None, say, run)

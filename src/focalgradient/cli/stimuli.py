@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from focalgradient.cli.options import gamma_of, positive, screen_size, shared_options, shared_work
-from focalgradient.cli.program import announce, json_option, resumable, show, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 
@@ -232,7 +232,7 @@ def depth_rating(
         if seed is not None or chromatic:
             raise InputError("--seed and --chromatic are for scenes of ours: leave them out with --picture.")
         shown = {"unit": depth_unit, "scale": depth_scale, "baseline": baseline}
-        with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
+        with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
             photographs, angle = _photographs(pictures, depths, field, shown)
             made = make_from_photographs(
                 out,
@@ -250,7 +250,7 @@ def depth_rating(
     traced = engine == "path" or (engine == "auto" and variant() is not None)
     seconds = SECONDS["path" if traced else "cast"] * scenes * size**2 * samples
     begun = partial(announce, seconds, f"{scenes} scenes")
-    with warnings_told(), resumable(LEFT, begun) as say, shared_work(workers, scheduler) as executor:
+    with warnings_given(), resumable(LEFT, begun) as say, shared_work(workers, scheduler) as executor:
         made = make_depth_rating(
             out,
             seed=seed,
@@ -321,7 +321,7 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, **display
     writable(out, (), [table])
     from focalgradient.stimuli import import_pictures
 
-    with warnings_told(), resumable(LEFT) as say:
+    with warnings_given(), resumable(LEFT) as say:
         made = import_pictures(
             folder, table, out, display=_display(**display), focal_length=1e-3 * focal_length, progress=say
         )
@@ -464,7 +464,7 @@ def necker(
         speed=speed,
         line_width=math.radians(line_width / 60),
     )
-    with warnings_told(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
+    with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
         made = make_necker(
             out,
             cube,

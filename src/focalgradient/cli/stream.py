@@ -17,7 +17,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import NEAREST, OPENEST, positive
-from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_told, writable
+from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, replacing
 
@@ -168,7 +168,7 @@ def stream(
     levels = np.linspace(0, 1, 256, dtype=np.float32) if encoding == "linear" else _srgb()
     content = partial(detail, levels=levels)
     grey = luminance(levels)
-    with warnings_told() as told:
+    with warnings_given() as given:
         with Source(video, grey) as source:
             step, noise = _opening(source, content)
         to_grid, scale, said = _reader(optics, near, far, psf, window, levels, noise, step)
@@ -193,7 +193,7 @@ def stream(
                 "fps_of_video": source.fps,
                 "fps_of_processing": counts.depth_frames / seconds,
                 "seconds": seconds,
-                "warnings": list(told),
+                "warnings": list(given),
             }
             staged[note].write_bytes(summary_json(summary))
     counts.report(note)

@@ -112,11 +112,72 @@ def _answering(
 
 async def _refused(_: Request, error: Exception) -> Response:
     assert isinstance(error, Refused)
-    return JSONResponse(error.told, error.status)
+    headers = {"WWW-Authenticate": 'Basic realm="experimenter"'} if error.status == 401 else None
+    return JSONResponse(error.content, error.status, headers)
 
 
 async def _wrong(_: Request, error: Exception) -> Response:
     return JSONResponse({"error": " ".join(str(error).split())}, 400)
+
+
+class _Pages:
+    """What the server answers beside messages: pages, pictures, and what the experimenter looks at."""
+
+    def __init__(self, study: Study, password: str) -> None:
+        self._study, self._password = study, password
+
+    async def page(self, _: Request) -> Response:
+        return Response(
+            _static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"}
+        )
+
+    async def static(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in STATIC:
+            raise Refused(404, "There is no such file.")
+        return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
+
+    async def picture(self, request: Request) -> Response:
+        name, study = request.path_params["name"], self._study
+        if name in study.drawings:
+            return Response(study.drawings[name], media_type="image/png")
+        if study.folder is None or name not in study.files or not name.endswith(".png"):
+            raise Refused(404, "There is no such picture.")
+        return FileResponse(study.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
+
+    def _allow(self, request: Request) -> None:
+        """Refuse whoever does not give the experimenter's password."""
+        scheme, _, given = request.headers.get("authorization", "").partition(" ")
+        try:
+            credentials = b64decode(given, validate=True) if scheme.lower() == "basic" else b""
+        except ValueError:
+            credentials = b""
+        if not hmac.compare_digest(credentials, f"experimenter:{self._password}".encode()):
+            raise Refused(401, "Give the experimenter's password.")
+
+    async def experimenter(self, request: Request) -> Response:
+        self._allow(request)
+        return Response(_static("experimenter.html"), media_type="text/html; charset=utf-8")
+
+    async def overview(self, request: Request) -> Response:
+        self._allow(request)
+        return JSONResponse(await run_in_threadpool(self._study.summary))
+
+    async def stop(self, request: Request) -> Response:
+        self._allow(request)
+        if request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
+            raise Refused(403, "Stop sessions from the experimenter's page.")
+        participant = request.path_params["participant"]
+        if participant not in self._study.people.everybody():
+            raise Refused(404, "There is no such participant.")
+        await run_in_threadpool(self._study.stop, participant)
+        return JSONResponse({})
+
+    async def data(self, request: Request) -> Response:
+        self._allow(request)
+        content = await run_in_threadpool(_zipped, self._study)
+        headers = {"Content-Disposition": 'attachment; filename="data.zip"'}
+        return Response(content, media_type="application/zip", headers=headers)
 
 
 def application(study: Study, password: str) -> Starlette:
@@ -129,64 +190,7 @@ def application(study: Study, password: str) -> Starlette:
     password
         Of the experimenter's page, whose user is "experimenter".
     """
-
-    async def page(_: Request) -> Response:
-        return Response(
-            _static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"}
-        )
-
-    async def static(request: Request) -> Response:
-        name = request.path_params["name"]
-        if name not in STATIC:
-            raise Refused(404, "There is no such file.")
-        return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
-
-    async def picture(request: Request) -> Response:
-        name = request.path_params["name"]
-        if name in study.drawings:
-            return Response(study.drawings[name], media_type="image/png")
-        if study.folder is None or name not in study.files or not name.endswith(".png"):
-            raise Refused(404, "There is no such picture.")
-        return FileResponse(study.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
-
-    def allowed(request: Request) -> None:
-        scheme, _, given = request.headers.get("authorization", "").partition(" ")
-        try:
-            told = b64decode(given, validate=True) if scheme.lower() == "basic" else b""
-        except ValueError:
-            told = b""
-        if not hmac.compare_digest(told, f"experimenter:{password}".encode()):
-            raise Refused(401, "Give the experimenter's password.")
-
-    async def experimenter(request: Request) -> Response:
-        allowed(request)
-        return Response(_static("experimenter.html"), media_type="text/html; charset=utf-8")
-
-    async def overview(request: Request) -> Response:
-        allowed(request)
-        return JSONResponse(await run_in_threadpool(study.summary))
-
-    async def stop(request: Request) -> Response:
-        allowed(request)
-        if request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
-            raise Refused(403, "Stop sessions from the experimenter's page.")
-        participant = request.path_params["participant"]
-        if participant not in study.people.everybody():
-            raise Refused(404, "There is no such participant.")
-        await run_in_threadpool(study.stop, participant)
-        return JSONResponse({})
-
-    async def data(request: Request) -> Response:
-        allowed(request)
-        content = await run_in_threadpool(_zipped, study)
-        headers = {"Content-Disposition": 'attachment; filename="data.zip"'}
-        return Response(content, media_type="application/zip", headers=headers)
-
-    async def unauthorised(request: Request, error: Exception) -> Response:
-        response = await _refused(request, error)
-        if response.status_code == 401:
-            response.headers["WWW-Authenticate"] = 'Basic realm="experimenter"'
-        return response
+    pages = _Pages(study, password)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> Any:
@@ -198,10 +202,10 @@ def application(study: Study, password: str) -> Starlette:
 
     return Starlette(
         routes=[
-            Route("/", page),
-            Route("/s/{token:str}", page),
-            Route("/static/{name:str}", static),
-            Route("/pictures/{name:path}", picture),
+            Route("/", pages.page),
+            Route("/s/{token:str}", pages.page),
+            Route("/static/{name:str}", pages.static),
+            Route("/pictures/{name:path}", pages.picture),
             post("/api/join", Join, lambda given: study.join(given.platform)),
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
@@ -210,13 +214,13 @@ def application(study: Study, password: str) -> Starlette:
             post("/api/leave", Who, study.leave),
             post("/api/finish", Who, study.finish),
             post("/api/withdraw", Who, study.withdraw),
-            Route("/experimenter", experimenter),
-            Route("/experimenter/overview.json", overview),
-            Route("/experimenter/data.zip", data),
-            Route("/experimenter/stop/{participant:str}", stop, methods=["POST"]),
+            Route("/experimenter", pages.experimenter),
+            Route("/experimenter/overview.json", pages.overview),
+            Route("/experimenter/data.zip", pages.data),
+            Route("/experimenter/stop/{participant:str}", pages.stop, methods=["POST"]),
         ],
         middleware=[Middleware(Headers)],
-        exception_handlers={Refused: unauthorised, InputError: _wrong},
+        exception_handlers={Refused: _refused, InputError: _wrong},
         lifespan=lifespan,
     )
 

@@ -56,11 +56,13 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
         intervals = [_interval(design, stimuli, compared, design.reference_s, "reference"), picture]
-    told: dict[str, Any] = {"intervals": intervals, "interval": trial.interval}
+    content: dict[str, Any] = {"intervals": intervals, "interval": trial.interval}
     if trial.standard_before:
         standard = (design.standard_scene, "pinhole", design.fixations[0])
-        told["standard"] = _interval(design, stimuli, standard, design.standard_s, "standard") | {"mark_seconds": 0.0}
-    return told
+        content["standard"] = _interval(design, stimuli, standard, design.standard_s, "standard") | {
+            "mark_seconds": 0.0
+        }
+    return content
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:

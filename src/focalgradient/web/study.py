@@ -54,9 +54,9 @@ Status = Literal["new", "begun", "complete", "stopped", "busy"]
 class Refused(Exception):  # noqa: N818  an answer to the page, not an error of ours
     """What a page asked for cannot be done: an HTTP status and a sentence."""
 
-    def __init__(self, status: int, sentence: str, **told: Any):
+    def __init__(self, status: int, sentence: str, **content: Any):
         super().__init__(sentence)
-        self.status, self.told = status, {"error": sentence, **told}
+        self.status, self.content = status, {"error": sentence, **content}
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,12 +235,12 @@ class Study:
     def _listed(self, session: Session, given: Begin) -> dict[str, Any]:
         design: Any = session.design
         total = sum(trial.phase == "main" for trial in session.trials)
-        told: dict[str, Any] = {"start_ms": given.now_ms}
+        content: dict[str, Any] = {"start_ms": given.now_ms}
         if isinstance(design, DepthRatingDesign):
             assert self._set is not None
-            told |= depth_session(design, self._set) | texts.depth(design, self.words)
+            content |= depth_session(design, self._set) | texts.depth(design, self.words)
         else:
-            told |= cube_session(design, self._display) | texts.necker(design, self.words, session.files.participant)
+            content |= cube_session(design, self._display) | texts.necker(design, self.words, session.files.participant)
         trials = []
         practised = False
         for trial in session.remaining():
@@ -251,7 +251,7 @@ class Study:
                 entry["break"] = texts.rest(self.words, trial, total)
             practised = trial.phase == "practice"
             trials.append(entry)
-        return told | {"trials": trials}
+        return content | {"trials": trials}
 
     def _shown(self, design: Any, trial: Trial) -> dict[str, Any]:
         if isinstance(trial, DepthTrial):

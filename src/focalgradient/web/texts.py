@@ -36,10 +36,10 @@ def depth(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
     mark = words("depth.mark_stays" if design.mark == "kept" else "depth.mark_goes")
     way = {"ratio": "slider", "bipolar": "steps"}.get(design.scale, design.scale)
     trial = words("depth.trial", mark=mark, answer=words(f"depth.answer_{way}"), escape="").strip()
-    told: dict[str, Any] = {"instructions": [first, trial], "scale": _scale(design, words)}
+    content: dict[str, Any] = {"instructions": [first, trial], "scale": _scale(design, words)}
     if design.has_standard:
-        told["standard_text"] = words("depth.standard", number="1" if design.scale == "ratio" else "0")
-    return told
+        content["standard_text"] = words("depth.standard", number="1" if design.scale == "ratio" else "0")
+    return content
 
 
 def _scale(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
@@ -76,8 +76,8 @@ def _scale(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
 def necker(design: NeckerDesign, words: Words, participant: str) -> dict[str, Any]:
     """Instructions and keys of the cube."""
     keys = design.keys_of(participant)
-    told = {f"{name}_key": key.upper() for name, key in keys.items()}
-    pages = words.pages("necker.instructions", escape="", **told)
+    content = {f"{name}_key": key.upper() for name, key in keys.items()}
+    pages = words.pages("necker.instructions", escape="", **content)
     return {"instructions": pages, "keys": keys}
 
 
