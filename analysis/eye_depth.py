@@ -42,7 +42,7 @@ def measure(
     `focalgradient.eye.score` says, root mean square over `seeds` walls for errors and the mean for shares, and
     ``rms_m``: the root mean square error of distance that `rms_error_D` makes, V = 1 / distance.
     """
-    told: dict[str, dict[str, NDArray[np.float64]]] = {}
+    measured: dict[str, dict[str, NDArray[np.float64]]] = {}
     total, done = len(kinds) * len(pupils_mm) * len(distances) * seeds, 0
     for kind in kinds:
         found: dict[str, Any] = {}
@@ -67,8 +67,8 @@ def measure(
                     values = np.array([one[name] for one in each])
                     table = found.setdefault(name, np.full((len(pupils_mm), len(distances)), np.nan))
                     table[row, column] = np.sqrt(np.mean(values**2)) if "error" in name else values.mean()
-        told[kind] = found | {"rms_m": found["rms_error_D"] * np.square(distances)}
-    return told
+        measured[kind] = found | {"rms_m": found["rms_error_D"] * np.square(distances)}
+    return measured
 
 
 def _cones(kind: str, eye: Eye) -> list[Cones]:
@@ -84,14 +84,14 @@ def _cones(kind: str, eye: Eye) -> list[Cones]:
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     distances = np.array(DISTANCES if full else FEWER)
     side_px, seeds = (256, 4) if full else (160, 1)
-    told = measure(distances.tolist(), PUPILS_MM, shape=(side_px, side_px), seeds=seeds, progress=progress)
+    measured = measure(distances.tolist(), PUPILS_MM, shape=(side_px, side_px), seeds=seeds, progress=progress)
     curve, stereo = focal_gradient_error(distances), stereo_error(distances)
-    better = {kind: one["rms_m"] < curve for kind, one in told.items()}
-    beats = {kind: one["rms_m"] < stereo for kind, one in told.items()}
-    side = {kind: np.nanmean(one["side_right"]) for kind, one in told.items()}
+    better = {kind: one["rms_m"] < curve for kind, one in measured.items()}
+    beats = {kind: one["rms_m"] < stereo for kind, one in measured.items()}
+    side = {kind: np.nanmean(one["side_right"]) for kind, one in measured.items()}
     four = PUPILS_MM.index(4.0)
-    at_10 = {kind: one["rms_m"][four, -1] for kind, one in told.items()}
-    unread = sum(int(np.isnan(one["rms_m"]).sum()) for one in told.values())
+    at_10 = {kind: one["rms_m"][four, -1] for kind, one in measured.items()}
+    unread = sum(int(np.isnan(one["rms_m"]).sum()) for one in measured.values())
     count = distances.size * len(PUPILS_MM)
     holds = ", and ".join(
         f"{KINDS[kind]} in {int(better[kind].sum())} of {count} cases against the paper’s curve and in "
@@ -119,7 +119,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "An ideal reader of blur: what limits a person behind the retina is not in it, nor are aberrations other "
             "than of colour, eccentricity, and the eye’s movements.",
         ),
-        figure=_draw(distances, told),
+        figure=_draw(distances, measured),
         summary={
             "difference_of_focus_between_the_bands_D": band_light("L+M", "D65").difference()
             - band_light("S", "D65").difference(),
@@ -127,14 +127,14 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "share_of_walls_better_than_stereopsis": {k: float(v.mean()) for k, v in beats.items()},
             "side_right_mean": {k: float(v) for k, v in side.items()},
             "rms_error_at_10_m_4_mm_m": {k: float(v) for k, v in at_10.items()},
-            "median_rms_error_D_by_pupil": {k: np.nanmedian(v["rms_error_D"], axis=1) for k, v in told.items()},
+            "median_rms_error_D_by_pupil": {k: np.nanmedian(v["rms_error_D"], axis=1) for k, v in measured.items()},
             "walls_without_a_claim": unread,
         },
-        plotted={"distance_m": distances, "pupil_mm": PUPILS_MM, **told},
+        plotted={"distance_m": distances, "pupil_mm": PUPILS_MM, **measured},
     )
 
 
-def _draw(distances: NDArray[np.float64], told: dict[str, dict[str, NDArray[np.float64]]]) -> Figure:
+def _draw(distances: NDArray[np.float64], measured: dict[str, dict[str, NDArray[np.float64]]]) -> Figure:
     fine = np.geomspace(0.3, 10.5, 400)
     shades = {3.0: (":", "^"), 4.0: ("-", "o"), 6.0: ("--", "s")}
     with style():
@@ -147,7 +147,7 @@ def _draw(distances: NDArray[np.float64], told: dict[str, dict[str, NDArray[np.f
                 line, mark = shades[mm]
                 ax.plot(
                     distances,
-                    told[kind]["rms_m"][row],
+                    measured[kind]["rms_m"][row],
                     linestyle=line,
                     marker=mark,
                     color=colour,
@@ -161,7 +161,7 @@ def _draw(distances: NDArray[np.float64], told: dict[str, dict[str, NDArray[np.f
             ax.set_title(f"Simulated eye, {KINDS[kind]}")
             ax.axvline(FOCUS, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
             ax.text(FOCUS * 1.04, 5.0, "focus", color=GREY, va="center")
-            missing = np.isnan(told[kind]["rms_m"])
+            missing = np.isnan(measured[kind]["rms_m"])
             for column in np.flatnonzero(missing.any(axis=0)):
                 pupils = ", ".join(f"{mm:g}" for mm, none in zip(PUPILS_MM, missing[:, column], strict=True) if none)
                 ax.plot(distances[column], 5e-5, "x", color=colour, markersize=5)

@@ -49,13 +49,13 @@ def score(depth: DepthMap, truth: NDArray[np.float64], where: NDArray[np.bool_])
     """Errors of distance in percent, and coverage, over the valid pixels of `where`."""
     usable = depth.valid & where
     percent = 100 * (depth.distance[usable] / truth[usable] - 1)
-    told = np.abs(depth.vergence[usable] - 1 / truth[usable]) <= 2 * depth.vergence_sd[usable]
+    within = np.abs(depth.vergence[usable] - 1 / truth[usable]) <= 2 * depth.vergence_sd[usable]
     return {
         "valid_percent": 100 * float(usable.sum() / where.sum()),
         "median_size_of_error_percent": float(np.median(np.abs(percent))),
         "90th_percentile_of_error_percent": float(np.percentile(np.abs(percent), 90)),
         "bias_percent": float(np.median(percent)),
-        "within_2_vergence_sd_percent": 100 * float(told.mean()),
+        "within_2_vergence_sd_percent": 100 * float(within.mean()),
     }
 
 

@@ -36,9 +36,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             progress=lambda share, what: report(0.95 * share),
         )
         figure = _draw(made)
-    told = made.manifest["controls"]
+    controls = made.manifest["controls"]
     shown = made.scene(SCENE)
-    ratios = {stem: one["spectrum"] for stem, one in told["scenes"][SCENE]["pictures"].items() if stem != "pinhole"}
+    ratios = {stem: one["spectrum"] for stem, one in controls["scenes"][SCENE]["pictures"].items() if stem != "pinhole"}
     largest = {end: made.picture(SCENE, "f/5.6", end).blur_arcmin[1] for end in FIXATIONS}
     natural = "Natural scenes" if engine == "path" else "Scenes of plain spheres"
     return Shown(
@@ -59,11 +59,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "distance_of_the_nearest_and_the_farthest_object_m": [shown.nearest.distance_m, shown.farthest.distance_m],
             "largest_blur_at_f5.6_nearest_in_focus_arcmin": largest["nearest"],
             "largest_blur_at_f5.6_farthest_in_focus_arcmin": largest["farthest"],
-            "largest_change_of_mean_luminance_percent": told["mean_luminance_percent"]["worst"],
-            "largest_shift_against_the_prediction_px": told["shift_px"]["worst"],
-            "largest_difference_of_amplitude_from_the_prediction_percent": told["spectrum_percent"]["worst"],
-            "noise_in_steps_of_8_bits": told["noise_steps"]["worst"],
-            "limit_of_noise_in_steps_of_8_bits": told["noise_steps"]["limit"],
+            "largest_change_of_mean_luminance_percent": controls["mean_luminance_percent"]["worst"],
+            "largest_shift_against_the_prediction_px": controls["shift_px"]["worst"],
+            "largest_difference_of_amplitude_from_the_prediction_percent": controls["spectrum_percent"]["worst"],
+            "noise_in_steps_of_8_bits": controls["noise_steps"]["worst"],
+            "limit_of_noise_in_steps_of_8_bits": controls["noise_steps"]["limit"],
             "controls_not_met": ", ".join(name for name, one in _controls(made).items() if not one["met"]) or "none",
         },
         plotted={"amplitude_over_predicted": ratios},
@@ -120,13 +120,13 @@ def _blur(ax: Axes, made: StimulusSet) -> Axes:
 
 def _amplitude(ax: Axes, made: StimulusSet) -> Axes:
     """Draw amplitudes over those predicted, by spatial frequency on the display."""
-    told = made.manifest["controls"]
-    limit = told["spectrum_percent"]["limit"] / 100
+    controls = made.manifest["controls"]
+    limit = controls["spectrum_percent"]["limit"] / 100
     ax.axhspan(1 - limit, 1 + limit, color="#e8e8e8", linewidth=0, zorder=0)
     ax.axhline(1, color=GREY, linewidth=0.7, zorder=0)
     for aperture, colour in COLOURS.items():
         for end, marker in MARKERS.items():
-            ratio = told["scenes"][SCENE]["pictures"][f"{aperture.replace('/', '')}-{end}"]["spectrum"]
+            ratio = controls["scenes"][SCENE]["pictures"][f"{aperture.replace('/', '')}-{end}"]["spectrum"]
             # The middle of each octave, from half a cycle a pixel down.
             frequency = made.display.pixels_per_degree * 0.5 / 2 ** (np.arange(len(ratio)) + 0.5)
             label = f"{aperture}, {end}"
@@ -136,7 +136,7 @@ def _amplitude(ax: Axes, made: StimulusSet) -> Axes:
     ax.minorticks_off()
     ax.set_xticks(frequency, labels=[f"{one:.2g}" for one in frequency])
     ax.set_title("The blur accounts for the spectra")
-    noise = told["noise_steps"]
+    noise = controls["noise_steps"]
     ax.text(
         *(0.02, 0.97, f"noise: {noise['worst']:.2g} steps of 8 bits, limit {noise['limit']:g}"),
         transform=ax.transAxes,

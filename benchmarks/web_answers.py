@@ -50,9 +50,9 @@ async def person(client: httpx2.AsyncClient, number: int, every: float, waits: l
         }
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"a{index}"}
         start = time.perf_counter()
-        told = await client.post("/api/answer", json={**who, **key, "answer": answer})
+        reply = await client.post("/api/answer", json={**who, **key, "answer": answer})
         waits.append(time.perf_counter() - start)
-        assert told.json()["done"] == index + 1, told.text
+        assert reply.json()["done"] == index + 1, reply.text
         await asyncio.sleep(every)
 
 
@@ -81,8 +81,8 @@ def plain_writes(folder: Path, count: int, rate: float) -> list[float]:
 
 def memory_mb(process: int) -> float:
     """Memory of a process that is its own, in MB."""
-    told = Path(f"/proc/{process}/status").read_text()
-    found = re.search(r"VmRSS:\s+(\d+)", told)
+    reply = Path(f"/proc/{process}/status").read_text()
+    found = re.search(r"VmRSS:\s+(\d+)", reply)
     assert found
     return int(found[1]) / 1024
 

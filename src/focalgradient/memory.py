@@ -83,8 +83,8 @@ def _linux() -> Iterator[int]:
     ):
         root = Path("/sys/fs/cgroup", folder)
         with suppress(OSError, ValueError, KeyError):  # "max" is no number: no limit
-            told = dict(line.split() for line in (root / "memory.stat").read_text().splitlines())
-            yield int((root / limit).read_text()) - int((root / used).read_text()) + int(told[dropped])
+            counts = dict(line.split() for line in (root / "memory.stat").read_text().splitlines())
+            yield int((root / limit).read_text()) - int((root / used).read_text()) + int(counts[dropped])
 
 
 def _windows() -> Iterator[int]:

@@ -93,12 +93,12 @@ def processes(workers: int) -> Iterator[Executor | None]:
 @contextmanager
 def _threads(most: int) -> Iterator[None]:
     """Let processes that start now use so many threads each, unless the environment says how many."""
-    told = [name for name in THREADS if name not in os.environ]
-    os.environ.update(dict.fromkeys(told, str(most)))
+    unset = [name for name in THREADS if name not in os.environ]
+    os.environ.update(dict.fromkeys(unset, str(most)))
     try:
         yield
     finally:
-        for name in told:
+        for name in unset:
             os.environ.pop(name, None)
 
 

@@ -251,17 +251,17 @@ def _found(camera: Calibration) -> dict[str, Any]:
 
 def _told(camera: Calibration, distances: int) -> list[str]:
     """The parameters, each with its sd and what it is known from."""
-    sd, told = camera.sd, camera.informed
-    rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", told[0])]
+    sd, informed = camera.sd, camera.informed
+    rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", informed[0])]
     pitch = camera.pixel_pitch * 1e6
-    rows.append(("own blur, px^2", f"{camera.own * 1e12 / pitch**2:.2f}", f"{sd[1] / pitch**2:.2f}", told[1]))
-    rows.append(("offset, m", f"{camera.offset:.3f}", f"{sd[2]:.3f}", told[2]))
+    rows.append(("own blur, px^2", f"{camera.own * 1e12 / pitch**2:.2f}", f"{sd[1] / pitch**2:.2f}", informed[1]))
+    rows.append(("offset, m", f"{camera.offset:.3f}", f"{sd[2]:.3f}", informed[2]))
     for n, (mark, effective) in enumerate(camera.f_numbers.items(), 3):
-        rows.append((f"f-number marked {mark:g}", f"{effective:.2f}", f"{effective * sd[n]:.2f}", told[n]))
+        rows.append((f"f-number marked {mark:g}", f"{effective:.2f}", f"{effective * sd[n]:.2f}", informed[n]))
     for n, (focus, vergence) in enumerate(camera.focus.items(), 3 + len(camera.f_numbers)):
         name = "true focus, m as measured" + ("" if focus is None else f" (marked {focus:g})")
         error = math.sqrt(sd[2] ** 2 + sd[n] ** 2 / vergence**4 + 2 * camera.covariance[2, n] / vergence**2)
-        rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", told[n]))
+        rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", informed[n]))
     lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
     for name, value, error_text, share in rows:
         whose = "the views" if share >= UNTOLD else "dominated by the prior"

@@ -165,17 +165,17 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     make_folder(root)
     ours = version("focalgradient")
     note = "SIMULATED OBSERVERS, not people: every answer was computed by a model.\n\n" if kind == "simulated" else ""
-    told = {
+    about = {
         "Name": f"{name} (simulated observers)" if note else name,
         "BIDSVersion": "1.10.0",
         "DatasetType": "raw",
         "Simulated": kind == "simulated",
         "GeneratedBy": [{"Name": "focalgradient", "Version": ours}],
     }
-    title = str(told["Name"])
+    title = str(about["Name"])
     readme = f"{title}\n{'=' * len(title)}\n\n{note}{README.format(version=ours)}"
     for path, content in (
-        (description, json_text(told)),  # first: what is cut off here is known for a data set
+        (description, json_text(about)),  # first: what is cut off here is known for a data set
         (root / "README", readme),
         (root / "participants.json", json_text(ABOUT)),
         (root / "participants.tsv", "\t".join(("participant_id", *ABOUT)) + "\n"),
@@ -350,7 +350,7 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     head = log.head
     task = head["design"]["task"]
     sittings = [head, *log.of("resumed")]
-    told = {
+    content = {
         "TaskName": task,
         "TaskDescription": TITLES[task],
         "Simulated": head["kind"] == "simulated",
@@ -362,13 +362,13 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     }
     about = head.get("about")
     if isinstance(about, dict) and (seen := {key: value for key, value in about.items() if key not in ABOUT}):
-        told["Participant"] = seen
+        content["Participant"] = seen
     if log.chained:
-        told["Journal"] = {"Events": len(log.events), "Chain": log.last}
+        content["Journal"] = {"Events": len(log.events), "Chain": log.last}
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
     if repaired:
-        told["Repaired"] = repaired
-    return told | {column.name: column.described() for column in columns_of(task, head["design"])}
+        content["Repaired"] = repaired
+    return content | {column.name: column.described() for column in columns_of(task, head["design"])}
 
 
 def json_text(value: Mapping[str, Any]) -> str:

@@ -72,8 +72,8 @@ class Column:
         form = {"integer": "integer", "number": "number"}.get(self.form)
         # Of what must be greater, BIDS can say only that it is no smaller.
         minimum = self.above if self.least is None else self.least
-        told = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, "Minimum": minimum}
-        return {key: value for key, value in told.items() if value not in (None, {})}
+        entries = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, "Minimum": minimum}
+        return {key: value for key, value in entries.items() if value not in (None, {})}
 
     @property
     def absent(self) -> Any:

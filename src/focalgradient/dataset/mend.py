@@ -194,13 +194,13 @@ def withdraw(root: Path, participant: str) -> list[Path]:
                 owned.enter_context(Journal.take(path))  # nobody records it
         with writing(root):
             if not entries:
-                told: dict[str, Any] = description | {
+                content: dict[str, Any] = description | {
                     "Withdrawn": [
                         *withdrawn(root),
                         {"participant": name, "date": datetime.now(UTC).date().isoformat()},
                     ]
                 }
-                create_whole(root / "dataset_description.json", json_text(told).encode(), replace=True)
+                create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
             if sys.platform == "win32":
                 owned.close()
             outer = [path for path in inside if not any(other in path.parents for other in inside)]

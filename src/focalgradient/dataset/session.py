@@ -354,9 +354,9 @@ class Session:
         self._journal.write({**noted, "event": "trial", **asdict(trial), **asdict(answer)})
         self._done += 1
 
-    def note(self, kind: str, **told: Any) -> None:
+    def note(self, kind: str, **content: Any) -> None:
         """Write down something else that happened, as a break or a marker sent; it stays in the journal."""
-        self._journal.write({"event": "note", "kind": kind, **told})
+        self._journal.write({"event": "note", "kind": kind, **content})
 
     def __enter__(self) -> Session:
         return self
@@ -406,9 +406,9 @@ def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
     return log, design, len(done)
 
 
-def _event(event: str, apparatus: Apparatus, **told: Any) -> Event:
+def _event(event: str, apparatus: Apparatus, **content: Any) -> Event:
     versions = {name: version(name) for name in ("focalgradient", "numpy")}
     machine = {"python": platform.python_version(), "system": platform.platform()}
-    told["apparatus"] = {key: value for key, value in asdict(apparatus).items() if key != "versions"}
-    told["versions"] = versions | machine | dict(apparatus.versions)
-    return {"event": event, "time": datetime.now(UTC).isoformat(timespec="milliseconds"), **told}
+    content["apparatus"] = {key: value for key, value in asdict(apparatus).items() if key != "versions"}
+    content["versions"] = versions | machine | dict(apparatus.versions)
+    return {"event": event, "time": datetime.now(UTC).isoformat(timespec="milliseconds"), **content}

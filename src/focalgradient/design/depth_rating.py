@@ -181,8 +181,8 @@ class DepthRatingDesign(Plan):
             raise ValueError(f"steps is {self.steps}, but a bipolar scale has a middle: give an odd number.")
         allowed = {"steps": {0, 2, self.steps}, "bipolar": {0, 2, 3, self.steps}}.get(self.scale, {0})
         if len(self.labels) not in allowed:
-            told = " or ".join(map(str, sorted(allowed)))
-            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes {told}: mend it.")
+            counts = " or ".join(map(str, sorted(allowed)))
+            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes {counts}: mend it.")
         if self.scale in ("steps", "choice") and self.catch_pictures == ("standard",) and self.catch_trials:
             raise ValueError(
                 f"catch_pictures is the standard alone, of which no answer on the scale {self.scale!r} is right: give "

@@ -25,8 +25,8 @@ def digest(*names: object) -> int:
     >>> digest("a", "bc") == digest("ab", "c")
     False
     """
-    told = "".join(f"{len(str(name))}:{name}," for name in names)
-    return int.from_bytes(hashlib.sha256(told.encode()).digest(), "big")
+    text = "".join(f"{len(str(name))}:{name}," for name in names)
+    return int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
 
 
 class Draws:

@@ -55,9 +55,10 @@ def _before(sitting: Sitting) -> None:
     if design.scale != "choice":
         scale, words = scale_of(sitting), sitting.words
         example = {"ratio": 1.5, "steps": round(0.7 * design.steps), "bipolar": 1.0}[design.scale]
-        told = {"least": design.bounds[0], "most": design.bounds[1], "example": example}
+        examples = {"least": design.bounds[0], "most": design.bounds[1], "example": example}
         form = "+g" if design.scale == "bipolar" else "g"
-        text = words(f"depth.example_{design.scale}", **{name: words.number(one, form) for name, one in told.items()})
+        numbers = {name: words.number(one, form) for name, one in examples.items()}
+        text = words(f"depth.example_{design.scale}", **numbers)
         explain(sitting.screen, scale, text, example)
     if design.has_standard and not sitting.next.standard_before:
         show_standard(sitting)

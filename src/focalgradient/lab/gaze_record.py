@@ -58,11 +58,11 @@ def write_tables(
         lines.append("\t".join("n/a" if value is None else f"{value:.6g}" for value in values))
     # The first choice of a focus waits for nothing that was shown before.
     milliseconds = np.array([change.latency_ms for change in changes[1:]])
-    told: dict[str, Any] = {"TaskName": "gazefocus", **ABOUT, "Settings": settings}
-    told["RefreshRate"] = refresh_hz
-    told["FramePacing"] = "by the screen" if refresh_hz else f"by the clock, {1 / frame_s:g} Hz: not for timing"
+    content: dict[str, Any] = {"TaskName": "gazefocus", **ABOUT, "Settings": settings}
+    content["RefreshRate"] = refresh_hz
+    content["FramePacing"] = "by the screen" if refresh_hz else f"by the clock, {1 / frame_s:g} Hz: not for timing"
     if len(milliseconds):
-        told["Latency"] = {
+        content["Latency"] = {
             name: {"ms": round(float(value), 3), "frames": round(float(value) / 1e3 / frame_s, 3)}
             for name, value in (
                 ("median", np.median(milliseconds)),
@@ -72,5 +72,5 @@ def write_tables(
         }
     make_folder(files.table.parent)
     stem = files.table.name.replace("_beh.tsv", "_events")
-    create_whole(files.table.with_name(f"{stem}.json"), json.dumps(told, indent=2).encode(), replace=True)
+    create_whole(files.table.with_name(f"{stem}.json"), json.dumps(content, indent=2).encode(), replace=True)
     create_whole(files.table.with_name(f"{stem}.tsv"), ("\n".join(lines) + "\n").encode(), replace=True)

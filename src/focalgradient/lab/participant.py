@@ -18,15 +18,15 @@ GIVEN = ("age", "sex", "handedness")
 def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
     """Ask for what is not known yet, until it is someone who can take part: what is to be recorded of them."""
     words = sitting.words
-    told = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
-    asked = [name for name in sitting.design.ask if name not in told]
+    given = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
+    asked = [name for name in sitting.design.ask if name not in given]
     if sitting.participant:
         # With a label on the command line, what it can say too is asked only where the design was changed to ask more.
         asked = [] if options.resume or tuple(sitting.design.ask) == GIVEN else asked
     else:
         asked = ["participant", *([] if options.session else ["session"]), *asked]
     if not asked:
-        return told
+        return given
 
     def check(typed: Mapping[str, str]) -> None:
         if "participant" not in typed:
@@ -40,4 +40,4 @@ def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[st
 
     fields = {name: (words(f"form.{name}"), words(f"form.{name}_hint")) for name in asked}
     typed = form(sitting.screen, words("form.title"), fields, check)
-    return told | {name: text for name, text in typed.items() if text and name not in ("participant", "session")}
+    return given | {name: text for name, text in typed.items() if text and name not in ("participant", "session")}

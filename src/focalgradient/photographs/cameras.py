@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, InstanceOf
+from pydantic import AliasChoices, Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.calibration import Field as FocusField
@@ -34,14 +34,14 @@ class Calibrated(Table):
         return None if others else mark or 1 / vergence - self.calibration.offset
 
     def fill(self, data: dict[str, Any]) -> dict[str, Any]:
-        """The `data` of a settings file, with what it leaves out and the calibration tells."""
-        told = self.sensor.model_dump(exclude_none=True)
+        """The `data` of a settings file, with what it leaves out and the calibration gives."""
+        sensor = self.sensor.model_dump(exclude_none=True)
         camera = data.get("camera", {})
         views = data.get("view", [])
         if self.focus is not None and isinstance(views, list):
             lacking = {"focus_distance_m": self.focus}
             views = [lacking | view if isinstance(view, dict) else view for view in views]
-        return data | {"camera": told | camera if isinstance(camera, dict) else camera, "view": views}
+        return data | {"camera": sensor | camera if isinstance(camera, dict) else camera, "view": views}
 
 
 _Number = Annotated[float, Field(allow_inf_nan=False, description="a number")]
@@ -69,7 +69,11 @@ class _Focus(Table):
 
 class _Uncertainty(Table):
     covariance: Annotated[list[list[_Number]], Field(description="a square of numbers, a row for each parameter")]
-    told: Annotated[list[_Number], Field(description="a number for each parameter")]
+    informed: Annotated[
+        list[_Number],
+        # Files of earlier versions say "told".
+        Field(description="a number for each parameter", validation_alias=AliasChoices("informed", "told")),
+    ]
 
 
 class _FieldTable(Table):
@@ -110,7 +114,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
     body = file.camera
     count = 3 + len(file.apertures) + len(file.focus)
     covariance = file.uncertainty.covariance
-    if len(file.uncertainty.told) != count or [len(row) for row in covariance] != [count] * count:
+    if len(file.uncertainty.informed) != count or [len(row) for row in covariance] != [count] * count:
         raise InputError(
             f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
             "anew with focalgradient calibrate."
@@ -125,7 +129,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         focus={focus.focus_distance_m: focus.vergence_dioptres for focus in file.focus},
         model_error=body.model_error,
         covariance=np.array(covariance),
-        informed=np.array(file.uncertainty.told),
+        informed=np.array(file.uncertainty.informed),
         telecentric=body.telecentric,
         psf=body.psf,
         edge_scatter=body.edge_scatter_um * 1e-6,
@@ -186,8 +190,8 @@ def camera_toml(calibrated: Calibrated) -> str:
         "",
         "[uncertainty]",
         "# Of ln blur_k, own_blur_um2, offset_m, ln of each effective f-number, each focus vergence, in this order.",
-        "# told: the share of the prior's variance that the views took away, 0 (the prior speaks alone) to 1.",
-        f"told = [{', '.join(f'{share:.2f}' for share in camera.informed)}]",
+        "# informed: the share of the prior's variance that the views took away, 0 (all is the prior's) to 1.",
+        f"informed = [{', '.join(f'{share:.2f}' for share in camera.informed)}]",
         "covariance = [",
         *(f"    [{', '.join(f'{value:.6e}' for value in row)}]," for row in camera.covariance),
         "]",

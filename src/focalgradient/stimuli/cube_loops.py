@@ -140,7 +140,7 @@ def make_necker(
                 "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
                 **_make_loop(folder, name, look, gradient, white, frame_rate, executor, share),
             }
-        departure = {stored[reading]: told for reading, told in _departure(cube, frames).items()}
+        departure = {stored[reading]: measured for reading, measured in _departure(cube, frames).items()}
         folder.content |= {"white": white, "departure": departure, "controls": _controls(conditions)}
         folder.finish()
     say(1.0, "finished")
@@ -160,7 +160,7 @@ def read_necker(folder: str | Path) -> dict[str, Any]:
     names = {OLD_NAME: "nonrigid"}
     made["parameters"] = {**parameters, "gradients": [names.get(name, name) for name in parameters["gradients"]]}
     for part in ("conditions", "departure"):
-        made[part] = {names.get(name, name): told for name, told in made[part].items()}
+        made[part] = {names.get(name, name): measured for name, measured in made[part].items()}
     return made
 
 
@@ -298,12 +298,12 @@ def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
 
 def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
     """Whether frames give off the same light under all conditions, as computed and in 8 bits."""
-    told = {}
+    measured = {}
     for name in ("mean_light", "mean_light_shown"):
         light = np.array([condition[name] for condition in conditions.values()])
         worst = float(100 * (light.max(axis=0) / light.min(axis=0) - 1).max())
-        told[f"{name}_percent"] = {"worst": worst, "limit": LIGHT_PERCENT, "met": worst <= LIGHT_PERCENT}
-    return told
+        measured[f"{name}_percent"] = {"worst": worst, "limit": LIGHT_PERCENT, "met": worst <= LIGHT_PERCENT}
+    return measured
 
 
 def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, display: Display) -> None:

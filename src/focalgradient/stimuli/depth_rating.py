@@ -282,8 +282,8 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
         )
     progress(0.0, f"{name} modelling")
     world = recipe.world()
-    told: dict[str, Any] = {"seed": recipe.seed, "depth": f"{name}/depth.npy"}
-    told |= {end: _target(world.mark(end), recipe) for end in FIXATIONS}
+    entry: dict[str, Any] = {"seed": recipe.seed, "depth": f"{name}/depth.npy"}
+    entry |= {end: _target(world.mark(end), recipe) for end in FIXATIONS}
     white, sharp_mean = scene.white, scene.sharp_mean
     sharp: Sharp | None = None
     conditions = _conditions(recipe)
@@ -318,7 +318,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             assert sharp_mean is not None
             measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
             measured |= against_prediction(luminance, residual / white, sharp, optics)
-        yield _Made(stem, files, measured, told, white)
+        yield _Made(stem, files, measured, entry, white)
 
 
 def _all_pictures(scene: _Scene) -> list[_Made]:
@@ -399,9 +399,9 @@ def _entry(
     }
 
 
-def _note(told: Mapping[str, Any], display: Display, size: int) -> str:
+def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
     """What the sheet says of the set."""
-    light, shift, spectrum, _ = (told[name] for name in LIMITS)
+    light, shift, spectrum, _ = (controls[name] for name in LIMITS)
     return (
         f"Rings: what is in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
         f"{display.pixels_per_degree:.1f} pixels a degree.\n"
@@ -461,8 +461,8 @@ def _engine(engine: str) -> Engine:
 
 def _versions(engine: Engine) -> dict[str, str]:
     names = ["focalgradient", "numpy", "pillow", *(["numba"] if engine == "cast" else ["mitsuba"])]
-    told = {"python": platform.python_version(), **{name: version(name) for name in names}}
-    return told if engine == "cast" else {**told, "mitsuba variant": str(variant())}
+    versions = {"python": platform.python_version(), **{name: version(name) for name in names}}
+    return versions if engine == "cast" else {**versions, "mitsuba variant": str(variant())}
 
 
 def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:

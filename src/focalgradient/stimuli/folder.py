@@ -126,14 +126,14 @@ def dumped(content: Any) -> bytes:
 
 def _differing(asked: Mapping[str, Any], held: Mapping[str, Any], keys: list[str]) -> list[str]:
     """What differs, by name."""
-    told = []
+    changed = []
     for key in keys:
         new, old = json.loads(dumped(asked[key])), held[key]
         if isinstance(new, dict) and isinstance(old, dict):
-            told += [name for name in {**new, **old} if new.get(name) != old.get(name)]
+            changed += [name for name in {**new, **old} if new.get(name) != old.get(name)]
         else:
-            told.append(key)
-    return told
+            changed.append(key)
+    return changed
 
 
 def _told(versions: Mapping[str, Any]) -> str:

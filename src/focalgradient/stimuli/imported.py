@@ -244,14 +244,14 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
                 hashes[name] = hashlib.sha256(data).hexdigest()
         height, width = _values(folder, row).shape[:2]
         size = size or (width, height)
-        told = f"{row.where}, column file: {row.file} has {width} x {height} pixels, but"
+        where = f"{row.where}, column file: {row.file} has {width} x {height} pixels, but"
         if (width, height) != size:
-            raise InputError(f"{told} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
+            raise InputError(f"{where} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
         if width % 2 or height % 2:
-            raise InputError(f"{told} both must be even, as odd pictures are smeared on displays: crop it.")
+            raise InputError(f"{where} both must be even, as odd pictures are smeared on displays: crop it.")
         if width > display.size_px[0] or height > display.size_px[1]:
             raise InputError(
-                f"{told} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or take another display."
+                f"{where} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or take another display."
             )
         if row.position is not None:
             for column, value, side in zip(("x_px", "y_px"), row.position, size, strict=True):
@@ -284,17 +284,17 @@ def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
 def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int]) -> bool:
     """Put a scene with its depth into the set's content; whether a mark had to be put in the middle."""
     name = rows[0].scene
-    told = [row for row in rows if row.depth is not None]
-    other = next((row for row in told if row.depth != told[0].depth), None)
+    with_depth = [row for row in rows if row.depth is not None]
+    other = next((row for row in with_depth if row.depth != with_depth[0].depth), None)
     if other is not None:
         raise InputError(
-            f"{other.where}, column depth: is {other.depth!r}, but {told[0].depth!r} for the scene before."
+            f"{other.where}, column depth: is {other.depth!r}, but {with_depth[0].depth!r} for the scene before."
         )
     depth = None
-    if told:
-        where = f"{told[0].where}, column depth"
+    if with_depth:
+        where = f"{with_depth[0].where}, column depth"
         try:
-            depth = read_distances(folder / str(told[0].depth)).metres.astype(np.float32)
+            depth = read_distances(folder / str(with_depth[0].depth)).metres.astype(np.float32)
         except InputError as error:
             raise InputError(f"{where}: {error}") from error
         if depth.shape != size[::-1]:
@@ -316,7 +316,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
             try:
                 position, distance = target_of(depth, end, position)
             except InputError as error:
-                raise InputError(f"{told[0].where}, column depth: {error}") from error
+                raise InputError(f"{with_depth[0].where}, column depth: {error}") from error
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         entry[end] = {"name": end, "distance_m": distance, "position_px": list(position)}

@@ -125,8 +125,8 @@ def _own(language: str) -> Words:
 
 
 def _words(language: str, entries: Mapping[str, Entry]) -> Words:
-    told = repr(sorted(entries.items())).encode()
-    return Words(language, hashlib.sha256(told).hexdigest(), entries)
+    content = repr(sorted(entries.items())).encode()
+    return Words(language, hashlib.sha256(content).hexdigest(), entries)
 
 
 def _flat(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Entry]]:
