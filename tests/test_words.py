@@ -53,7 +53,7 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
 def test_every_entry_is_said_somewhere_and_no_other():
     """A name that is put together by the program counts where its beginning stands there."""
     web = SOURCE.parent / "web"
-    files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design" / "words").glob("*.py")]
+    files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design").rglob("*.py")]
     files += [*web.glob("*.py"), *(web / "page").glob("*.js")]
     code = "".join(path.read_text(encoding="utf-8") for path in files)
     put_together = ("depth.instructions_", "depth.answer_", "depth.example_", "necker.", "form.", "depth.debriefing")

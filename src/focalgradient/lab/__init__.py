@@ -4,10 +4,11 @@ An `Experiment` says what is particular to one; `run` takes a participant throug
 `EXPERIMENTS`, by the names that ``focalgradient run`` knows. PsychoPy (extra ``lab``) is imported when a window opens.
 """
 
+from focalgradient.design.scales import Scale, Steps
 from focalgradient.lab import depth_rating, gaze_focus, necker, pinhole
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import form, pages
-from focalgradient.lab.questions import Given, Scale, Steps, ask, ask_which
+from focalgradient.lab.questions import Given, ask, ask_which
 from focalgradient.lab.running import run
 
 __all__ = [

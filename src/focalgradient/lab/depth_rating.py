@@ -15,45 +15,29 @@ import numpy as np
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
 from focalgradient.design.factors import crossed
+from focalgradient.design.rating_pages import instructions, scale_of, standard_text
+from focalgradient.design.scales import Scale
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
-from focalgradient.lab.questions import Given, Scale, Steps, ask, ask_which, explain
+from focalgradient.lab.questions import Given, ask, ask_which, explain
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
-__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "scale_of", "show_picture", "show_standard"]
+__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "show_picture", "show_standard"]
 
 Shown = tuple[str, str, str]
 
 
 def _instructions(sitting: Sitting) -> Sequence[str]:
     """Pages that the participant reads."""
-    design: DepthRatingDesign = sitting.design
-    words = sitting.words
-    way = design.answer if design.scale == "ratio" else {"bipolar": "steps"}.get(design.scale, design.scale)
-    least, most = (words.number(end, "g") for end in design.bounds)
-    first = words(
-        f"depth.instructions_{design.scale}",
-        **{
-            "ratio": {"reference": _reference(sitting)},
-            "steps": {"least": least, "most": most},
-            "bipolar": {"reference": _reference(sitting)},
-            "choice": {},
-        }[design.scale],
-    )
-    mark = words("depth.mark_stays" if design.mark == "kept" else "depth.mark_goes")
-    escape = words("common.escape")
-    return first, words("depth.trial", mark=mark, answer=words(f"depth.answer_{way}"), escape=escape)
-
-
-def _reference(sitting: Sitting) -> str:
-    return sitting.words("depth.reference_standard" if sitting.design.has_standard else "depth.reference_same")
+    return instructions(sitting.design, sitting.words, sitting.words("common.escape"))
 
 
 def _before(sitting: Sitting) -> None:
     """Explain the scale by an example, and show the standard where it counts."""
     design: DepthRatingDesign = sitting.design
     if design.scale != "choice":
-        scale, words = scale_of(sitting), sitting.words
+        words = sitting.words
+        scale = scale_of(design, words)
         example = {"ratio": 1.5, "steps": round(0.7 * design.steps), "bipolar": 1.0}[design.scale]
         examples = {"least": design.bounds[0], "most": design.bounds[1], "example": example}
         form = "+g" if design.scale == "bipolar" else "g"
@@ -74,30 +58,12 @@ def _pictures(design: DepthRatingDesign) -> Sequence[tuple[str, str, str, dict[s
     return [(*one, own) for one, own in product(shown, levels)]
 
 
-def scale_of(sitting: Sitting) -> Scale | Steps:
-    """Give the scale of the design, in its words; a choice between two has none."""
-    design: DepthRatingDesign = sitting.design
-    words = sitting.words
-    if design.scale == "ratio":
-        below = words("depth.below_standard" if design.has_standard else "depth.below_same")
-        ends = (words("depth.flatter"), words("depth.deeper"))
-        return Scale(words("depth.question"), below, *design.bounds, ends=ends, typed=design.answer == "typed")
-    least, most = map(int, design.bounds)
-    if design.scale == "steps":
-        labels = design.labels or (words("depth.flat"), words("depth.very_deep"))
-        return Steps(words("depth.question"), "", least, most, labels)
-    labels = design.labels or tuple(words(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))
-    reference = words("depth.the_standard" if design.has_standard else "depth.the_one_before")
-    return Steps(words("depth.question_bipolar", reference=reference), "", least, most, labels)
-
-
 def show_standard(sitting: Sitting) -> None:
     """Show the picture that counts as 1."""
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
     _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
-    number = "1" if design.scale == "ratio" else "0"
-    pages(screen, [sitting.words("depth.standard", number=number)], "ready")
+    pages(screen, [standard_text(design, sitting.words)], "ready")
     screen.play(lambda seconds: image.draw(), design.standard_s, "standard")
     screen.on_event("off", screen.blank())
 
@@ -175,7 +141,7 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
 def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     """Ask on the scale of the design how three-dimensional it looked."""
     if sitting.design.scale != "choice":
-        return ask(sitting.screen, scale_of(sitting))
+        return ask(sitting.screen, scale_of(sitting.design, sitting.words))
     words = sitting.words
     given = ask_which(sitting.screen, words("depth.question_choice"), (words("depth.first"), words("depth.second")))
     return Given(float(given.value == trial.interval), given.seconds)

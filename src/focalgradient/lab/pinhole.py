@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset import Rated
 from focalgradient.design import Pinhole, PinholeTrial
+from focalgradient.design.scales import Scale
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
-from focalgradient.lab.questions import Given, Scale, ask
+from focalgradient.lab.questions import Given, ask
 
 __all__ = ["PINHOLE", "ask_depth", "look", "show_picture", "show_standard", "through_tube"]
 
