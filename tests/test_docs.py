@@ -24,7 +24,7 @@ RUN = {"sh", "python"}
 SHOWN = {"toml", "csv", "text", "r", "json"}
 """Kinds of blocks that are run, and that only show what a file holds."""
 
-LONGEST_S = 300
+LONGEST_S = 500
 """A block that takes longer needs a comment that says so."""
 
 BLOCK = re.compile(
