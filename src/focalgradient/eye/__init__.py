@@ -19,6 +19,7 @@ from focalgradient.eye.light import (
     illuminant,
     luminosity,
 )
+from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.population import Person, draw_people
@@ -42,6 +43,7 @@ __all__ = [
     "Person",
     "Photons",
     "TimeCourse",
+    "ZernikePopulation",
     "accommodation_views",
     "band_difference",
     "band_image",
@@ -61,8 +63,12 @@ __all__ = [
     "luminosity",
     "mean_eye_mtf",
     "optical_transfer",
+    "osa_index",
+    "osa_order",
     "point_spread",
     "pupil_transfer",
+    "read_zernike",
+    "resized_zernike",
     "score",
     "zernike",
     "zernike_defocus",

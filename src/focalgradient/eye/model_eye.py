@@ -83,6 +83,69 @@ class Eye:
         check_aberrations(self.aberrations)
         check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
 
+    @classmethod
+    def from_zernike(
+        cls,
+        coefficients_um: ArrayLike,
+        pupil_diameter: float,
+        *,
+        measured_diameter: float | None = None,
+        measured_nm: float = REFERENCE_NM,
+        accommodation: float = 0.0,
+        wavelength_nm: float = REFERENCE_NM,
+        chromatic_scale: float = 1.0,
+        stiles_crawford: float = 0.0,
+    ) -> Eye:
+        """An eye of a measured wavefront.
+
+        Parameters
+        ----------
+        coefficients_um
+            Zernike coefficients in micrometres, in the order of the OSA (ANSI Z80.28) from piston on. Piston and tilts
+            are left out. Defocus c(2, 0), which is positive in a myopic eye, becomes vergence in focus:
+            16 sqrt(3) c / d^2 dioptres, d in mm.
+        pupil_diameter
+            Of the eye, in metres.
+        measured_diameter
+            Of the pupil that the coefficients belong to, in metres: `pupil_diameter` if left out, never smaller.
+        measured_nm
+            Of the light that they were measured in.
+        accommodation
+            Dioptres beyond the state in which the eye was measured.
+        wavelength_nm, chromatic_scale, stiles_crawford
+            As for `Eye`.
+
+        Raises
+        ------
+        InputError
+            If a number is out of its range, or the pupil is larger than the measured one.
+
+        Examples
+        --------
+        A myopic eye of half a dioptre with spherical aberration, measured over 6 mm; over 4 mm, where that aberration
+        is a fifth, a part of it acts as defocus.
+
+        >>> eye = Eye.from_zernike([0, 0, 0, 0, 0.65, 0, 0, 0, 0, 0, 0, 0, 0.1], 0.004, measured_diameter=0.006)
+        >>> round(eye.focus_vergence, 3), [(n, m, round(c, 4)) for n, m, c in eye.aberrations]
+        (0.335, [(4, 0, 0.0198)])
+        """
+        from focalgradient.eye.measured import resized_zernike, zernike_terms  # whose tables nothing else here needs
+
+        check_pupil(pupil_diameter)
+        whole = pupil_diameter if measured_diameter is None else measured_diameter
+        check_pupil(whole)
+        terms = resized_zernike(zernike_terms(coefficients_um), pupil_diameter / whole)
+        defocus = sum(c for n, m, c in terms if (n, m) == (2, 0)) * 16 * np.sqrt(3) / (1e3 * pupil_diameter) ** 2
+        in_light = chromatic_scale * float(chromatic_difference(measured_nm))
+        return cls(
+            pupil_diameter,
+            accommodation + float(defocus) + in_light,
+            wavelength_nm,
+            chromatic_scale,
+            tuple(term for term in terms if term[0] > 1 and term[:2] != (2, 0)),
+            stiles_crawford,
+        )
+
     @property
     def aperture_diameter(self) -> float:
         """Diameter of the pupil in metres."""

@@ -1,4 +1,4 @@
-"""People: draws of pupil, chromatic aberration and microfluctuations of accommodation, each from a seed of its own."""
+"""People: draws of pupil, chromatic and other aberrations, and microfluctuations, each from a seed of its own."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations
+from focalgradient.eye.measured import ZernikePopulation
 from focalgradient.eye.model_eye import Eye
 
 __all__ = ["Person", "draw_people"]
@@ -30,6 +31,7 @@ def draw_people(
     chromatic_span: tuple[float, float] = (1.54, 0.39),
     rms: tuple[float, float] = (0.1, 0.5),
     beta: tuple[float, float] = (1.1, 1.5),
+    aberrations: ZernikePopulation | None = None,
 ) -> list[Person]:
     """Draw `count` people; the first of many are those of few, and what one quantity is drawn from changes no other.
 
@@ -48,6 +50,9 @@ def draw_people(
     rms, beta
         Ends between which the standard deviation of accommodation (D, evenly in its logarithm) and the slope of its low
         band (evenly) are drawn.
+    aberrations
+        Wavefronts of a population to draw each eye's from; they are scaled to its pupil, which is then drawn within
+        the measured one. Left out, eyes have none but chromatic aberration.
 
     Raises
     ------
@@ -75,15 +80,28 @@ def draw_people(
     for name, (first, second), least in (("rms", rms, 1e-9), ("beta", beta, 0.0)):
         if not least <= first <= second < np.inf:
             raise InputError(f"{name} is {(first, second)!r}, but must be the lower and the upper end of a range.")
+    largest = 9e-3 if aberrations is None else min(9e-3, aberrations.measured_diameter)
+    if not pupil_diameter[0] < largest:
+        raise InputError(
+            f"pupil_diameter has a mean of {1e3 * pupil_diameter[0]:g} mm, but the wavefronts were measured over "
+            f"{1e3 * largest:g} mm: draw smaller pupils, or give wavefronts of larger ones."
+        )
     mean_span = float(chromatic_difference(650, 450))
 
     def person(number: int) -> Person:
-        pupil, colour, fluctuation = (np.random.default_rng([seed, number, quantity]) for quantity in range(3))
-        eye = Eye(
-            pupil_diameter=_normal(pupil, *pupil_diameter, 1.5e-3, 9e-3),
-            accommodation=0.0,
-            chromatic_scale=_normal(colour, *chromatic_span, 0.3, np.inf) / mean_span,
-        )
+        pupil, colour, fluctuation, wavefront = (np.random.default_rng([seed, number, one]) for one in range(4))
+        diameter = _normal(pupil, *pupil_diameter, 1.5e-3, largest)
+        scale = _normal(colour, *chromatic_span, 0.3, np.inf) / mean_span
+        if aberrations is None:
+            eye = Eye(diameter, accommodation=0.0, chromatic_scale=scale)
+        else:
+            eye = Eye.from_zernike(
+                aberrations.drawn(wavefront),
+                diameter,
+                measured_diameter=aberrations.measured_diameter,
+                measured_nm=aberrations.measured_nm,
+                chromatic_scale=scale,
+            )
         size, slope = np.exp(fluctuation.uniform(*np.log(rms))), fluctuation.uniform(*beta)
         course = Microfluctuations(rms=float(size), beta=slope, seed=int(fluctuation.integers(2**31)))
         return Person(eye, course)

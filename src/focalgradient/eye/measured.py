@@ -1,0 +1,240 @@
+"""Measured wavefronts: Zernike coefficients in the order of the OSA, at any pupil within the measured one.
+
+Thibos, Applegate, Schwiegerling & Webb (2002), "Standards for reporting the optical aberrations of eyes", J. Refract.
+Surg. 18, S652 (ANSI Z80.28): term j has n = ceil((-3 + sqrt(9 + 8 j)) / 2) and m = 2 j - n (n + 2).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.eye.chromatic import REFERENCE_NM
+from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.wavefront import Aberrations, check_aberrations
+from focalgradient.files import printable, read_text
+
+__all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
+
+MOST = 231
+"""Coefficients at most: up to radial order 20."""
+
+
+def osa_order(index: int) -> tuple[int, int]:
+    """Radial order n and meridional frequency m of the OSA's single index, 0 (piston) and up.
+
+    >>> [osa_order(j) for j in (0, 1, 2, 3, 4, 5, 12)]
+    [(0, 0), (1, -1), (1, 1), (2, -2), (2, 0), (2, 2), (4, 0)]
+    """
+    if not (isinstance(index, int) and 0 <= index < MOST):
+        raise InputError(f"the index of a Zernike term is {index!r}, but must be a whole number from 0 to {MOST - 1}.")
+    n = (math.isqrt(8 * index + 1) - 1) // 2
+    return n, 2 * index - n * (n + 2)
+
+
+def osa_index(n: int, m: int) -> int:
+    """The OSA's single index of a Zernike term.
+
+    >>> osa_index(4, 0)
+    12
+    """
+    return (n * (n + 2) + m) // 2
+
+
+def zernike_terms(coefficients_um: ArrayLike) -> Aberrations:
+    """Terms of coefficients (micrometres) in the order of the OSA; those that are 0 are left out."""
+    values = np.asarray(coefficients_um, dtype=float)
+    if values.ndim != 1 or not 1 <= values.size <= MOST or not np.isfinite(values).all():
+        raise InputError(
+            f"coefficients_um must be 1 to {MOST} numbers in micrometres, in the order of the OSA from piston on."
+        )
+    return tuple((*osa_order(j), float(value)) for j, value in enumerate(values) if value)
+
+
+def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
+    """The same wavefront over a concentric pupil, smaller by `share`.
+
+    Janssen & Dirksen (2006), "Concise formula for the Zernike coefficients of scaled pupils", JM3 5, 030501.
+
+    Parameters
+    ----------
+    aberrations
+        Terms (n, m, micrometres) over the whole pupil.
+    share
+        Diameter of the new pupil over that of the old one, above 0 and at most 1: nobody knows the wavefront outside.
+
+    Raises
+    ------
+    InputError
+        If a term does not exist, or the new pupil is larger.
+
+    Examples
+    --------
+    Spherical aberration over half the pupil falls to a sixteenth, and leaves defocus.
+
+    >>> [(n, m, round(c, 4)) for n, m, c in resized_zernike(((4, 0, 0.16),), 0.5)]
+    [(0, 0, 0.1342), (2, 0, -0.1162), (4, 0, 0.01)]
+    """
+    check_aberrations(aberrations)
+    if not 0 < share <= 1:
+        raise InputError(
+            f"the new pupil is {share:g} times the measured one, but must be above 0 and at most 1: outside of the "
+            "measured pupil the wavefront is unknown."
+        )
+    totals: dict[tuple[int, int], float] = {}
+    for n, m, coefficient in aberrations:
+        for order in range(abs(m), n + 1, 2):
+            kept = _radial(n, order, share) - (_radial(n, order + 2, share) if order + 2 <= n else 0.0)
+            key = (order, m)
+            totals[key] = totals.get(key, 0.0) + coefficient * math.sqrt((n + 1) / (order + 1)) * kept
+    return tuple((n, m, value) for (n, m), value in sorted(totals.items()) if value)
+
+
+def _radial(n: int, m: int, rho: float) -> float:
+    """Zernike's radial polynomial R of orders n and m at `rho`, 1 at the rim."""
+    k = (n - m) // 2
+    return math.fsum(
+        (-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, k - s) * rho ** (n - 2 * s) for s in range(k + 1)
+    )
+
+
+def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
+    """Read a table of Zernike coefficients.
+
+    Lines of one number (the coefficients in the OSA's order, from piston on), of two (OSA index, coefficient) or of
+    three (n, m, coefficient); separated by commas, semicolons, tabs or spaces. A heading, empty lines and lines that
+    begin with # are left out. Coefficients are in micrometres, of normalised polynomials.
+
+    Returns
+    -------
+    tuple of float
+        Coefficients in micrometres in the OSA's order, from piston on; 0 where the table has none.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a line is none of these.
+    """
+    lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients").splitlines()]
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines, start=1):
+        if not line or line.startswith("#"):
+            continue
+        cells = [cell for cell in re.split(r"[,;\s]+", line) if cell]
+        try:
+            rows.append([float(cell) for cell in cells])
+        except ValueError:
+            if not rows:
+                continue  # a heading
+            raise InputError(
+                f"{printable(path)}, line {number}: {line[:40]!r} is not one, two or three numbers."
+            ) from None
+    width = len(rows[0]) if rows else 0
+    if width not in (1, 2, 3) or any(len(row) != width for row in rows):
+        raise InputError(
+            f"{printable(path)} must have on each line a coefficient, or its OSA index and it, or n, m and it."
+        )
+    found: dict[int, float] = {}
+    for place, row in enumerate(rows):
+        index = place if width == 1 else _index(path, row[:-1])
+        if not math.isfinite(row[-1]) or index in found:
+            problem = "is there twice" if index in found else f"is {row[-1]}"
+            raise InputError(f"{printable(path)}: the coefficient of OSA index {index} {problem}: give one number.")
+        found[index] = row[-1]
+    if max(found) >= MOST:
+        raise InputError(f"{printable(path)} has more than {MOST} coefficients, which radial order 20 has.")
+    return tuple(found.get(index, 0.0) for index in range(max(found) + 1))
+
+
+def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:
+    """The OSA's index of a row's own index, or n and m."""
+    if all(abs(value) < MOST and value == int(value) for value in orders):
+        whole = [int(value) for value in orders]
+        if len(whole) == 1 and whole[0] >= 0:
+            return whole[0]
+        if len(whole) == 2 and 0 <= abs(whole[1]) <= whole[0] <= 20 and (whole[0] - whole[1]) % 2 == 0:
+            return osa_index(*whole)
+    raise InputError(f"{printable(path)}: there is no Zernike term {', '.join(f'{value:g}' for value in orders)}.")
+
+
+@dataclass(frozen=True)
+class ZernikePopulation:
+    """How the wavefronts of many eyes are distributed: a normal distribution of coefficients.
+
+    Parameters
+    ----------
+    mean_um
+        Mean coefficients in micrometres, in the OSA's order from piston on.
+    covariance_um2
+        Their covariance, as many rows and columns.
+    measured_diameter
+        Of the pupil in metres.
+    measured_nm
+        Of the light.
+
+    Raises
+    ------
+    InputError
+        If the covariance is none, or a number is out of range.
+
+    Examples
+    --------
+    >>> eyes = ZernikePopulation([0, 0, 0, 0, 0.1, 0, 0], np.diag([0, 0, 0, 0.04, 0.09, 0.04, 0.01]), 0.006)
+    >>> eyes.drawn(np.random.default_rng(1)).round(2).tolist()[:4]
+    [0.0, 0.0, 0.0, 0.09]
+    """
+
+    mean_um: ArrayLike
+    covariance_um2: ArrayLike
+    measured_diameter: float
+    measured_nm: float = REFERENCE_NM
+
+    def __post_init__(self) -> None:
+        check_pupil(self.measured_diameter)
+        check_number("measured_nm", self.measured_nm, "nanometres")
+        wavelengths(self.measured_nm)
+        zernike_terms(self.mean_um)
+        self._root()
+
+    @classmethod
+    def read(
+        cls,
+        mean: str | os.PathLike[str],
+        covariance: str | os.PathLike[str],
+        measured_diameter: float,
+        measured_nm: float = REFERENCE_NM,
+    ) -> ZernikePopulation:
+        """Read both from tables: the mean as `read_zernike` does, the covariance a row a line, comma-separated."""
+        text = read_text(covariance, "a table of covariances")
+        try:
+            rows = [[float(cell) for cell in line.split(",")] for line in text.splitlines() if line.strip()]
+            table = np.array(rows, dtype=float)
+        except ValueError as error:
+            raise InputError(f"{printable(covariance)} is no square of comma-separated numbers.") from error
+        return cls(read_zernike(mean), table, measured_diameter, measured_nm)
+
+    def _root(self) -> NDArray[np.float64]:
+        """A square root of the covariance; what rounding in a table made slightly negative is 0."""
+        table, count = np.asarray(self.covariance_um2, dtype=float), np.size(self.mean_um)
+        if table.shape != (count, count) or not np.isfinite(table).all() or not np.allclose(table, table.T, atol=1e-6):
+            raise InputError(
+                f"covariance_um2 must be symmetric, of {count} rows and columns, as the mean has {count} coefficients."
+            )
+        values, vectors = np.linalg.eigh((table + table.T) / 2)
+        if values[0] < -1e-3 * max(values[-1], 1e-12):
+            raise InputError("covariance_um2 is no covariance: a sum of coefficients would vary less than not at all.")
+        return vectors * np.sqrt(np.clip(values, 0, None))
+
+    def drawn(self, random: np.random.Generator) -> NDArray[np.float64]:
+        """Coefficients of one eye, in micrometres."""
+        found: NDArray[np.float64] = np.asarray(self.mean_um, dtype=float) + self._root() @ random.standard_normal(
+            np.size(self.mean_um)
+        )
+        return found

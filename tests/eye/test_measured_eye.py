@@ -1,0 +1,150 @@
+"""Eyes of measured wavefronts: order and signs against another library, other pupils against a fit, populations."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from focalgradient import InputError
+from focalgradient.eye import (
+    Eye,
+    ZernikePopulation,
+    chromatic_difference,
+    draw_people,
+    osa_index,
+    osa_order,
+    point_spread,
+    read_zernike,
+    resized_zernike,
+    zernike,
+)
+from focalgradient.eye.measured import zernike_terms
+
+PRYSM = json.loads(Path(__file__).with_name("prysm_zernike.json").read_text(encoding="utf-8"))
+EYES = Path(__file__).parents[2].parent / "shared" / "data" / "eyes"
+
+
+def test_order_and_signs_are_those_of_another_library():
+    x, y = np.array(PRYSM["places"]).T
+    for term in PRYSM["terms"]:
+        assert osa_order(term["index"]) == (term["n"], term["m"])
+        assert osa_index(term["n"], term["m"]) == term["index"]
+        assert zernike(term["n"], term["m"], x, y) == pytest.approx(np.array(term["values"]), abs=1e-8)
+
+
+@given(st.lists(st.floats(-1, 1), min_size=1, max_size=36), st.floats(0.2, 1.0))
+def test_a_smaller_pupil_has_the_same_wavefront(coefficients, share):
+    rng = np.random.default_rng(1)
+    place = np.sqrt(rng.uniform(size=40)) * np.exp(2j * np.pi * rng.uniform(size=40))
+
+    def height(terms, at):
+        return sum((c * zernike(n, m, at.real, at.imag) for n, m, c in terms), np.zeros(at.shape))
+
+    terms = zernike_terms(coefficients)
+    assert height(resized_zernike(terms, share), place) == pytest.approx(height(terms, share * place), abs=1e-9)
+
+
+@pytest.mark.parametrize("nm", [450.0, 580.0, 840.0 - 100])
+def test_defocus_becomes_vergence_in_focus_in_the_light_of_the_measurement(nm):
+    um = 1.5 * 6**2 / (16 * np.sqrt(3))  # 1.5 D of myopia over 6 mm
+    eye = Eye.from_zernike([0.3, 0.1, 0.1, 0, um], 0.004, measured_diameter=0.006, measured_nm=nm, accommodation=0.5)
+    assert eye.in_light(nm).focus_vergence == pytest.approx(2.0)
+    assert eye.focus_vergence == pytest.approx(2.0 + float(chromatic_difference(nm)))
+    assert eye.aberrations == ()
+
+
+def test_the_eye_spreads_light_as_its_wavefront_does():
+    """Defocus as a term and as accommodation are one; so a point looks the same through both."""
+    angles = np.arange(-8, 9) * 1e-4
+    whole = [0, 0, 0, 0.1, 0.2, -0.05, 0.03, 0.08, -0.02, 0.04, 0, 0, 0.06]
+    light = {"wavelength_nm": 580.0}
+    given_ = Eye(0.005, 0.0, **light, aberrations=tuple((*osa_order(j), c) for j, c in enumerate(whole) if c))
+    assert point_spread(angles, angles, Eye.from_zernike(whole, 0.005, **light), 0.0) == pytest.approx(
+        point_spread(angles, angles, given_, 0.0), rel=1e-9
+    )
+
+
+def test_tables_of_each_kind_are_read(tmp_path):
+    texts = {
+        "one.csv": "coefficient\n0\n0\n0\n0.1\n-0.25\n",
+        "two.txt": "# of a left eye\nj um\n4 -0.25\n3 0.1\n",
+        "three.csv": "n;m;um\n2;0;-0.25\n2;-2;0.1\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        assert read_zernike(tmp_path / name) == (0.0, 0.0, 0.0, 0.1, -0.25)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "must have on each line"),
+        ("1 2 3 4\n", "must have on each line"),
+        ("1\n2 3\n", "must have on each line"),
+        ("0.1\nx\n", "line 2"),
+        ("3 1 0.1\n3 1 0.2\n", "there twice"),
+        ("2 1 0.1\n", "no Zernike term 2, 1"),
+        ("4.5 0.1\n", "no Zernike term 4.5"),
+        ("3 nan\n", "is nan"),
+        ("0.1\n" * 300, "more than 231"),
+    ],
+)
+def test_what_is_no_table_is_refused_in_a_sentence(text, said, tmp_path):
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        read_zernike(tmp_path / "t.csv")
+
+
+def test_a_larger_pupil_than_the_measured_one_is_refused():
+    with pytest.raises(InputError, match="outside of the measured pupil"):
+        Eye.from_zernike([0.0, 0.0, 0.0, 0.1], 0.006, measured_diameter=0.004)
+
+
+def test_draws_have_the_population_s_mean_and_covariance():
+    mixing = np.random.default_rng(3).standard_normal((7, 7)) / 10
+    population = ZernikePopulation(np.linspace(-0.1, 0.2, 7), mixing @ mixing.T, 0.006)
+    random = np.random.default_rng(5)
+    drawn = np.array([population.drawn(random) for _ in range(20_000)])
+    assert drawn.mean(axis=0) == pytest.approx(np.linspace(-0.1, 0.2, 7), abs=0.01)
+    assert np.cov(drawn.T) == pytest.approx(mixing @ mixing.T, abs=0.005)
+
+
+def test_people_of_a_population_are_the_same_people_otherwise():
+    population = ZernikePopulation(np.zeros(15), 0.01 * np.eye(15), 0.006)
+    plain, real = draw_people(20, 1), draw_people(20, 1, aberrations=population)
+    for one, other in zip(plain, real, strict=True):
+        if one.eye.pupil_diameter <= 0.006:
+            assert other.eye.pupil_diameter == one.eye.pupil_diameter
+        assert (other.eye.chromatic_scale, other.fluctuation) == (one.eye.chromatic_scale, one.fluctuation)
+        assert other.eye.pupil_diameter <= 0.006
+        assert other.eye.aberrations
+    with pytest.raises(InputError, match="draw smaller pupils"):
+        draw_people(1, 1, pupil_diameter=(0.007, 0.001), aberrations=population)
+
+
+@pytest.mark.parametrize("covariance", [np.eye(3), -np.eye(4), np.full((4, 4), np.nan), np.triu(np.ones((4, 4)))])
+def test_what_is_no_covariance_is_refused(covariance):
+    with pytest.raises(InputError, match="covariance_um2"):
+        ZernikePopulation(np.zeros(4), covariance, 0.006)
+
+
+@pytest.mark.skipif(not EYES.is_dir(), reason="the published population is not here: its licence is for research use")
+def test_a_published_population_scaled_to_a_smaller_pupil_is_near_that_measured_there():
+    wide = ZernikePopulation.read(EYES / "mean_6mm.csv", EYES / "covariance_6mm.csv", 0.006)
+    narrow = ZernikePopulation.read(EYES / "mean_3mm.csv", EYES / "covariance_3mm.csv", 0.003)
+    random = np.random.default_rng(1)
+
+    def rms(population, orders):
+        """Of the orders' coefficients over 3 mm, root of the mean square over people."""
+        squares = []
+        for _ in range(500):
+            share = 0.003 / population.measured_diameter
+            terms = resized_zernike(zernike_terms(population.drawn(random)), share)
+            squares.append(sum(c**2 for n, _, c in terms if n in orders))
+        return float(np.sqrt(np.mean(squares)))
+
+    for orders in ((2,), (3,)):
+        assert rms(wide, orders) == pytest.approx(rms(narrow, orders), rel=0.35)
