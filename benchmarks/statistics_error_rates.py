@@ -188,7 +188,8 @@ def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFr
 def cube(task: tuple[int, int, int]) -> dict[str, float]:
     """Probabilities of each test of one experiment on the cube; NaN where it could not be done."""
     seed, subjects, number = task
-    (effect,) = necker(reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2)).effects
+    table = reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2)
+    (effect,) = necker(table, durations=False).effects
     tests = {"GEE, time": effect.odds_of_time, "GEE, reports": effect.odds_of_reports, "paired t, share": effect.share}
     found = {name: test.p if isinstance(test, Effect) else math.nan for name, test in tests.items()}
     return found | {"Wilcoxon, share": math.nan if effect.wilcoxon_p is None else effect.wilcoxon_p}

@@ -76,8 +76,9 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
-    others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary")}
-    assert said | others | {"necker_subjects.csv"} == {name for name in made.files if name.endswith(".csv")}
+    others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary", "wide")}
+    others |= {"necker_subjects.csv", "necker_reports.csv", "necker_reports_dictionary.csv", "necker_wide.csv"}
+    assert said | others == {name for name in made.files if name.endswith(".csv")}
 
 
 def test_the_page_is_whole_and_needs_nothing_else(made):

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from recorded import record_ratings
+from scipy import stats
 
 from focalgradient import InputError
 from focalgradient.power import Model
@@ -111,6 +112,39 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     assert len(trials) == 5 * 12 * 8 * 2
     assert trials["included"].all()
     assert b"lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
+
+
+def test_the_wide_tables_hold_what_was_tested(own: Path, tmp_path: Path) -> None:
+    made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
+    wide = pd.read_csv(io.BytesIO(made.files["depth_rating_wide.csv"]))
+    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"]))
+    near = rises[rises["fixation"] == "nearest"].iloc[0]
+    assert len(wide) == 5 * 12
+    assert wide["nearest"].mean() == pytest.approx(near["estimate"])
+    assert wide["difference"].to_numpy() == pytest.approx((wide["nearest"] - wide["farthest"]).to_numpy())
+
+
+def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) -> None:
+    """Shares of .2 without a gradient, .2 + own shift with one: the paired t-test of the shifts."""
+    shifts = [0.05, 0.1, 0.2, 0.15, 0.1]
+    rows = [
+        f"{who},{trial},{blur},{seen},{lasts}"
+        for who, shift in enumerate(shifts)
+        for trial, (blur, share) in enumerate([("none", 0.2), ("nonrigid", 0.2 + shift)])
+        for seen, lasts in (("rigid", 40 * (1 - share)), ("nonrigid", 40 * share))
+    ]
+    file = tmp_path / "cube.csv"
+    file.write_text("\n".join(["who,trial,blur,seen,seconds", *rows]))
+    names = {"participant": "who", "gradient": "blur", "percept": "seen", "duration": "seconds"}
+    made = make_report(file, columns=names)
+    wide = pd.read_csv(io.BytesIO(made.files["necker_wide.csv"]))
+    assert (wide["nonrigid 1"] - wide["none 0"]).to_numpy() == pytest.approx(shifts)
+    found = stats.ttest_1samp(shifts, 0)
+    text = made.files["report.md"].decode()
+    assert f"t(4)\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{found.statistic:.2f}" in text
+    assert "There is no column of strengths" in text
+    assert b"wilcox.test" in made.files["necker_headline.R"]
+    assert len(pd.read_csv(io.BytesIO(made.files["necker_reports.csv"]))) == 20
 
 
 def test_cells_are_no_formulas() -> None:

@@ -9,6 +9,7 @@ import pytest
 from focalgradient.statistics import DepthRatingResult, NeckerResult, depth_rating, necker
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.cumulative import cumulative_fit
+from focalgradient.statistics.means import holm
 from focalgradient.statistics.ordinal import design_matrix
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -108,8 +109,15 @@ def test_interaction_of_few_scenes(ratings: DepthRatingResult) -> None:
 
 
 def test_correction_of_many_tests(ratings: DepthRatingResult) -> None:
-    corrected = [mean.against_pinhole.p_holm for mean in ratings.means if mean.aperture != "pinhole"]
-    assert corrected == pytest.approx(SAID["holm"], rel=1e-8)
+    single = np.concatenate([SAID["pinhole_p_nearest"], SAID["pinhole_p_farthest"]])
+    assert holm(single) == pytest.approx(SAID["holm"], rel=1e-8)
+    between = [mean.against_pinhole for mean in ratings.means if mean.aperture in ("f/22", "f/11")]
+    assert [test.p_holm for test in between] == pytest.approx(holm(single[[0, 1, 3, 4]]), rel=1e-8)
+
+
+def test_one_hypothesis_has_one_p(ratings: DepthRatingResult) -> None:
+    largest = [mean.against_pinhole for mean in ratings.means if mean.aperture == "f/5.6"]
+    assert largest == [each.rise for each in ratings.fixations]
 
 
 def test_within_subject_intervals(ratings: DepthRatingResult) -> None:

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError
-from focalgradient.statistics import depth_rating, read_ratings
+from focalgradient.statistics import depth_rating, quality, read_ratings, read_reports
+from focalgradient.statistics.own_reports import holds_reports
 
 LONG = "subject,fstop,focus,resp\nA,pinhole,near,1.0\nA,f5.6,near,1.4\nB ,0,far,0.9\nB,5.6,farthest,1.2\n"
 
@@ -57,12 +58,99 @@ def test_wide(tmp_path: Path) -> None:
         ["1", "room", "farthest", "f/5.6", 1.1],
         ["2", "room", "nearest", "pinhole", 1.0],
     ]
-    assert any("2 rows without a rating were left out (participants 2)" in note for note in own.notes)
+    assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notes)
 
 
 def test_wide_with_scenes_in_the_names(tmp_path: Path) -> None:
     text = "subject,room_near_pinhole,room_near_f5.6,tree_near_pinhole\n1,1,1.5,1.1\n"
     assert read_ratings(write(tmp_path, text)).table["scene"].tolist() == ["room", "room", "tree"]
+
+
+def test_wide_with_several_rows_of_a_subject_can_be_judged(tmp_path: Path) -> None:
+    """Each rating has a place of its own: rules that look at single ratings find it."""
+    rows = [f"{who},s{scene},1.0,{1.2 + 0.1 * scene},1.0,1.1" for who in range(4) for scene in range(5)]
+    text = "\n".join(["subject,scene,near_pinhole,near_5.6,far_pinhole,far f5_6", *rows])
+    own = read_ratings(write(tmp_path, text))
+    assert sorted(set(own.table["aperture"])) == ["f/5.6", "pinhole"]
+    kept, found = quality(own.table)
+    assert len(kept) == found.trials_before == 4 * 5 * 4
+    assert own.table.index.is_unique
+
+
+def test_rows_above_the_header_and_unicode_text(tmp_path: Path) -> None:
+    path = tmp_path / "own.tsv"
+    path.write_bytes(f"# exported\n\n{LONG.replace(',', chr(9))}".encode("utf-16"))
+    own = read_ratings(path)
+    assert own.table.index[0] == ("own.tsv", 4)
+
+
+def test_diameters_alone_name_the_apertures(tmp_path: Path) -> None:
+    text = "subject,aperture_mm,focus,resp,age\nA,0,near,1.0,33\nA,8.93,near,1.4,33\n"
+    own = read_ratings(write(tmp_path, text))
+    assert own.table["aperture"].tolist() == ["pinhole", "f/5.6"]
+    assert own.table["aperture_mm"].tolist() == [0, 8.93]
+    assert "Columns that were not used: age." in own.notes
+
+
+REPORTS = """subject;trial;blur;mm;seen;start;dur
+A ;1;ohne;;starr;0;6,0
+A ;1;ohne;;weich;6;4,0
+A ;2;weich;4;starr;0;3,0
+A ;2;weich;4;weich;3,0;7,0
+"""
+NAMES = {"participant": "subject", "gradient": "blur", "percept": "seen", "strength": "mm"}
+MEANT = {"ohne": "none", "starr": "rigid", "weich": "nonrigid"}
+
+
+def test_reports_on_the_cube(tmp_path: Path) -> None:
+    own = read_reports(write(tmp_path, REPORTS), NAMES, MEANT)
+    names = ["participant_id", "gradient", "strength", "percept", "onset", "duration", "censored", "trial_duration"]
+    assert own.table[names].to_numpy().tolist() == [
+        ["A", "none", 0.0, "rigid", 0.0, 6.0, False, 10.0],
+        ["A", "none", 0.0, "nonrigid", 6.0, 4.0, True, 10.0],
+        ["A", "nonrigid", 4.0, "rigid", 0.0, 3.0, False, 10.0],
+        ["A", "nonrigid", 4.0, "nonrigid", 3.0, 7.0, True, 10.0],
+    ]
+    assert any("all trials count as of 10 s" in note for note in own.notes)
+
+
+@pytest.mark.parametrize("left_out", ["trial", "start", "mm", "end"])
+def test_reports_with_a_column_less_say_the_same(tmp_path: Path, left_out: str) -> None:
+    whole = read_reports(write(tmp_path, REPORTS), NAMES, MEANT).table
+    if left_out == "end":
+        rows = ["A;ohne;;starr;0;6", "A;ohne;;weich;6;10", "A;weich;4;starr;0;3", "A;weich;4;weich;3;10"]
+        text = "\n".join(["subject;blur;mm;seen;start;end", *rows])
+    else:
+        text = REPORTS.replace(" ;", ";")
+        gone = text.split("\n")[0].split(";").index(left_out)
+        cut = [[cell for place, cell in enumerate(line.split(";")) if place != gone] for line in text.split()]
+        text = "\n".join(";".join(line) for line in cut)
+    names = {ours: theirs for ours, theirs in NAMES.items() if theirs != left_out}
+    own = read_reports(write(tmp_path, text), names, MEANT).table
+    for column in ("percept", "onset", "duration", "trial"):
+        assert own[column].astype(str).tolist() == whole[column].astype(str).tolist(), column
+
+
+def test_reports_are_known_by_their_columns(tmp_path: Path) -> None:
+    assert holds_reports(write(tmp_path, REPORTS), NAMES)
+    assert not holds_reports(write(tmp_path, LONG))
+    assert holds_reports(write(tmp_path, "participant,percept\n"))
+
+
+BAD_REPORTS = {
+    "percept": (REPORTS.replace(";weich;6;", ";wackelt;6;"), "row 3: percept is 'wackelt'.*--conditions"),
+    "overlap": (REPORTS.replace("6;4,0", "4;6,0"), "row 3: the report begins before another"),
+    "no percept": ("subject,blur\nA,none\n", "no column seen for percept"),
+    "nobody": (REPORTS.replace("A ;1;ohne;;weich", " ;1;ohne;;weich"), "row 3: the participant is missing"),
+    "time": (REPORTS.replace("6,0", "six"), "row 2: duration is 'six', but must be a number"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_REPORTS)
+def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str) -> None:
+    text, said = BAD_REPORTS[name]
+    with pytest.raises(InputError, match=said):
+        read_reports(write(tmp_path, text), NAMES, MEANT)
 
 
 def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:

@@ -48,13 +48,14 @@ def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict
     "--columns",
     metavar="OURS=YOURS,...",
     callback=_pairs,
-    help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp.",
+    help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp; of reports on "
+    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds.",
 )
 @click.option(
     "--conditions",
     metavar="YOURS=OURS,...",
     callback=_pairs,
-    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole.",
+    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid.",
 )
 @click.option(
     "--focal-length",
@@ -91,7 +92,9 @@ def report(
     DATASET is a folder of BIDS tables that 'focalgradient run' or 'simulate' wrote. A table of your own has a row for
     each rating with the columns participant, aperture (pinhole, or an f-number like f/5.6), fixation (nearest or
     farthest) and rating, and may have scene, repetition, trial and catch; or a column for each condition. Other names
-    are given by --columns, other words in the cells by --conditions.
+    are given by --columns, other words in the cells by --conditions. A table of reports on the cube has a row for each
+    report with the columns participant, trial, gradient (none, rigid, nonrigid), percept (rigid, nonrigid, none, both)
+    and duration in seconds, and may have onset, strength, trial_duration, censored and catch.
 
     The sessions of a data set are checked by the workers, those of a --scheduler must see it under the same path.
 

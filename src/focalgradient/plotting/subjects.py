@@ -84,6 +84,8 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
                 draw_steps(ax, result.ordinal, fixation)
             draw_latent(axes[2], result.ordinal, result.largest_mm)
         if simulated:
+            low, high = axes[2].get_ylim()
+            axes[2].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
             _say_simulated(axes[2])
         _settle(figure)
     return figure

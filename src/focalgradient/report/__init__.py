@@ -17,7 +17,15 @@ from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
 from focalgradient.progress import Progress
-from focalgradient.report.analysed import BOUND, Ratings, Reports, analyse_necker, analyse_ratings, analyse_table
+from focalgradient.report.analysed import (
+    BOUND,
+    Ratings,
+    Reports,
+    analyse_necker,
+    analyse_ratings,
+    analyse_report_table,
+    analyse_table,
+)
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.document import (
     Block,
@@ -28,7 +36,7 @@ from focalgradient.report.document import (
     as_html,
     as_markdown,
 )
-from focalgradient.report.export import safe_csv, trial_files
+from focalgradient.report.export import report_files, safe_csv, trial_files
 from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
@@ -41,8 +49,10 @@ from focalgradient.statistics import (
     Rules,
     Scale,
     read_ratings,
+    read_reports,
 )
 from focalgradient.statistics.bayes import check_installed
+from focalgradient.statistics.own_reports import holds_reports
 
 __all__ = [
     "BOUND",
@@ -104,13 +114,13 @@ def make_report(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Analyse a data set, or a table of one's own depth ratings, and write down all of it.
+    """Analyse a data set, or a table of one's own, and write down all of it.
 
     Parameters
     ----------
     root
         The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
-        `conditions` and `focal_length_mm`.
+        `conditions` and `focal_length_mm`, or, with a column of percepts, by `focalgradient.statistics.read_reports`.
     bound
         Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
         says so.
@@ -139,9 +149,14 @@ def make_report(
     used = BOUND if chosen is None else chosen
     problems: list[str] = []
     notes: list[str] = []
-    ratings: Ratings | None
+    ratings: Ratings | None = None
     reports: Reports | None = None
-    if root.is_file():
+    if root.is_file() and holds_reports(root, columns):
+        own_reports = read_reports(root, columns, conditions)
+        reports = analyse_report_table(own_reports.table, rules=stated.rules)
+        notes += own_reports.notes
+        title = root.stem
+    elif root.is_file():
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
         ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
         notes += own.notes
@@ -181,7 +196,7 @@ def make_report(
             body.append(Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance."))
     if reports is not None:
         body += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
-        body += _shown([_design(reports.data, "necker")], sheets)
+        body += _shown([] if reports.data is None else [_design(reports.data, "necker")], sheets)
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in notes)]
@@ -190,6 +205,10 @@ def make_report(
     if ratings is not None:
         result = ratings.result if isinstance(ratings.result, DepthRatingResult) else None
         files |= trial_files(ratings.table, ratings.kept, result)
+    if reports is not None:
+        files |= report_files(
+            reports.table, reports.kept, None if isinstance(reports.result, NotComputed) else reports.result
+        )
     files["rules.toml"] = as_toml(stated.rules, used).encode()
     return Report(files, tuple(problems))
 

@@ -30,7 +30,7 @@ from focalgradient.statistics import (
     quality,
 )
 
-__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_table"]
+__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
 Answers = Literal["ratio", "ordinal", "bipolar", "choice"]
 """What the ratings are, for the analysis."""
@@ -100,7 +100,8 @@ class Ratings:
 class Reports:
     """Experiment 2, analysed: see `Ratings`; `shortest_both` is that of `focalgradient.statistics.necker`."""
 
-    data: DataSet
+    data: DataSet | None
+    table: pd.DataFrame
     kept: pd.DataFrame
     quality: Quality
     result: NeckerResult | NotComputed
@@ -176,13 +177,17 @@ def analyse_table(
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
     """Read and analyse the reports on the Necker cube of a data set: see `analyse_ratings`."""
     data = read_dataset(root, ["necker"], damaged="leave out")
-    table = _table(data, data.necker, "reports on the cube")
+    return analyse_report_table(_table(data, data.necker, "reports on the cube"), rules=rules, data=data)
+
+
+def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, data: DataSet | None = None) -> Reports:
+    """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
     kept, found = quality(table, rules)
     shortest = found.rules.shortest_both
     result: NeckerResult | NotComputed = _nobody(found)
     if found.subjects_after:
         result = necker(kept, shortest_both=shortest)
-    return Reports(data, kept, found, result, _simulated(table), shortest)
+    return Reports(data, table, kept, found, result, _simulated(table), shortest)
 
 
 def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:

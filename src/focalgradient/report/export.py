@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pandas as pd
 
-from focalgradient.statistics import DepthRatingResult, Effect
+from focalgradient.statistics import DepthRatingResult, Effect, NeckerResult, OrdinalResult
 from focalgradient.statistics.crossed import FEWEST_SCENES
 
-__all__ = ["safe_csv", "trial_files"]
+__all__ = ["report_files", "safe_csv", "trial_files"]
 
 MEANING = {
     "participant_id": "participant",
@@ -27,6 +29,41 @@ MEANING = {
     "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
 }
 
+CUBE_MEANING = {
+    "participant_id": "participant",
+    "session": "session label; empty without one",
+    "trial": "number of the trial within its participant and session",
+    "gradient": "reading that the blur agrees with: none, rigid or nonrigid",
+    "strength": "aperture of the blur in millimetres; 0 without a gradient",
+    "onset": "seconds from the start of the trial",
+    "duration": "seconds that the report lasted",
+    "percept": "reported reading: rigid, nonrigid, none (no key) or both",
+    "censored": "whether the end of the trial cut the report off",
+    "trial_duration": "seconds that the trial lasted",
+    "dropped_frames": "frames dropped by the display in this trial",
+    "catch": "whether the trial was a catch trial, not analysed",
+    "kind": "human or simulated",
+    "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
+}
+
+CUBE = """# The headline test of the report: the nonrigid share of the time with one of the two readings, each gradient
+# against none, over subjects. Base R only. Run in the report's folder: Rscript necker_headline.R
+# In JASP the same: open necker_wide.csv, then T-Tests, Paired Samples T-Test, each condition with "none 0".
+d <- read.csv("necker_reports.csv", colClasses = c(participant_id = "character"))
+d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+d$condition <- paste(d$gradient, d$strength)
+time <- function(of) tapply(ifelse(d$percept == of, d$duration, 0), list(d$participant_id, d$condition), sum)
+share <- time("nonrigid") / (time("nonrigid") + time("rigid"))
+found <- do.call(rbind, lapply(setdiff(colnames(share), "none 0"), function(name) {
+  change <- na.omit(share[, name] - share[, "none 0"]); t <- t.test(change)
+  ranks <- suppressWarnings(wilcox.test(change)$p.value)
+  data.frame(condition = name, change = mean(change), low = t$conf.int[1], high = t$conf.int[2], t = t$statistic,
+             df = t$parameter, p = t$p.value, wilcoxon_p = ranks)
+}))
+found$p_holm <- p.adjust(found$p, "holm"); found$wilcoxon_p_holm <- p.adjust(found$wilcoxon_p, "holm")
+print(found, row.names = FALSE, digits = 6)
+"""
+
 HEADLINE = """# The headline test of the report: the rise of the ratings from the pinhole to the largest aperture, over
 # subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
 # The second part is base R, by mean squares. Before it, with the packages lme4 and lmerTest, the same by REML: it may
@@ -44,14 +81,38 @@ for (f in unique(d$fixation)) {{
 }}
 """
 
-JASP = """# The same for JASP: open depth_rating_trials.csv in JASP, then run this in its R console, on `data`.
-# Base R only. By the menus the same: the log ratio of each subject and scene, then Mixed Models, Linear Mixed Models,
-# dependent variable log_ratio, random grouping factors participant_id and scene, no fixed effect but the intercept,
-# degrees of freedom by Satterthwaite.
+JASP = """# The same for JASP. By its menus: open depth_rating_wide.csv, a row for each subject and scene; Mixed Models,
+# Linear Mixed Models; dependent variable nearest, farthest or difference (log ratios); random grouping factors
+# participant_id and scene; no fixed effect but the intercept; degrees of freedom by Satterthwaite. By its R console:
+# open depth_rating_trials.csv, then run this on `data`; base R only.
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
 for (f in unique(as.character(d$fixation))) {{ cat("fixation:", f, "\\n"); print(headline(rises(d, f))) }}
+"""
+
+ORDINAL = """# The headline test of the report: the slopes of answers in steps on the diameter of the aperture, by a
+# cumulative-link mixed model. Run in the report's folder: Rscript headline_ordinal.R (Debian: r-cran-ordinal)
+# clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: slopes agree to some percent.
+library(ordinal)
+d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
+d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+d$y <- ordered(d$rating); d$participant_id <- factor(d$participant_id)
+terms <- c()
+for (f in intersect(c("nearest", "farthest"), d$fixation)) {
+  d[[paste0("mm_", f)]] <- d$aperture_mm * (d$fixation == f); terms <- c(terms, paste0("mm_", f))
+}
+fixed <- c(terms, if (length(terms) > 1) "fixation", if (length(unique(d$scene)) > 1) "scene")
+model <- as.formula(paste("y ~", paste(fixed, collapse = " + "), "+ (1 +", paste(terms, collapse = " + "),
+                          "| participant_id)"))
+fit <- clmm(model, d, control = clmm.control(gradTol = 1e-4))
+slope <- coef(fit)[terms]; v <- vcov(fit)[terms, terms, drop = FALSE]
+if (length(terms) > 1) {
+  k <- rbind(diag(2), c(1, -1)); slope <- as.vector(k %*% slope); v <- k %*% v %*% t(k); terms <- c(terms, "difference")
+}
+t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
+print(data.frame(term = terms, slope = slope, error = sqrt(diag(v)), t = t, p = p, p_holm = p.adjust(p, "holm"),
+                 odds_ratio_at_largest = exp(slope * max(d$aperture_mm))), row.names = FALSE, digits = 5)
 """
 
 PREPARE = """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
@@ -94,24 +155,18 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
     )
     names = [name for name in MEANING if name in out]
     out = out[names]
-    meaning = pd.DataFrame(
-        [
-            (
-                name,
-                MEANING[name],
-                str(out[name].dtype),
-                int(out[name].nunique(dropna=True)),
-                int(out[name].isna().sum()),
-            )
-            for name in names
-        ],
-        columns=["column", "meaning", "type", "values", "missing"],
-    )
     files = {
         "depth_rating_trials.csv": safe_csv(out),
-        "depth_rating_trials_dictionary.csv": safe_csv(meaning),
+        "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING),
     }
+    if result is not None and isinstance(result.ordinal, OrdinalResult):
+        tests = [*zip(result.ordinal.fixations, result.ordinal.slopes, strict=True)]
+        found = "".join(
+            f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect)
+        )
+        files["headline_ordinal.R"] = (ORDINAL + found).encode()
     if result is not None and result.scale == "ratio":
+        files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         prepare = PREPARE.format(fewest=FEWEST_SCENES)
         found = "".join(
             f"# focalgradient: {each.fixation}: {each.rise.summary()}\n"
@@ -121,6 +176,57 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
         files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
     return files
+
+
+def _rises(trials: pd.DataFrame) -> pd.DataFrame:
+    """A row a subject and scene: log ratio of the largest aperture to the pinhole by fixation, and their difference."""
+    rows = trials[trials["included"]]
+    of = {}
+    for name in ("nearest", "farthest"):
+        own = rows[rows["fixation"] == name]
+        if own["aperture_mm"].nunique() > 1 and own["aperture_mm"].min() == 0:
+            means = own.groupby(["participant_id", "scene", "aperture_mm"])["log_rating"].mean().unstack()
+            of[name] = means.iloc[:, -1] - means.iloc[:, 0]
+    if len(of) == 2:
+        of["difference"] = of["nearest"] - of["farthest"]
+    wide = pd.DataFrame(of)
+    return wide.rename_axis(["participant_id", "scene"]).reset_index() if of else wide
+
+
+def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult | None) -> dict[str, bytes]:
+    """All reports on the cube as a long CSV, the meaning of its columns, and a script that repeats the headline test.
+
+    Parameters
+    ----------
+    table, kept
+        All reports, and those that the rules kept; rows of the same index are the same.
+    result
+        The analysis: the script names what it found.
+    """
+    out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
+    out = out[[name for name in CUBE_MEANING if name in out]]
+    files = {"necker_reports.csv": safe_csv(out), "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING)}
+    found = "".join(
+        f"# focalgradient: {each.gradient} {each.strength:g}: {each.share.summary()}\n"
+        for each in (result.effects if result is not None else ())
+        if isinstance(each.share, Effect)
+    )
+    if result is not None:
+        shares = {
+            (each.participant_id, f"{each.gradient} {each.strength:g}"): each.nonrigid for each in result.subject_shares
+        }
+        wide = pd.Series(shares, dtype=float).unstack().rename_axis("participant_id").reset_index()
+        files["necker_wide.csv"] = safe_csv(wide)
+    return files | ({"necker_headline.R": (CUBE + found).encode()} if found else {})
+
+
+def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
+    """What each column means, its type, and how many values and gaps it has."""
+    rows = [
+        (name, meaning[name], str(each.dtype), int(each.nunique(dropna=True)), int(each.isna().sum()))
+        for name, each in ((str(column), table[column]) for column in table)
+    ]
+    return safe_csv(pd.DataFrame(rows, columns=["column", "meaning", "type", "values", "missing"]))
 
 
 def safe_csv(table: pd.DataFrame) -> bytes:

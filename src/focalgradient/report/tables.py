@@ -82,13 +82,16 @@ def probability(p: float | None) -> str:
 
 
 def decimals(value: float | None, places: int = 2) -> str:
-    """A number to so many decimals.
+    """A number to so many decimals; from 1000 to none.
 
-    >>> decimals(-0.123), decimals(14.2), decimals(None)
-    ('−0.12', '14.20', '–')
+    >>> decimals(-0.123), decimals(14.2), decimals(16545.47), decimals(None)
+    ('−0.12', '14.20', '16,545', '–')
     """
     if value is None or not math.isfinite(value):
         return NONE
+    if abs(value) >= 1000:
+        text = f"{value:,.0f}" if abs(value) < 1e6 else f"{value:.2g}"
+        return text.replace("-", "−").replace("e+0", "e").replace("e+", "e")
     text = f"{value:.{places}f}"
     return (text.removeprefix("-") if float(text) == 0 else text).replace("-", "−")
 
@@ -240,7 +243,10 @@ def _means(result: DepthRatingResult) -> Sheet:
     ]
     header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 %"]
     header += ["test of the ratio", "p", "p (Holm)", "d_z", "95 %"]
-    caption = "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over all rows"
+    caption = (
+        "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over the rows between the "
+        "pinhole and the largest aperture, whose test is that of the rise"
+    )
     return _sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
 
 

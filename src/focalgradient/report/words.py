@@ -146,7 +146,7 @@ def methods_ratings(part: Ratings, bound: float) -> list[str]:
         f"the farthest object in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
         f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
-        _excluded(part.quality),
+        _excluded(part.quality, middle="1" if part.scale == "ratio" else "the scale’s middle"),
         *_analysis(part, bound, design),
     ]
 
@@ -198,8 +198,8 @@ def analysis_ratings(bound: float, scale: Scale) -> list[str]:
             f"tested by two one-sided tests against a factor of {bound:.3g}, the smallest rise that would matter. "
             "As a trend, the least-squares slope of the log rating on the diameter of the aperture, and its lack "
             "of fit (the quadratic part), were tested likewise. Probabilities were corrected by Holm’s method "
-            "within each family: the rises with their difference, the comparisons of apertures with the pinhole, "
-            "the slopes, the tests of lack of fit; a result is called reliable where the corrected p is below "
+            "within each family: the rises with their difference, the comparisons of the apertures between with the "
+            "pinhole, the slopes, the tests of lack of fit; a result is called reliable where the corrected p is below "
             ".05. Each equivalence test is one question and is not corrected. Intervals of ratios are 95 % "
             "intervals by t on the logarithm, not adjusted for several tests; those of ratings are within "
             "subjects (Cousineau, Morey). Tests are two-sided unless stated."
@@ -217,26 +217,44 @@ def analysis_ratings(bound: float, scale: Scale) -> list[str]:
 
 def methods_necker(part: Reports) -> list[str]:
     """Methods of experiment 2, for a paper."""
+    return [_cube_shown(part), _excluded(part.quality, cube=True), analysis_necker(part.shortest_both)]
+
+
+def _cube_shown(part: Reports) -> str:
+    if part.data is None:
+        trials = part.table[~part.table["catch"]]
+        blurs = _listed(sorted(trials["gradient"].unique()))
+        sizes = _listed(f"{mm:g}" for mm in sorted(trials["strength"][trials["strength"] > 0].unique()))
+        return (
+            f"{_people(part.quality, part.simulated)} reported the rigid and the nonrigid reading of a turning Necker "
+            f"cube, with its lines blurred in agreement with one of the readings ({blurs}; aperture {sizes} mm). "
+            "The data are a table; what was shown, and how, is not recorded in it."
+        )
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     strengths = _listed(f"{strength:g}" for strength in design.get("strengths_mm", ()))
-    return [
+    return (
         f"{_people(part.quality, part.simulated)} watched a wireframe Necker cube turn in perspective and held a key "
         "for as long as it looked rigid, another for as long as it looked nonrigid. Its lines were all sharp, or "
         f"blurred in agreement with the depth of one of the readings ({_listed(design.get('gradients', ()))}; "
         f"aperture {strengths} mm). Each condition was shown for {design.get('trial_s', '?')} s, "
         f"{_times(design.get('repetitions', 1))}, turning {_listed(design.get('directions', ()))}. "
-        f"{_catches(design)}{_same(designs)}".strip(),
-        _excluded(part.quality, cube=True),
+        f"{_catches(design)}{_same(designs)}".strip()
+    )
+
+
+def analysis_necker(shortest_both: float) -> str:
+    """How reports on the cube are analysed."""
+    return (
         "The nonrigid share of the time with one of the two readings was taken for each subject and gradient. Each "
         "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and by marginal logistic "
         "models (GEE, independence, standard errors corrected for few subjects after Mancl and DeRouen, t with N − 1 "
         "degrees of freedom) of each trial’s share of time and of single reports; Holm’s method corrects each kind "
         "over gradients, and a change is called reliable where the corrected p is below .05. Intervals are 95 % "
-        f"intervals over subjects by t. Both keys held for less than {part.shortest_both:g} s were taken as a change "
+        f"intervals over subjects by t. Both keys held for less than {shortest_both:g} s were taken as a change "
         "from one to the other, not as a report. Gamma and log-normal distributions were fitted to the durations of "
-        "each percept by maximum likelihood, durations cut off by the end of a trial as lower limits.",
-    ]
+        "each percept by maximum likelihood, durations cut off by the end of a trial as lower limits."
+    )
 
 
 def _people(found: Quality, simulated: bool) -> str:
@@ -245,7 +263,7 @@ def _people(found: Quality, simulated: bool) -> str:
     return _many(found.subjects_before, "subject")
 
 
-def _excluded(found: Quality, *, cube: bool = False) -> str:
+def _excluded(found: Quality, *, cube: bool = False, middle: str = "1") -> str:
     rules = found.rules
     stated = []
     if rules.response_time is not None and not cube:
@@ -258,7 +276,7 @@ def _excluded(found: Quality, *, cube: bool = False) -> str:
         passed = (
             f"a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
             if cube
-            else f"the standard itself, rated within a factor {rules.catch_factor:g} of 1"
+            else f"the standard itself, rated within a factor {rules.catch_factor:g} of {middle}"
         )
         who.append(f"passed less than {rules.catch_passed:.0%} of the catch trials ({passed})")
     if rules.repeat_factor is not None and not cube:
@@ -267,9 +285,20 @@ def _excluded(found: Quality, *, cube: bool = False) -> str:
         lapse = (
             "held no key or both for"
             if cube
-            else f"gave answers more than a factor {rules.lapse_factor:g} from their own median for the condition in"
+            else f"gave answers more than a factor {rules.lapse_factor:g} from what their own median for the "
+            "condition, and all subjects’ answers to the picture, let expect in"
         )
         who.append(f"{lapse} more than {rules.lapses:.0%} of the {'time' if cube else 'trials'}")
+    if not cube:
+        who += [
+            f"{did} in more than {share:.0%} of the trials"
+            for did, share in (
+                ("answered too fast", rules.fast),
+                ("gave one and the same answer", rules.same_answer),
+                ("left the answer where the first key had put the marker", rules.first_press),
+            )
+            if share is not None
+        ]
     if who:
         stated.append(f"subjects were left out who {', or '.join(who)}")
     trials = sum(one.trials for one in found.exclusions if not one.whole_subject)

@@ -25,7 +25,8 @@ from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, Subje
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_factors import FactorEffect, factor_effects
-from focalgradient.statistics.own_tables import OwnRatings, read_ratings
+from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
+from focalgradient.statistics.own_reports import OwnReports, read_reports
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -57,6 +58,7 @@ __all__ = [
     "NotComputed",
     "OrdinalResult",
     "OwnRatings",
+    "OwnReports",
     "PeopleDominance",
     "PerceptShare",
     "Quality",
@@ -77,4 +79,5 @@ __all__ = [
     "necker",
     "quality",
     "read_ratings",
+    "read_reports",
 ]

@@ -191,7 +191,7 @@ class NeckerResult:
     people: tuple[PeopleDominance, ...]
 
 
-def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> NeckerResult:
+def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, durations: bool = True) -> NeckerResult:
     """Analyse reports on the turning Necker cube.
 
     Parameters
@@ -201,6 +201,9 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> Neck
     shortest_both
         Both keys held for less than this, in seconds, is a change from one to the other and no report: its time is
         counted as "none".
+    durations
+        Whether distributions are fitted to the durations, most of the work; without, `dominance` and `people` are
+        empty.
 
     Returns
     -------
@@ -255,10 +258,12 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH) -> Neck
             for participant, row in rows.iterrows()
         ),
         shares=tuple(share for condition, rows in own.items() for share in _shares(condition, rows)),
-        dominance=tuple(_dominance(condition, percept, seen) for condition in conditions for percept in READINGS),
+        dominance=tuple(
+            _dominance(condition, percept, seen) for condition in conditions for percept in READINGS if durations
+        ),
         effects=_effects(conditions, trials, seen, own, remarks),
         remarks=tuple(remarks),
-        people=tuple(_people(conditions[0], percept, seen) for percept in READINGS),
+        people=tuple(_people(conditions[0], percept, seen) for percept in READINGS if durations),
     )
 
 

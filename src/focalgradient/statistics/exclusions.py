@@ -207,8 +207,13 @@ def quality(
     rules = rules or Rules()
     if "rating" in table:
         table = rating_table(table, scale)
-        off = None if scale in ("bipolar", "choice") else _unexpected(table[~table["catch"]])
-        subjects = [_rater(str(name), rows, rules, off, middle) for name, rows in table.groupby("participant_id")]
+        off = np.full(len(table), np.nan)
+        if scale not in ("bipolar", "choice"):
+            off[~table["catch"].to_numpy()] = _unexpected(table[~table["catch"]])
+        subjects = [
+            _rater(str(name), table.iloc[rows].assign(off=off[rows]), rules, middle)
+            for name, rows in sorted(table.groupby("participant_id").indices.items())
+        ]
     elif "percept" in table:
         table = report_table(table)
         subjects = [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
@@ -280,7 +285,7 @@ def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
     return bad
 
 
-def _unexpected(rows: pd.DataFrame) -> pd.Series[float]:
+def _unexpected(rows: pd.DataFrame) -> np.ndarray:
     """Log of each answer over what was to be expected: the subject's median for the condition, corrected for the scene.
 
     The correction is the median of what is left over all subjects' answers to that picture; with fewer than three
@@ -294,24 +299,26 @@ def _unexpected(rows: pd.DataFrame) -> pd.Series[float]:
     off = pd.Series(np.log(rows["rating"].to_numpy()), index=np.arange(len(rows)))
     for groups in (own, shown, own):
         off -= off.groupby(groups).transform("median")
-    return pd.Series(off.to_numpy(), index=rows.index)
+    return off.to_numpy()
 
 
-def _rater(name: str, rows: pd.DataFrame, rules: Rules, off: pd.Series[float] | None, middle: float) -> SubjectQuality:
+def _rater(name: str, rows: pd.DataFrame, rules: Rules, middle: float) -> SubjectQuality:
+    """One subject; column `off` is how far the logarithm of an answer is from what was to be expected, or NaN."""
     catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
     passed = _passed(catch, rules, middle)
     picture = rows.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
     count = np.bincount(picture)
     freedom = len(rows) - len(count)
     spread, lapses = None, None
-    if freedom and off is not None:
+    logarithmic = bool(rows["off"].notna().any())
+    if freedom and logarithmic:
         answer = np.log(rows["rating"].to_numpy())
         apart = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
         spread = math.exp(math.sqrt(float((apart**2).sum()) / freedom))
     condition = rows.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
     enough = np.bincount(condition)[condition] >= 3
-    if enough.any() and off is not None:
-        far = np.abs(off.loc[rows.index].to_numpy()) > math.log(rules.lapse_factor)
+    if enough.any() and logarithmic:
+        far = np.abs(rows["off"].to_numpy()) > math.log(rules.lapse_factor)
         lapses = float(far[enough].mean())
     shortest, longest = rules.response_time or (-math.inf, math.inf)
     times = rows["response_time"].astype(float) if "response_time" in rows else pd.Series(dtype=float)

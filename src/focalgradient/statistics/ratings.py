@@ -171,8 +171,9 @@ class DepthRatingResult:
     Notes
     -----
     Each of these families is corrected by Holm: the rises with their difference (subjects and scenes random; and again
-    for these scenes), the comparisons of apertures with the pinhole, the slopes, the tests of lack of fit. Each
-    equivalence test is one question of its own and is not corrected.
+    for these scenes), the comparisons of the other apertures with the pinhole, the slopes, the tests of lack of fit.
+    At the largest aperture the comparison with the pinhole is the rise, in its family. Each equivalence test is one
+    question of its own and is not corrected.
     """
 
     participants: tuple[str, ...]
@@ -274,7 +275,9 @@ def depth_rating(
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
         scene_means=_scene_means(table, of) if scale == "ratio" else (),
-        means=_means(table, of, remarks) if scale == "ratio" else (),
+        means=_means(table, of, dict(zip(present, zip(rises, here, strict=False), strict=False)), remarks)
+        if scale == "ratio"
+        else (),
         fixations=tuple(
             replace(each, rise=rise, rise_these_scenes=fixed, slope=slope, curvature=curve)
             for each, rise, fixed, slope, curve in zip(found, rises, here, slopes, curves, strict=False)
@@ -380,7 +383,13 @@ def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMea
     return tuple(means)
 
 
-def _means(table: pd.DataFrame, of: Mapping[str, Cells], remarks: list[str]) -> tuple[RatingMean, ...]:
+Test = Effect | NotComputed
+
+
+def _means(
+    table: pd.DataFrame, of: Mapping[str, Cells], primary: Mapping[str, tuple[Test, Test]], remarks: list[str]
+) -> tuple[RatingMean, ...]:
+    """Means of all conditions; at the largest aperture the test is that of the rise, in its family."""
     logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
@@ -410,13 +419,15 @@ def _means(table: pd.DataFrame, of: Mapping[str, Cells], remarks: list[str]) -> 
         rating = _exponential(Interval(level, *ends))
         subjects = int(logs[fixation, mm].notna().sum())
         means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test, fixed))
-    tests = zip(
-        means,
-        family(mean.against_pinhole for mean in means),
-        family(mean.these_scenes for mean in means),
-        strict=True,
+    largest = {fixation: own.amounts[-1] for fixation, own in of.items()}
+    others = [mean for mean in means if mean.aperture_mm < largest[mean.fixation]]
+    tests = family(mean.against_pinhole for mean in others), family(mean.these_scenes for mean in others)
+    corrected = {(mean.fixation, mean.aperture_mm): pair for mean, *pair in zip(others, *tests, strict=True)}
+    pairs = [corrected.get((mean.fixation, mean.aperture_mm), primary[mean.fixation]) for mean in means]
+    return tuple(
+        replace(mean, against_pinhole=test, these_scenes=fixed)
+        for mean, (test, fixed) in zip(means, pairs, strict=True)
     )
-    return tuple(replace(mean, against_pinhole=test, these_scenes=fixed) for mean, test, fixed in tests)
 
 
 def _alone(rises: FloatArray, aperture: str) -> Interval | NotComputed:

@@ -1,0 +1,282 @@
+"""Depth ratings from a table of one's own, wide or long, with any names; what had to be assumed is noted."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.statistics.own_tables import (
+    ABSENT,
+    PARTICIPANT,
+    catch_trials,
+    few,
+    found_columns,
+    numbers,
+    place,
+    read_table,
+    rows_of,
+    unused,
+    with_participants,
+)
+from focalgradient.statistics.tables import PINHOLE, rating_table
+
+__all__ = ["OwnRatings", "read_ratings"]
+
+FOCAL_LENGTH_MM = 50.0
+"""Of the lens, where neither a column aperture_mm nor the caller gives it: that of the paper's pictures."""
+
+ROLES = {
+    "participant_id": PARTICIPANT,
+    "aperture": ("f_number", "fnumber", "fstop", "f-stop"),
+    "aperture_mm": (),
+    "fixation": ("focus", "fixated"),
+    "rating": ("answer", "response", "resp"),
+    "scene": ("picture", "image", "item", "stimulus"),
+    "trial": (),
+    "session": (),
+    "catch": (),
+    "response_time": ("rt",),
+    "repetition": (),
+    "dropped_frames": (),
+    "kind": (),
+}
+"""Our columns, and the names by which they are found where the caller does not give them."""
+
+FIXED = {
+    "near": "nearest",
+    "nearest": "nearest",
+    "front": "nearest",
+    "foreground": "nearest",
+    "far": "farthest",
+    "farthest": "farthest",
+    "back": "farthest",
+    "background": "farthest",
+}
+SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
+PARTS = re.compile(r"[\s_,;.:()\-]+")
+F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+WITHIN = re.compile(r"pinhole|f/?(?:(?:1_[248]|2_[58]|3_[25]|4_5|5_6|6_3|7_1)(?!\d)|\d+(?:[.,]\d+)?)", re.IGNORECASE)
+"""An aperture within a column's name; "f5_6" where names may not hold a point."""
+
+BARE = re.compile(r"(?<![^\s_,;:()\-])\d+(?:[.,]\d+)?(?![^\s_,;:()\-])")
+"""A number alone between the parts of a column's name: an aperture where a fixation stands beside it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnRatings:
+    """A table of one's own as `depth_rating` takes it.
+
+    Parameters
+    ----------
+    table
+        One row a trial: see `focalgradient.statistics.tables.rating_table`. The index gives file and row.
+    notes
+        What was assumed, left out or changed, a sentence each.
+    """
+
+    table: pd.DataFrame
+    notes: tuple[str, ...]
+
+
+def read_ratings(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None = None,
+    conditions: Mapping[str, str] | None = None,
+    *,
+    focal_length_mm: float | None = None,
+) -> OwnRatings:
+    r"""Read depth ratings from a CSV or TSV file, a row a trial (long) or a column a condition (wide).
+
+    Parameters
+    ----------
+    path
+        Commas, semicolons or tabs between the cells; decimal points or commas.
+    columns
+        The file's name of each of our columns: participant, aperture, fixation, rating, and, where there are such,
+        scene, trial, catch, session, response_time, aperture_mm. Without a column of ratings, every column whose name
+        holds an aperture ("near_f5.6", "pinhole, far") is one: what else stands in the name is fixation and scene.
+    conditions
+        Our name of each of the file's conditions: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}.
+        "near", "far", "f5.6", "5.6", "0" are understood without.
+    focal_length_mm
+        Of the lens in millimetres: the aperture's diameter is this over the f-number. 50 without, and a note tells it.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell cannot be understood: it is named.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "own.csv")
+    ...     _ = file.write_text("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n")
+    ...     own = read_ratings(file)
+    >>> own.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
+    [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
+    """
+    path = Path(path)
+    table = read_table(path)
+    notes: list[str] = []
+    theirs = found_columns(path, table, ROLES, columns or {})
+    if "rating" not in theirs:
+        table = _long(path, table, theirs, conditions or {}, notes)
+    else:
+        notes += unused([str(name) for name in table if name not in theirs.values()])
+        table = _renamed(table, theirs)
+    table = _checked_cells(path, table, dict(conditions or {}), focal_length_mm, notes)
+    lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
+    if "aperture_mm" not in table:
+        if focal_length_mm is None:
+            notes.append(
+                f"The apertures’ diameters are for a lens of {lens:g} mm: state another with --focal-length "
+                "(focal_length_mm)."
+            )
+        table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
+    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    return OwnRatings(rating_table(table), tuple(notes))
+
+
+def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
+    return pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
+
+
+def _long(
+    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], conditions: Mapping[str, str], notes: list[str]
+) -> pd.DataFrame:
+    """A wide table with a row for each of its ratings; the index is (file, row, column)."""
+    others = [str(name) for name in table if name not in theirs.values()]
+    wide = [name for name in others if _aperture_within(name, conditions)]
+    if not wide:
+        raise InputError(
+            f"{printable(path)} has no column of ratings: name it with --columns rating=NAME, or give each condition a "
+            "column whose name holds its aperture, like near_f5.6."
+        )
+    parts, scenes = [], []
+    for name in wide:
+        fixation, aperture, scene = _named(name, conditions)
+        part = _renamed(table, theirs).assign(aperture=aperture.replace("_", "."), rating=table[name], column=name)
+        if fixation is not None:
+            part["fixation"] = fixation
+        if scene and "scene" not in theirs:
+            part["scene"] = scene
+            scenes.append(scene)
+        parts.append(part.set_index("column", append=True))
+    notes += unused([name for name in others if name not in wide])
+    if scenes:
+        notes.append(f"What else stands in the names of the columns is taken for scenes: {few(scenes)}.")
+    whole = pd.concat(parts).drop(columns="trial", errors="ignore")
+    return whole.sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
+
+
+def _aperture_within(name: str, conditions: Mapping[str, str]) -> str | None:
+    for theirs, ours in conditions.items():
+        if theirs in name and (ours == PINHOLE or ours.startswith("f/")):
+            return theirs
+    found = WITHIN.search(name)
+    if found is None and _fixation_within(name, conditions):
+        *_, found = [None, *BARE.finditer(name)]
+    return found.group() if found else None
+
+
+def _fixation_within(name: str, conditions: Mapping[str, str]) -> bool:
+    words = {theirs for theirs, ours in conditions.items() if ours in ("nearest", "farthest")}
+    return any(word in name for word in words) or any(word.lower() in FIXED for word in PARTS.split(name))
+
+
+def _named(name: str, conditions: Mapping[str, str]) -> tuple[str | None, str, str]:
+    """Fixation, aperture and scene that a column's name holds."""
+    aperture = str(_aperture_within(name, conditions))
+    rest = " ".join(name.rsplit(aperture, 1))
+    fixation, scene = None, []
+    for theirs, ours in conditions.items():
+        if ours in ("nearest", "farthest") and theirs in rest:
+            fixation, rest = ours, rest.replace(theirs, " ", 1)
+    for word in PARTS.split(rest):
+        if fixation is None and word.lower() in FIXED:
+            fixation = word
+        elif word and word.lower() not in ("rating", "resp", "response"):
+            scene.append(word)
+    return fixation, aperture, " ".join(scene)
+
+
+def _checked_cells(
+    path: Path, table: pd.DataFrame, conditions: dict[str, str], lens: float | None, notes: list[str]
+) -> pd.DataFrame:
+    """Cells as what they stand for; what was assumed goes into the notes."""
+    table = with_participants(path, table, notes)
+    if "aperture" not in table and "aperture_mm" in table:
+        diameters = numbers(table, "aperture_mm", table["aperture_mm"].str.strip())
+        table["aperture"] = [f"{(lens or FOCAL_LENGTH_MM) / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
+        notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
+    for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
+        if role not in table:
+            raise InputError(
+                f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME, or add one that says "
+                f"{add} in each row."
+            )
+    rating = table["rating"].str.strip()
+    absent = rating.str.lower().isin(ABSENT)
+    if absent.all():
+        raise InputError(f"{printable(path)} holds no rating: the column given for ratings is empty.")
+    if absent.any():
+        who = few(sorted(set(table["participant_id"][absent])))
+        notes.append(f"{rows_of(absent)} left out, without a rating (participants {who}).")
+        table, rating = table[~absent].copy(), rating[~absent]
+    table["rating"] = numbers(table, "rating", rating)
+    table["aperture"] = [_aperture(cell, table, row, conditions) for row, cell in enumerate(table["aperture"])]
+    table["fixation"] = [_fixation(cell, table, row, conditions) for row, cell in enumerate(table["fixation"])]
+    for role in ("aperture_mm", "response_time", "dropped_frames"):
+        if role in table:
+            table[role] = numbers(table, role, table[role].str.strip(), empty=role != "aperture_mm")
+    if "scene" not in table:
+        table["scene"] = "all"
+        notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
+    return _trials(catch_trials(table, notes), notes)
+
+
+def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """Trial numbers, supplied where they are missing."""
+    by = [name for name in ("participant_id", "session") if name in table]
+    if "trial" not in table or table.duplicated([*by, "trial"]).any():
+        table["trial"] = table.groupby(by, sort=False).cumcount() + 1
+        notes.append("Trials are numbered as they stand in the file.")
+    return table
+
+
+def _aperture(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:
+    text = conditions.get(cell.strip(), cell.strip())
+    if text.lower() in SHARP:
+        return PINHOLE
+    found = F_NUMBER.fullmatch(text)
+    number = float(found[1].replace(",", ".")) if found else 0.0
+    if not 0 < number < math.inf:
+        raise InputError(
+            f"{_row(table, row)}: aperture is {printable(cell)!r}, but must be a pinhole or an f-number like f/5.6: "
+            "give its meaning with --conditions NAME=f/5.6."
+        )
+    return PINHOLE if number == 0 else f"f/{number:g}"
+
+
+def _fixation(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:
+    text = conditions.get(cell.strip(), cell.strip())
+    fixed = FIXED.get(text.lower())
+    if fixed is None:
+        raise InputError(
+            f"{_row(table, row)}: fixation is {printable(cell)!r}, but must be near or far: give its meaning with "
+            "--conditions NAME=near."
+        )
+    return fixed
+
+
+def _row(table: pd.DataFrame, row: int) -> str:
+    return place(table, pd.Series(range(len(table))) == row)

@@ -1,0 +1,232 @@
+"""Reports on the turning cube from a table of one's own, a row a report; what had to be assumed is noted."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.statistics.own_tables import (
+    ABSENT,
+    PARTICIPANT,
+    catch_trials,
+    few,
+    found_columns,
+    numbers,
+    place,
+    read_table,
+    rows_of,
+    truths,
+    unused,
+    with_participants,
+)
+from focalgradient.statistics.tables import CLOCK, GRADIENTS, PERCEPTS, report_table
+
+__all__ = ["OwnReports", "holds_reports", "read_reports"]
+
+ROLES = {
+    "participant_id": PARTICIPANT,
+    "percept": ("reading", "report", "reported", "seen", "state"),
+    "gradient": ("condition", "blur"),
+    "strength": ("strength_mm", "aperture_mm"),
+    "onset": ("onset_s", "start"),
+    "duration": ("duration_s", "lasted", "dur"),
+    "end": ("offset",),
+    "trial": (),
+    "session": (),
+    "trial_duration": ("trial_duration_s", "trial_s"),
+    "censored": ("cut_off",),
+    "catch": (),
+    "kind": (),
+    "dropped_frames": (),
+}
+"""Our columns, and the names by which they are found where the caller does not give them."""
+
+WORDS = {
+    **{name: name for name in (*GRADIENTS, *PERCEPTS)},
+    "non-rigid": "nonrigid",
+    "non rigid": "nonrigid",
+    "non_rigid": "nonrigid",
+    "no": "none",
+    "sharp": "none",
+    "0": "none",
+}
+ONE_STRENGTH = 1.0
+"""Millimetres that stand in tables for the strength of gradients where none is given: a note says so."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnReports:
+    """A table of one's own as `necker` takes it.
+
+    Parameters
+    ----------
+    table
+        One row a report: see `focalgradient.statistics.tables.report_table`. The index gives file and row.
+    notes
+        What was assumed, left out or changed, a sentence each.
+    """
+
+    table: pd.DataFrame
+    notes: tuple[str, ...]
+
+
+def holds_reports(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a table is of reports on the cube: it has a column of percepts, and none of ratings is named."""
+    columns = columns or {}
+    if "percept" in columns or "rating" in columns:
+        return "percept" in columns
+    names = {str(name).lower() for name in read_table(Path(path)).columns}
+    return not {"percept", "gradient"}.isdisjoint(names) and "rating" not in names
+
+
+def read_reports(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None = None,
+    conditions: Mapping[str, str] | None = None,
+) -> OwnReports:
+    r"""Read reports on the turning cube from a CSV or TSV file, a row a report.
+
+    Parameters
+    ----------
+    path
+        Commas, semicolons or tabs between the cells; decimal points or commas; times in seconds.
+    columns
+        The file's name of each of our columns: participant, gradient, percept, duration (or onset and end), and, where
+        there are such, onset, trial, strength, trial_duration, censored, catch, session. Without trials, a new one
+        begins where the onset falls or the condition changes; without onsets, reports follow one another.
+    conditions
+        Our name of each of the file's words: {"starr": "rigid", "weich": "nonrigid", "ohne": "none"}.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell cannot be understood: it is named.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "own.csv")
+    ...     _ = file.write_text("subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,1,sharp,non-rigid,4\n")
+    ...     own = read_reports(file)
+    >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
+    [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
+    """
+    path, words = Path(path), dict(conditions or {})
+    notes: list[str] = []
+    table = read_table(path)
+    theirs = found_columns(path, table, ROLES, columns or {})
+    notes += unused([str(name) for name in table if name not in theirs.values()])
+    table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
+    table = with_participants(path, table, notes)
+    for role in ("percept", "gradient"):
+        if role not in table:
+            raise InputError(f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME.")
+    absent = table["percept"].str.strip().str.lower().isin(ABSENT - {"none"})
+    if absent.all():
+        raise InputError(f"{printable(path)} holds no report: the column given for percepts is empty.")
+    if absent.any():
+        who = few(sorted(set(table["participant_id"][absent])))
+        notes.append(f"{rows_of(absent)} left out, without a percept (participants {who}).")
+        table = table[~absent].copy()
+    for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
+        table[role] = _meant(table, role, known, words)
+    table["strength"] = _strengths(table, notes)
+    table = _timed(path, table, notes)
+    table = _ended(catch_trials(table, notes), notes)
+    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    if "dropped_frames" in table:
+        table["dropped_frames"] = numbers(table, "dropped_frames", table["dropped_frames"].str.strip(), empty=True)
+    return OwnReports(report_table(table), tuple(notes))
+
+
+def _meant(table: pd.DataFrame, role: str, known: tuple[str, ...], words: Mapping[str, str]) -> pd.Series[str]:
+    texts = table[role].str.strip().map(lambda cell: words.get(cell, cell)).str.lower()
+    meant = texts.map(lambda text: WORDS.get(text, text))
+    wrong = ~meant.isin(known)
+    if wrong.any():
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be one of "
+            f"{', '.join(known)}: give its meaning with --conditions NAME={known[0]}."
+        )
+    return meant
+
+
+def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
+    """Strength in millimetres of aperture; 0 without a gradient, where the cell may be empty."""
+    plain = table["gradient"] == "none"
+    if "strength" not in table:
+        if not plain.all():
+            notes.append(
+                "There is no column of strengths: each gradient counts as of one strength, written as "
+                f"{ONE_STRENGTH:g} mm."
+            )
+        return plain.map({True: 0.0, False: ONE_STRENGTH}).astype(float)
+    texts = table["strength"].str.strip()
+    return numbers(table, "strength", texts.mask(plain & texts.str.lower().isin(ABSENT), "0"))
+
+
+def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """Trials, onsets and durations, each from the others where it is missing."""
+    if "duration" not in table and not {"onset", "end"} <= set(table):
+        raise InputError(
+            f"{printable(path)} has no column for duration: name it with --columns duration=NAME, or give onset and "
+            "end."
+        )
+    if "onset" not in table and "trial" not in table:
+        raise InputError(
+            f"{printable(path)} has no column for trial: name it with --columns trial=NAME, or give the onset of each "
+            "report within its trial."
+        )
+    for role in ("onset", "duration", "end"):
+        if role in table:
+            table[role] = numbers(table, role, table[role].str.strip())
+    if "duration" not in table:
+        table["duration"] = table["end"] - table["onset"]
+    people = [name for name in ("participant_id", "session") if name in table]
+    condition = ["gradient", "strength"]
+    if "trial" not in table:
+        rows = table[[*people, *condition]]
+        new = (rows != rows.shift()).any(axis=1) | (table["onset"] <= table["onset"].shift())
+        table["trial"] = new.cumsum()
+        notes.append("Trials are counted: a new one begins where the onset falls or the condition changes.")
+    elif (table.groupby([*people, "trial"])[condition].nunique() > 1).any(axis=None):
+        table["trial"] = table["gradient"] + table["strength"].map(" {:g} ".format) + table["trial"].str.strip()
+        notes.append("Trials of different conditions have one number: they count as trials of their own.")
+    if "onset" not in table:
+        table["onset"] = table.groupby([*people, "trial"], sort=False)["duration"].transform(
+            lambda lasts: lasts.cumsum() - lasts
+        )
+        notes.append("There is no column of onsets: the reports of a trial follow one another as in the file.")
+    ordered = table.sort_values([*people, "trial", "onset"], kind="stable")
+    ends = (ordered["onset"] + ordered["duration"]).groupby([ordered[name] for name in [*people, "trial"]])
+    late = ordered["onset"] < ends.cummax().groupby([ordered[n] for n in [*people, "trial"]]).shift() - CLOCK
+    if late.any():
+        raise InputError(f"{place(ordered, late)}: the report begins before another of its trial has ended.")
+    return table
+
+
+def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """How long trials lasted, and which reports their end cut off."""
+    ends = table["onset"] + table["duration"]
+    if "trial_duration" in table:
+        table["trial_duration"] = numbers(table, "trial_duration", table["trial_duration"].str.strip())
+    else:
+        table["trial_duration"] = float(np.max(ends))
+        notes.append(
+            f"There is no column trial_duration: all trials count as of {float(np.max(ends)):g} s, the latest end of a "
+            "report."
+        )
+    if "censored" in table:
+        table["censored"] = truths(table, "censored")
+    else:
+        table["censored"] = ends >= table["trial_duration"] - CLOCK
+        notes.append("Reports that last till the end of their trial count as cut off by it.")
+    return table
