@@ -1,81 +1,169 @@
 """Calibration of the Bayesian model of the rises by simulation (Talts et al. 2018), with the extra `bayes`.
 
-    python benchmarks/bayes_calibration.py [--sets 200] [--subjects 6] [--scenes 6] [--workers 2 | --scheduler ADDRESS]
+    python benchmarks/bayes_calibration.py [--sets 20] [--exact 1000] [--workers 2 | --scheduler ADDRESS]
 
-Each set draws the rise and the standard deviations from the priors, then log ratios from the model, and fits them. The
-rank of the true value among 99 draws of its posterior must then be even between 0 and 99, whatever the model: prior,
-likelihood and sampler are tested together. Printed are the chi-squared test of ten bins for each parameter, and how
-often the central intervals of 50, 80 and 95 % hold the true value.
+Each set draws the rise and the standard deviations from the priors, then log ratios from the model. Two things are
+tested. The posterior that the priors and the model have *exactly* (a complete table has one in closed form but for the
+three standard deviations, which are summed over a grid) must hold the true value evenly over its quantiles: --exact
+sets. And the draws of the sampler must be those of that posterior: in --sets of them, its distribution function of the
+draws has the mean 1/2, to the error that the effective number of draws leaves. The second is far sharper than ranks of
+the true values alone, which are printed too.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+from numpy.typing import ArrayLike, NDArray
+from scipy import special, stats
 
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics.bayes import RATIO_PRIORS, Posterior, posterior_of_rises
 
-KEPT = 99
-"""Draws that a true value is ranked among, evenly from the chain: nearly independent."""
+FloatArray = NDArray[np.float64]
 
-BINS = 10
 SHARES = (0.5, 0.8, 0.95)
-DRAWS, TUNE = 495, 500
+BINS = 10
+DRAWS, TUNE = 500, 500
+GRID = 90
+"""Points for each standard deviation, evenly in its logarithm."""
 
 
-def ranks(task: tuple[int, int, int, int]) -> dict[str, int]:
-    """Rank of each true value of one set; it depends on the task alone."""
-    seed, number, subjects, scenes = task
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """The posterior of one complete table: weights over a grid of the three standard deviations, and the rise's law."""
+
+    spreads: tuple[FloatArray, FloatArray, FloatArray]
+    weights: FloatArray
+    mean: FloatArray
+    sd: FloatArray
+
+    @classmethod
+    def of(cls, table: FloatArray) -> Exact:
+        """From log ratios of subjects by scenes."""
+        subjects, scenes = table.shape
+        rows, columns, whole = table.mean(axis=1), table.mean(axis=0), float(table.mean())
+        squares = (
+            scenes * float(((rows - whole) ** 2).sum()),
+            subjects * float(((columns - whole) ** 2).sum()),
+            float(((table - rows[:, None] - columns + whole) ** 2).sum()),
+        )
+        freedom = (subjects - 1, scenes - 1, (subjects - 1) * (scenes - 1))
+        left = math.sqrt(squares[2] / freedom[2])
+        of_subjects, of_scenes = (
+            np.geomspace(1e-4, 6 * RATIO_PRIORS[name].sd, GRID) for name in ("subjects", "scenes")
+        )
+        residual = np.geomspace(left / 2.5, left * 2.5, GRID)
+        a, b, e = np.meshgrid(of_subjects, of_scenes, residual, indexing="ij")
+        expected = (e**2 + scenes * a**2, e**2 + subjects * b**2, e**2)
+        about = (expected[0] + expected[1] - e**2) / table.size  # variance of the mean about the rise
+        prior = RATIO_PRIORS["rise"].sd ** 2
+        log = -0.5 * (np.log(about + prior) + whole**2 / (about + prior))
+        for square, df, scale in zip(squares, freedom, expected, strict=True):
+            log -= 0.5 * (df * np.log(scale) + square / scale)
+        for name, value in (("subjects", a), ("scenes", b), ("residual", e)):
+            log += np.log(RATIO_PRIORS[name].density(value)) + np.log(value)  # evenly in the logarithm
+        weights = np.exp(log - log.max())
+        weight = prior / (about + prior)
+        return cls((of_subjects, of_scenes, residual), weights / weights.sum(), weight * whole, np.sqrt(weight * about))
+
+    def below(self, name: str, values: ArrayLike) -> FloatArray:
+        """Probability that a parameter is below each value."""
+        values = np.atleast_1d(np.asarray(values, dtype=float))
+        if name == "rise":
+            likely = self.weights > 1e-7 * self.weights.max()
+            z = (values[:, None] - self.mean[likely]) / self.sd[likely]
+            return np.asarray(special.ndtr(z) @ self.weights[likely] / self.weights[likely].sum())
+        axis = ("subjects", "scenes", "residual").index(name)
+        own = self.weights.sum(axis=tuple(other for other in range(3) if other != axis))
+        middle = np.cumsum(own) - own / 2
+        return np.interp(np.log(values), np.log(self.spreads[axis]), middle, left=0.0, right=1.0)
+
+
+def drawn(seed: int, number: int, subjects: int, scenes: int) -> tuple[dict[str, float], FloatArray]:
+    """True values of one set, and its table."""
     rng = np.random.default_rng([seed, number])
     truth = {name: prior.draw(rng) for name, prior in RATIO_PRIORS.items()}
     table = truth["rise"] + truth["subjects"] * rng.normal(size=(subjects, 1))
     table = table + truth["scenes"] * rng.normal(size=(1, scenes))
-    table = table + truth["residual"] * rng.normal(size=(subjects, scenes))
+    return truth, table + truth["residual"] * rng.normal(size=(subjects, scenes))
+
+
+def exact(task: tuple[int, int, int, int]) -> dict[str, float]:
+    """Where each true value of one set lies in its exact posterior; it depends on the task alone."""
+    truth, table = drawn(*task)
+    posterior = Exact.of(table)
+    return {name: float(posterior.below(name, value)[0]) for name, value in truth.items()}
+
+
+def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
+    """The sampler's draws of one set against the exact posterior, in standard errors; and the true value's quantile."""
+    import arviz
+
+    truth, table = drawn(*task)
+    posterior = Exact.of(table)
     who, scene = np.indices(table.shape)
     rows = pd.DataFrame({"log_ratio": table.ravel(), "participant_id": who.ravel(), "scene": scene.ravel()})
     rows = rows.astype({"participant_id": str, "scene": str})
-    found = posterior_of_rises(rows, "nearest", 1.2, seed=number + 1, draws=DRAWS, tune=TUNE, chains=1)
+    found = posterior_of_rises(rows, "nearest", 1.2, seed=task[1] + 1, draws=DRAWS, tune=TUNE, chains=2)
     assert isinstance(found, Posterior)
-    draws = {"rise": found.draws, **found.spread}
-    return {name: int((draws[name][:: DRAWS // KEPT] < value).sum()) for name, value in truth.items()}
+    told = {}
+    for name, draws in ({"rise": found.draws} | dict(found.spread)).items():
+        quantile = posterior.below(name, draws)
+        effective = float(np.asarray(arviz.ess(quantile.reshape(2, DRAWS))))
+        z = (quantile.mean() - 0.5) * math.sqrt(12 * effective)
+        told[name] = {"z": float(z), "quantile": float((draws < truth[name]).mean()), "effective": effective}
+    return told
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", type=int, default=200, help="about 15 s of processor time each")
+    parser.add_argument("--sets", type=int, default=20, help="fitted by the sampler, about 15 s of processor time each")
+    parser.add_argument("--exact", type=int, default=1000, help="of the exact posterior, about 0.1 s each")
     parser.add_argument("--subjects", type=int, default=6)
     parser.add_argument("--scenes", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
-    parser.add_argument("--out", type=Path, help="file for the ranks (JSON)")
+    parser.add_argument("--out", type=Path, help="file for what each fitted set gave (JSON)")
     asked = parser.parse_args()
-    tasks = [(asked.seed, number, asked.subjects, asked.scenes) for number in range(asked.sets)]
-    found = []
+
+    def tasks(count: int) -> list[tuple[int, int, int, int]]:
+        return [(asked.seed, number, asked.subjects, asked.scenes) for number in range(count)]
+
     with shared(asked.workers, asked.scheduler) as executor:
-        for one in in_order(executor, ranks, tasks):
+        table = pd.DataFrame(list(in_order(executor, exact, tasks(asked.exact))))
+        print(f"exact posterior, {len(table)} sets of {asked.subjects} subjects by {asked.scenes} scenes")
+        print("| parameter | chi-squared (9) | p | " + " | ".join(f"in {share:.0%}" for share in SHARES) + " |")
+        print("| --- " * (3 + len(SHARES)) + "|")
+        for name in table:
+            quantile = table[name].to_numpy()
+            test = stats.chisquare(np.histogram(quantile, BINS, (0, 1))[0])
+            within = [np.abs(quantile - 0.5) < share / 2 for share in SHARES]
+            cells = [str(name), f"{test.statistic:.1f}", f"{test.pvalue:.2f}", *(f"{one.mean():.3f}" for one in within)]
+            print("| " + " | ".join(cells) + " |", flush=True)
+        found: list[dict[str, dict[str, float]]] = []
+        for one in in_order(executor, sampled, tasks(asked.sets)):
             found.append(one)
             if asked.out:  # after each set, so that what was cut off is not lost
                 asked.out.write_text(json.dumps(found) + "\n", encoding="utf-8")
-    table = pd.DataFrame(found)
-    print(f"{len(table)} sets of {asked.subjects} subjects by {asked.scenes} scenes")
-    print("| parameter | chi-squared (9) | p | " + " | ".join(f"in {share:.0%}" for share in SHARES) + " |")
-    print("| --- " * (3 + len(SHARES)) + "|")
-    for name in table:
-        rank = table[name].to_numpy()
-        test = stats.chisquare(np.bincount(rank * BINS // (KEPT + 1), minlength=BINS))
-        within = [np.abs((rank + 0.5) / (KEPT + 1) - 0.5) < share / 2 for share in SHARES]
-        cells = [str(name), f"{test.statistic:.1f}", f"{test.pvalue:.2f}", *(f"{one.mean():.2f}" for one in within)]
-        print("| " + " | ".join(cells) + " |")
+    print(f"sampler against the exact posterior, {len(found)} sets")
+    print("| parameter | chi-squared | degrees of freedom | p | largest z | least effective draws |")
+    print("| --- " * 6 + "|")
+    for name in found[0] if found else ():
+        z = np.array([one[name]["z"] for one in found])
+        least = min(one[name]["effective"] for one in found)
+        p = stats.chi2.sf((z**2).sum(), len(z))
+        print(f"| {name} | {(z**2).sum():.1f} | {len(z)} | {p:.2f} | {np.abs(z).max():.2f} | {least:.0f} |")
 
 
 if __name__ == "__main__":

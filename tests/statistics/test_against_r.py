@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from focalgradient.statistics import DepthRatingResult, NeckerResult, depth_rating, necker
+from focalgradient.statistics import DepthRatingResult, NeckerResult, compare_pictures, depth_rating, necker
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.cumulative import cumulative_fit
 from focalgradient.statistics.means import holm
@@ -15,6 +15,7 @@ from focalgradient.statistics.ordinal import design_matrix
 REFERENCE = Path(__file__).parent / "reference"
 SAID = pd.read_csv(REFERENCE / "reference.csv").groupby("name")["value"].apply(np.array)
 CROSSED = pd.read_csv(REFERENCE / "crossed_reference.csv").groupby("name")["value"].apply(np.array)
+COMPARED = pd.read_csv(REFERENCE / "comparisons_reference.csv").groupby("name")["value"].apply(np.array)
 NUMBER = {"nearest": 0, "farthest": 1}
 
 
@@ -178,3 +179,32 @@ def test_durations(cube: NeckerResult) -> None:
             assert (fit.shape, fit.scale) == pytest.approx((shape, scale), rel=1e-3)
             assert fit.log_likelihood == pytest.approx(log_likelihood, abs=1e-5)
         assert found.better == max(("gamma", "lognormal"), key=lambda name: getattr(found, name).log_likelihood)
+
+
+@pytest.fixture(scope="module")
+def compared() -> pd.DataFrame:
+    return table("comparisons.csv")
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_steps_between_two_pictures(compared: pd.DataFrame, fixation: str) -> None:
+    found = compare_pictures(compared.assign(rating=compared["steps"]), "bipolar")
+    slope = found.slopes[NUMBER[fixation]]
+    assert (slope.estimate, slope.low, slope.high, slope.p) == pytest.approx(
+        COMPARED[f"bipolar_slope_{fixation}"], rel=1e-8
+    )
+    largest = found.against_reference[NUMBER[fixation]]
+    assert (largest.estimate, largest.p) == pytest.approx(COMPARED[f"steps_largest_{fixation}"], rel=1e-8)
+    both = found.interaction
+    assert (both.estimate, both.low, both.high, both.p) == pytest.approx(COMPARED["bipolar_interaction"], rel=1e-8)
+
+
+@pytest.mark.parametrize("fixation", NUMBER)
+def test_choices_between_two_pictures(compared: pd.DataFrame, fixation: str) -> None:
+    found = compare_pictures(compared.assign(rating=compared["choice"]), "choice")
+    slope = found.slopes[NUMBER[fixation]]
+    assert (slope.estimate, slope.standard_error, slope.p) == pytest.approx(
+        COMPARED[f"choice_slope_{fixation}"], rel=1e-4
+    )
+    largest = found.against_reference[NUMBER[fixation]]
+    assert (largest.estimate, largest.p) == pytest.approx(COMPARED[f"choice_largest_{fixation}"], rel=1e-8)

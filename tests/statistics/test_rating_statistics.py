@@ -1,5 +1,6 @@
 """Depth ratings: what was put in comes out, what cannot be told is said, bad tables are refused by row."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -373,3 +374,30 @@ def test_results_print_in_short_and_tell_their_tests() -> None:
         "difference",
     ]
     assert all("p (Holm)" in line for line in lines[1:])
+
+
+@pytest.mark.parametrize(("last", "remarked"), [(0.35, True), (0.02, False)])
+def test_weak_equivalence_of_skewed_subjects_is_remarked(last: float, remarked: bool) -> None:
+    """Seven rises about 0, and an eighth that is like them or far off; the bound is just outside the 90 % interval."""
+    own = np.array([-0.03, 0.02, -0.01, 0.03, 0.0, -0.02, 0.01, last])
+    rng = np.random.default_rng(3)
+    rows = [
+        (
+            f"{who}",
+            len(own) * scene + number,
+            f"c{scene}",
+            name,
+            mm,
+            "nearest",
+            math.exp(rise * mm / 9 + rng.normal(0, 0.01)),
+        )
+        for who, rise in enumerate(own)
+        for scene in range(5)
+        for number, (name, mm) in enumerate([("pinhole", 0.0), ("f/5.6", 9.0)])
+    ]
+    names = ["participant_id", "trial", "scene", "aperture", "aperture_mm", "fixation", "rating"]
+    table = pd.DataFrame(rows, columns=names).assign(catch=False, trial=range(len(rows)))
+    half = stats.t.isf(0.05, 7) * own.std(ddof=1) / math.sqrt(8)
+    result = depth_rating(table, equivalence_bound=math.exp(1.1 * (own.mean() + half)))
+    assert result.fixations[0].equivalence.equivalent
+    assert any("are skewed" in remark for remark in result.remarks) == remarked

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.errors import InputError
+from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, quality
 from focalgradient.statistics.means import family, paired_effect
 from focalgradient.statistics.records import ALPHA
@@ -82,18 +83,14 @@ class CubeModel:
             raise InputError(
                 f"effect is {self.effect!r}, but must be a ratio of odds from 0.01 to 100: 1 is no effect."
             )
-        for name in ("between", "between_levels", "between_dominances"):
-            value = getattr(self, name)
-            if not 0 <= value <= 3:
-                raise InputError(f"{name} is {value!r}, but must be a standard deviation of a logarithm, from 0 to 3.")
+        check_spreads(self, "between", "between_levels", "between_dominances")
         if not 0 < self.nonrigid < 1:
             raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share between 0 and 1, like 0.2.")
         for name, least, most in (("dominance", 0.5, 100.0), ("regularity", 0.5, 20.0)):
             value = getattr(self, name)
             if not least <= value <= most:
                 raise InputError(f"{name} is {value!r}, but must be a number from {least:g} to {most:g}.")
-        if not 0 <= self.lapses < 1:
-            raise InputError(f"lapses is {self.lapses!r}, but must be a share of 0 or more, below 1.")
+        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)

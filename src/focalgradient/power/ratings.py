@@ -19,6 +19,7 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
+from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, moments
 from focalgradient.statistics.means import holm
@@ -77,12 +78,8 @@ class Model:
             value = getattr(self, name)
             if not 0.1 <= value <= 10:
                 raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10: 1 is no effect.")
-        for name in ("between", "between_scenes", "scenes", "noise"):
-            value = getattr(self, name)
-            if not 0 <= value <= 3:
-                raise InputError(f"{name} is {value!r}, but must be a standard deviation of a logarithm, from 0 to 3.")
-        if not 0 <= self.lapses < 1:
-            raise InputError(f"lapses is {self.lapses!r}, but must be a share of 0 or more, below 1.")
+        check_spreads(self, "between", "between_scenes", "scenes", "noise")
+        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)

@@ -276,11 +276,12 @@ def _components(result: DepthRatingResult) -> Sheet:
         if isinstance(found, Components):
             parts = [decimals(sd, 3) for sd in (found.subjects, found.scenes, found.residual)]
             check = [decimals(found.shapiro_w, 3), probability(found.shapiro_p), decimals(found.largest)]
+            check.append(decimals(found.skewness))
             rows.append([each.fixation, found.formula, *parts, *check])
         else:
-            rows.append([each.fixation, *cells.missing(found, 7)])
+            rows.append([each.fixation, *cells.missing(found, 8)])
     header = ["in focus", "model", "SD of subjects", "SD of scenes", "SD of residuals"]
-    header += ["Shapiro-Wilk W", "p", "largest residual (SD)"]
+    header += ["Shapiro-Wilk W", "p", "largest residual (SD)", "skewness of subjects"]
     caption = "Model of the rise (log ratio of each subject and scene), its variance components and residuals"
     return _sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 

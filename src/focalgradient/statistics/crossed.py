@@ -77,6 +77,8 @@ class Components:
         Shapiro and Wilk's test that the residuals are normal.
     largest
         Largest residual over their standard deviation.
+    skewness
+        Of the subjects' own means (adjusted Fisher-Pearson coefficient); None with fewer than four.
     """
 
     formula: str
@@ -86,6 +88,7 @@ class Components:
     shapiro_w: float
     shapiro_p: float
     largest: float
+    skewness: float | None = None
 
 
 def moments(cells: ArrayLike, missing: int = 0) -> Moments:
@@ -215,7 +218,8 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
-    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest)
+    skewness = float(stats.skew(rows.ravel(), bias=False)) if subjects > 3 else None
+    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, skewness)
 
 
 def _used(cells: ArrayLike) -> FloatArray:
