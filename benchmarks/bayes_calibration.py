@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
 from focalgradient.parallel import in_order, shared
-from focalgradient.statistics.bayes import RATIO_PRIORS, Posterior, posterior_of_rises
+from focalgradient.statistics.bayes import RATIO_PRIORS, Posterior, effective_number, posterior_of_rises
 
 FloatArray = NDArray[np.float64]
 
@@ -107,8 +107,6 @@ def exact(task: tuple[int, int, int, int]) -> dict[str, float]:
 
 def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
     """The sampler's draws of one set against the exact posterior, in standard errors; and the true value's quantile."""
-    import arviz
-
     truth, table = drawn(*task)
     posterior = Exact.of(table)
     who, scene = np.indices(table.shape)
@@ -119,7 +117,7 @@ def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
     told = {}
     for name, draws in ({"rise": found.draws} | dict(found.spread)).items():
         quantile = posterior.below(name, draws)
-        effective = float(np.asarray(arviz.ess(quantile.reshape(2, DRAWS))))
+        effective = effective_number(quantile.reshape(2, DRAWS))
         z = (quantile.mean() - 0.5) * math.sqrt(12 * effective)
         told[name] = {"z": float(z), "quantile": float((draws < truth[name]).mean()), "effective": effective}
     return told

@@ -79,8 +79,8 @@ def test_with_much_data_the_posterior_is_that_of_the_t_test():
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_the_report_holds_findings_figure_tables_and_methods(tmp_path, monkeypatch):
-    monkeypatch.setattr(bayes, "ORDINAL_DRAWS", 100)
-    monkeypatch.setattr(bayes, "ORDINAL_TUNE", 200)
+    for name, value in {"DRAWS": 200, "TUNE": 300, "ORDINAL_DRAWS": 50, "ORDINAL_TUNE": 150, "CHAINS": 2}.items():
+        monkeypatch.setattr(bayes, name, value)  # enough to see that everything is there
     for scale in ("ratio", "ordinal"):
         shares = []
         table = ratings(subjects=4, scenes=3)

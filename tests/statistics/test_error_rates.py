@@ -33,7 +33,6 @@ def test_rates_and_coverage_of_normal_subjects_and_scenes_that_differ(subjects: 
     assert rates["rise, for these scenes"] > 0.05
 
 
-@pytest.mark.slow
 def test_false_positives_of_the_cube_with_six_subjects() -> None:
     """As many as one experiment in twenty makes likely; a rate of .4 would not pass."""
     p = pd.DataFrame([study.cube((2, 6, each)) for each in range(EXPERIMENTS)])

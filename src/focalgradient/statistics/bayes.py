@@ -37,6 +37,7 @@ __all__ = [
     "Prior",
     "bayes_depth_rating",
     "check_installed",
+    "effective_number",
     "posterior_of_rises",
 ]
 
@@ -319,7 +320,8 @@ def _ratios(
             if progress is not None:
                 progress((number + share) / len(kinds), what)
 
-        found[kind] = posterior_of_rises(of[kind].reset_index(), kind, bound, seed=seed + number, progress=part)
+        rises, draws = of[kind].reset_index(), {"draws": DRAWS, "tune": TUNE, "chains": CHAINS}
+        found[kind] = posterior_of_rises(rises, kind, bound, seed=seed + number, progress=part, **draws)
     return _formula(several), found
 
 
@@ -439,6 +441,13 @@ def _bambi(prior: Prior) -> Any:
     import bambi
 
     return bambi.Prior("HalfNormal", sigma=prior.sd) if prior.half else bambi.Prior("Normal", mu=0, sigma=prior.sd)
+
+
+def effective_number(draws: FloatArray) -> float:
+    """Effective number of draws (of the mean) of a quantity, shape (chains, draws); needs the extra `bayes`."""
+    import arviz
+
+    return float(np.asarray(arviz.ess(draws)))
 
 
 def check_installed() -> None:
