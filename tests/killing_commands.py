@@ -20,7 +20,7 @@ import tempfile
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -124,6 +124,9 @@ def prepare(folder: Path) -> None:
 FAULTS = (1, 2, 3)
 """Which move of a finished file to its place fails."""
 
+LIMIT_S = 300
+"""Seconds that one run may take."""
+
 FAULT = """
 import errno, itertools
 from focalgradient.files import writing
@@ -214,7 +217,10 @@ def kill(folder: Path, args: tuple[str, ...], way: signal.Signals, delay: float)
     time.sleep(delay)
     workers = children(run.pid)
     run.send_signal(way)
-    _, said = run.communicate(timeout=120)
+    try:
+        _, said = run.communicate(timeout=LIMIT_S)
+    finally:
+        run.kill()
     assert gone(workers), f"processes are left: {workers}"
     if run.returncode == 0:
         return "finished"
@@ -227,9 +233,14 @@ def kill(folder: Path, args: tuple[str, ...], way: signal.Signals, delay: float)
     return "killed before it began" if early and way != signal.SIGKILL else "killed"
 
 
+def finished(folder: Path, what: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run to its end."""
+    return subprocess.run(what, cwd=folder, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+
+
 def fill(folder: Path, args: tuple[str, ...], limit: int) -> str:
     """Run where no file may have more than so many bytes."""
-    run = subprocess.run(command(args, limit), cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    run = finished(folder, command(args, limit))
     assert run.returncode in (0, 2), (run.returncode, run.stderr[-1500:])
     assert "Traceback" not in run.stderr, run.stderr[-1500:]
     assert not litter(folder), litter(folder)
@@ -238,29 +249,36 @@ def fill(folder: Path, args: tuple[str, ...], limit: int) -> str:
 
 def break_a_move(folder: Path, args: tuple[str, ...], number: int) -> str:
     """Run where a move of a finished file fails."""
-    run = subprocess.run(
-        command(args, fault=number), cwd=folder, capture_output=True, text=True, timeout=300, check=False
-    )
+    run = finished(folder, command(args, fault=number))
     assert run.returncode in (0, 2), (run.returncode, run.stderr[-1500:])
     assert "Traceback" not in run.stderr, run.stderr[-1500:]
     assert not litter(folder), litter(folder)
     return "finished" if run.returncode == 0 else "refused at a fault"
 
 
-def torment(name: str, times: int, chance: random.Random, base: Path) -> Counter[str]:
+def torment(
+    name: str,
+    times: int,
+    chance: random.Random,
+    base: Path,
+    signals: Sequence[signal.Signals] = SIGNALS,
+    limits: Sequence[int] = LIMITS,
+    faults: Sequence[int] = FAULTS,
+) -> Counter[str]:
+    """Try one command in a copy of the folder `base`: each of the signals so many times, the others once each."""
     args, where, summary = COMMANDS[name]
     counts: Counter[str] = Counter()
     folder = Path(shutil.copytree(base, base.parent / name))
     out = folder / where
     start = time.perf_counter()
-    done = subprocess.run(command(args), cwd=folder, capture_output=True, text=True, check=False)
+    done = finished(folder, command(args))
     lasts = time.perf_counter() - start
     assert done.returncode == 0, done.stderr
     names = files(out)
     trials: list[Callable[[], str]] = [
-        *(partial(kill, folder, args, way, chance.uniform(0.2, 1.1) * lasts) for way in SIGNALS for _ in range(times)),
-        *(partial(fill, folder, args, limit) for limit in LIMITS),
-        *(partial(break_a_move, folder, args, number) for number in FAULTS),
+        *(partial(kill, folder, args, way, chance.uniform(0.2, 1.1) * lasts) for way in signals for _ in range(times)),
+        *(partial(fill, folder, args, limit) for limit in limits),
+        *(partial(break_a_move, folder, args, number) for number in faults),
     ]
     chance.shuffle(trials)
     for trial in trials:
@@ -268,7 +286,7 @@ def torment(name: str, times: int, chance: random.Random, base: Path) -> Counter
             shutil.rmtree(out, ignore_errors=True)  # half of the sets replace an older one
         counts[trial()] += 1
         check(folder, out, summary, names)
-    done = subprocess.run(command(args), cwd=folder, capture_output=True, text=True, check=False)
+    done = finished(folder, command(args))
     assert done.returncode == 0, done.stderr
     assert files(out) == names, files(out) ^ names
     check(folder, out, summary, names)

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from focalgradient.observers import pictures
 pytestmark = [
     pytest.mark.skipif(os.name != "posix", reason="kills as POSIX does"),
     pytest.mark.filterwarnings("ignore:::distributed"),
+    pytest.mark.usefixtures("in_time"),
 ]
 
 RATING = (
@@ -99,7 +101,10 @@ def contents(folder: Path) -> dict[str, Any]:
             continue
         if path.suffix == ".json":
             told = json.loads(path.read_bytes())
-            found[name] = {key: value for key, value in told.items() if key != "seconds"}
+            found[name] = {key: value for key, value in told.items() if key not in ("seconds", "Journal")}
+        elif path.name.endswith("_beh.jsonl"):
+            events = [json.loads(line) for line in path.read_bytes().splitlines()]
+            found[name] = [{key: event[key] for key in event if key not in ("time", "chain")} for event in events]
         elif path.name == "experiments.jsonl":
             found[name] = sorted(path.read_text().splitlines())
         elif path.suffix == ".npz":
@@ -141,6 +146,26 @@ def one_worker_killed(cluster: Any) -> Iterator[list[int]]:
         thread.join()
 
 
+LIMIT_S = 900
+"""Seconds that a command and the cluster may take."""
+
+
+@pytest.fixture
+def in_time() -> Iterator[None]:
+    """End, in place of a hang, with an error that shows where."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError(f"more than {LIMIT_S} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, LIMIT_S, 30)  # again, where the end hangs, too
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed")
@@ -161,11 +186,13 @@ def test_one_process_two_and_a_cluster_of_which_one_is_killed(
         made("stimuli depth-rating", given / "set", "--workers", "1")
         monkeypatch.setitem(COMMANDS, name, (*COMMANDS[name], "--stimuli", str(given / "set")))
     monkeypatch.setattr("focalgradient.dataset.checks.BATCH", 1)
+    for size, small in (("SHAPE", (64, 96)), ("FRAMES", 4)):
+        monkeypatch.setattr(import_module("focalgradient.cli.eye"), size, small)
     one = made(name, tmp_path / "one", "--workers", "1")
     assert one
     two = made(name, tmp_path / "two", "--workers", "2")
     assert two == one
-    cluster.wait_for_workers(2)
+    cluster.wait_for_workers(2, timeout=60)
     with one_worker_killed(cluster) as had:
         three = made(name, tmp_path / "three", "--scheduler", cluster.scheduler_address)
     assert had, "no worker had work to be killed at"

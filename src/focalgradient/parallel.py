@@ -24,7 +24,7 @@ __all__ = ["completed", "cores", "in_order", "processes", "scheduler", "shared",
 WAIT = 15
 """Seconds that a scheduler is waited for."""
 
-WORTH_S = 20.0
+WORTH_S = 10.0
 """Seconds of work that are worth workers on this machine: each takes some 3 s of processor time to begin."""
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -143,11 +143,11 @@ def scheduler(address: str) -> Iterator[Executor]:
 
 
 def in_order(executor: Executor | None, function: Callable[[Any], Result], jobs: Sequence[Any]) -> Iterator[Result]:
-    """`function` of each job, in the jobs' order."""
-    if executor is None:
-        yield from map(function, jobs)
-        return
-    futures = _submitted(executor, function, jobs)
+    """`function` of each job, in the jobs' order; an executor begins them at once."""
+    return map(function, jobs) if executor is None else _results(_submitted(executor, function, jobs))
+
+
+def _results(futures: list[Future[Result]]) -> Iterator[Result]:
     for number, future in enumerate(futures):
         yield future.result()
         futures[number] = Future()  # what was taken need not be kept

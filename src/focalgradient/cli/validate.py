@@ -39,7 +39,7 @@ def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | No
       focalgradient validate data
       focalgradient validate data --stimuli pictures
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.dataset import VALIDATOR, bids_problems, journals
+    from focalgradient.dataset import VALIDATOR, checking_bids, journals
     from focalgradient.dataset import export as make_tables
     from focalgradient.dataset import validate as check
 
@@ -50,14 +50,14 @@ def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | No
         except InputError as error:
             refused.append(str(error))
     seconds = SESSION_S * sum(1 for _ in folder.glob("sub-*"))
-    with shared_work(workers, scheduler, seconds) as executor:
+    with checking_bids(folder) as by_standard, shared_work(workers, scheduler, seconds) as executor:
         found = check(folder, stimuli, executor=executor)
-    by_standard = bids_problems(folder)
+        wrong = by_standard()
     notes = list(found.notes)
-    if by_standard is None:
+    if wrong is None:
         notes.append(f"BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
     problems = list(dict.fromkeys([*refused, *found.problems]))
-    problems += [f"BIDS: {' '.join(line.split())}" for line in by_standard or ()]
+    problems += [f"BIDS: {' '.join(line.split())}" for line in wrong or ()]
     show(
         {
             "valid": not problems,

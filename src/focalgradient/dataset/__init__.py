@@ -1,7 +1,7 @@
 """Data sets of the experiments: a journal that no kill can harm, BIDS files made of it, reading back, checking."""
 
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
-from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, validate
+from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, checking, checking_bids, validate
 from focalgradient.dataset.journal import Journal, Log, read_journal
 from focalgradient.dataset.mend import Repair, repair, withdraw
 from focalgradient.dataset.percepts import Percept, Press, Seen, percepts
@@ -30,6 +30,8 @@ __all__ = [
     "begin_dataset",
     "bids_problems",
     "check_stimuli",
+    "checking",
+    "checking_bids",
     "export",
     "journals",
     "percepts",

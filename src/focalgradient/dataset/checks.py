@@ -8,9 +8,11 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +34,7 @@ from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.errors import InputError
 from focalgradient.parallel import in_order
 
-__all__ = ["VALIDATOR", "Findings", "bids_problems", "validate"]
+__all__ = ["VALIDATOR", "Findings", "bids_problems", "checking", "checking_bids", "validate"]
 
 VALIDATOR = "bids-validator-deno"
 """The program that knows the standard."""
@@ -86,6 +88,11 @@ def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     InputError
         If the folder holds no data set, or a worker does not see it.
     """
+    return checking(root, stimuli, executor=executor)()
+
+
+def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | None = None) -> Callable[[], Findings]:
+    """Begin to check, where there is an executor, and give what ends it: see `validate`."""
     root = Path(root)
     checked = _Checked(root, bool(read_description(root).get("Simulated")))
     of_files = set(sessions_of(root))
@@ -99,15 +106,19 @@ def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     place = root if executor is None else root.absolute()  # workers may have another working folder
     there = [replace(files, root=place) for files in ordered]
     jobs = [(place, checked.simulated, there[first : first + BATCH]) for first in range(0, len(there), BATCH)]
-    for part in in_order(executor, _check_sessions, jobs):
+    return partial(_ended, checked, in_order(executor, _check_sessions, jobs), stimuli, len(of_files))
+
+
+def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, sessions: int) -> Findings:
+    for part in parts:
         checked.add(part)
     checked.alike()
     checked.people()
     if stimuli is not None:
         checked.problems += _other_stimuli(stimuli, set(checked.manifests))
-    for entry in withdrawn(root):
+    for entry in withdrawn(checked.root):
         checked.notes.append(f"{entry.get('participant')} withdrew on {entry.get('date')}; their data were removed.")
-    return Findings(len(of_files), checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
+    return Findings(sessions, checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
 
 
 def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
@@ -367,16 +378,34 @@ def bids_problems(root: Path) -> list[str] | None:
     InputError
         If it does not run to its end.
     """
+    with checking_bids(root) as ended:
+        return ended()
+
+
+@contextmanager
+def checking_bids(root: Path) -> Iterator[Callable[[], list[str] | None]]:
+    """Begin to ask the validator of the standard, and give what waits for its answer: see `bids_problems`."""
     program = shutil.which(VALIDATOR, path=str(Path(sys.executable).parent)) or shutil.which(VALIDATOR)
     if program is None:
-        return None
+        yield lambda: None
+        return
     command = [program, str(root), "--ignoreWarnings", "--max-rows", "-1", "--format", "json"]
-    run = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
+    ) as running:
+        try:
+            yield partial(_bids_answer, program, running)
+        finally:
+            running.kill()  # nothing, where it has ended
+
+
+def _bids_answer(program: str, running: subprocess.Popen[str]) -> list[str]:
+    said, wrong = running.communicate()
     try:
-        found = json.loads(run.stdout)["issues"]
+        found = json.loads(said)["issues"]
     except (ValueError, KeyError) as error:
-        said = (run.stderr.strip().splitlines() or ["it said nothing"])[-1]
-        raise InputError(f"{program} did not finish ({said}): install {VALIDATOR} anew.") from error
+        last = (wrong.strip().splitlines() or ["it said nothing"])[-1]
+        raise InputError(f"{program} did not finish ({last}): install {VALIDATOR} anew.") from error
     return [
         ", ".join(str(issue[key]) for key in ("location", "code", "subCode", "issueMessage") if issue.get(key))
         for issue in found["issues"]

@@ -12,7 +12,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-from focalgradient.dataset import DataSet, validate
+from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
@@ -163,9 +163,10 @@ def make_report(
         title = root.stem
     else:
         title = str(read_description(root).get("Name", root.name))
+        checked = checking(root, executor=executor)  # by the workers, while this process analyses
         ratings, reports = _analysed(root, used, scale, stated.rules, problems, progress)
         try:
-            found = validate(root, executor=executor)
+            found = checked()
             problems = list(dict.fromkeys([*problems, *found.problems]))
             notes += found.notes
         except InputError as error:

@@ -6,6 +6,7 @@ No rule looks at the effect under study: to leave out people whose answers did n
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -207,12 +208,11 @@ def quality(
     rules = rules or Rules()
     if "rating" in table:
         table = rating_table(table, scale)
-        off = np.full(len(table), np.nan)
-        if scale not in ("bipolar", "choice"):
-            off[~table["catch"].to_numpy()] = _unexpected(table[~table["catch"]])
+        answers = _answers(table, scale)
+        of_subject = table.groupby("participant_id").indices
         subjects = [
-            _rater(str(name), table.iloc[rows].assign(off=off[rows]), rules, middle)
-            for name, rows in sorted(table.groupby("participant_id").indices.items())
+            _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, middle)
+            for name in sorted(of_subject)
         ]
     elif "percept" in table:
         table = report_table(table)
@@ -224,16 +224,16 @@ def quality(
         )
     keep = pd.Series(True, index=np.arange(len(table)))
     exclusions = []
-    names = table["participant_id"].to_numpy()
+    number, names = pd.factorize(table["participant_id"].to_numpy(object), sort=True)
     for rule, wrong in _bad_trials(table, rules):
-        for name in sorted(set(names[wrong])):
-            rows = table[wrong & (names == name)]
-            exclusions.append(Exclusion(name, rule, False, _count(rows)))
+        for one in np.unique(number[wrong]):
+            rows = table[wrong & (number == one)]
+            exclusions.append(Exclusion(str(names[one]), rule, False, _count(rows)))
         keep &= ~wrong
     for subject in subjects:
         for rule in _bad_subject(subject, rules):
             exclusions.append(Exclusion(subject.participant_id, rule, True, subject.trials))
-            keep &= names != subject.participant_id
+            keep &= names[number] != subject.participant_id
     kept = table[keep.to_numpy()]
     before, after = table[~table["catch"]], kept[~kept["catch"]]
     return kept, Quality(
@@ -302,30 +302,45 @@ def _unexpected(rows: pd.DataFrame) -> np.ndarray:
     return off.to_numpy()
 
 
-def _rater(name: str, rows: pd.DataFrame, rules: Rules, middle: float) -> SubjectQuality:
-    """One subject; column `off` is how far the logarithm of an answer is from what was to be expected, or NaN."""
-    catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
-    passed = _passed(catch, rules, middle)
-    picture = rows.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
+def _answers(table: pd.DataFrame, scale: str) -> dict[str, np.ndarray]:
+    """Columns of all ratings, by name; numbers of picture and condition, and how far off each answer is, among them."""
+    catch = table["catch"].to_numpy(bool)
+    off = np.full(len(table), math.nan)
+    if scale not in ("bipolar", "choice"):
+        off[~catch] = _unexpected(table[~catch])
+    found = {"catch": catch, "off": off, "rating": table["rating"].to_numpy(float)}
+    found["scene"] = table["scene"].to_numpy(object)
+    found["picture"] = table.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
+    found["condition"] = table.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
+    for name in ("response_time", "dropped_frames", "interval", "start"):
+        if name in table:
+            found[name] = table[name].to_numpy(float)
+    return found
+
+
+def _rater(name: str, answers: Mapping[str, np.ndarray], rules: Rules, middle: float) -> SubjectQuality:
+    catch = answers["catch"]
+    passed = _passed(answers["rating"][catch], answers["scene"][catch], rules, middle)
+    rows = {key: values[~catch] for key, values in answers.items()}
+    picture = np.unique(rows["picture"], return_inverse=True)[1]
     count = np.bincount(picture)
-    freedom = len(rows) - len(count)
+    freedom = len(picture) - len(count)
+    judged = not np.isnan(rows["off"]).all()
     spread, lapses = None, None
-    logarithmic = bool(rows["off"].notna().any())
-    if freedom and logarithmic:
-        answer = np.log(rows["rating"].to_numpy())
+    if freedom and judged:
+        answer = np.log(rows["rating"])
         apart = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
         spread = math.exp(math.sqrt(float((apart**2).sum()) / freedom))
-    condition = rows.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
+    condition = np.unique(rows["condition"], return_inverse=True)[1]
     enough = np.bincount(condition)[condition] >= 3
-    if enough.any() and logarithmic:
-        far = np.abs(rows["off"].to_numpy()) > math.log(rules.lapse_factor)
-        lapses = float(far[enough].mean())
+    if enough.any() and judged:
+        lapses = float((np.abs(rows["off"]) > math.log(rules.lapse_factor))[enough].mean())
     shortest, longest = rules.response_time or (-math.inf, math.inf)
-    times = rows["response_time"].astype(float) if "response_time" in rows else pd.Series(dtype=float)
+    times = rows.get("response_time", np.empty(0))
     return SubjectQuality(
         name,
-        len(rows),
-        len(catch),
+        len(picture),
+        len(passed),
         float(passed.mean()) if len(passed) else None,
         spread,
         lapses,
@@ -341,10 +356,8 @@ FEW = 5
 """Answers from which one can ask whether they are all the same."""
 
 
-def _passed(catch: pd.DataFrame, rules: Rules, middle: float) -> np.ndarray:
+def _passed(answer: np.ndarray, scene: np.ndarray, rules: Rules, middle: float) -> np.ndarray:
     """Which catch trials are passed: examples on the right side of the middle, the standard near it."""
-    answer = catch["rating"].to_numpy(float)
-    scene = catch["scene"].to_numpy(object)
     flat, deep = (scene == name for name in ("example-flat", "example-deep"))
     if middle > 0:
         near = (answer >= middle / rules.catch_factor) & (answer <= middle * rules.catch_factor)
@@ -353,23 +366,22 @@ def _passed(catch: pd.DataFrame, rules: Rules, middle: float) -> np.ndarray:
     return np.where(flat, answer < middle, np.where(deep, answer > middle, near))
 
 
-def _most_frequent(rows: pd.DataFrame) -> float | None:
+def _most_frequent(rows: Mapping[str, np.ndarray]) -> float | None:
     """Share of the most frequent answer over conditions that differ; of a choice, of the most frequent key."""
-    answer = rows["rating"].to_numpy(float)
-    if "interval" in rows and (rows["interval"] > 0).all():
-        interval = rows["interval"].to_numpy()
+    answer, interval = rows["rating"], rows.get("interval")
+    if interval is not None and (interval > 0).all():
         answer = np.where(answer == 1, interval, 3 - interval)
-    if len(answer) < FEW or rows.groupby(["aperture", "fixation"]).ngroups < 2:
+    if len(answer) < FEW or len(np.unique(rows["condition"])) < 2:
         return None
     return float(np.unique(answer, return_counts=True)[1].max() / len(answer))
 
 
-def _left_there(rows: pd.DataFrame) -> float | None:
-    start = rows["start"].to_numpy(float) if "start" in rows else np.array([math.nan])
+def _left_there(rows: Mapping[str, np.ndarray]) -> float | None:
+    start = rows.get("start", np.array([math.nan]))
     known = np.isfinite(start)
     if known.sum() < FEW:
         return None
-    answer = rows["rating"].to_numpy(float)
+    answer = rows["rating"]
     return float((np.abs(answer[known] - start[known]) <= 1e-3 * np.abs(start[known])).mean())
 
 
