@@ -33,7 +33,7 @@ ROOMS = {
     "display": {"errors"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
-        *("progress", "render", "scenes"),
+        *("progress", "render", "scenes", "video"),
     },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},

@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.video import Frame, Pair, Scale, Skipped, Source, ValuesFile, VideoFile, ahead, alternation, pairs
+from focalgradient.video import (
+    Frame,
+    Pair,
+    Scale,
+    Skipped,
+    Source,
+    ValuesFile,
+    VideoFile,
+    ahead,
+    alternation,
+    check_frames,
+    pairs,
+    write_frames,
+)
 
 STEP = np.log(2.0)
 
@@ -173,3 +186,16 @@ def test_numbers_grow_frame_by_frame(tmp_path: Path) -> None:
     assert values.shape == (1000, 3, 4)
     assert values.dtype == np.float32
     np.testing.assert_array_equal(values[:, 0, 0], np.arange(1000))
+
+
+@pytest.mark.parametrize("ending", [".mkv", ".avi"])
+def test_a_video_that_lost_frames_is_refused(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"a{ending}"
+    noise = np.random.default_rng(1)
+    write_frames(path, [noise.integers(0, 255, (64, 64), np.uint8) for _ in range(40)], 10)
+    check_frames(path, 40)
+    for share in (0.0, 0.3, 0.9):
+        torn = tmp_path / f"torn{share}{ending}"
+        torn.write_bytes(path.read_bytes()[: round(share * path.stat().st_size)])
+        with pytest.raises(InputError, match=r"\d+ of 40 frames of torn"):
+            check_frames(torn, 40)

@@ -146,7 +146,7 @@ def one_worker_killed(cluster: Any) -> Iterator[list[int]]:
         thread.join()
 
 
-LIMIT_S = 900
+LIMIT_S = 500
 """Seconds that a command and the cluster may take."""
 
 

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self, TypeVar
@@ -41,6 +41,7 @@ __all__ = [
     "VideoFile",
     "ahead",
     "alternation",
+    "check_frames",
     "luminance",
     "pairs",
     "write_frames",
@@ -359,6 +360,7 @@ class VideoFile:
         self._part = self._picture[:height, :width]
         size = self._picture.shape[1], self._picture.shape[0]
         code = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
+        self._path, self._frames = path, 0
         self._writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, fps, size)
         if not self._writer.isOpened():
             raise InputError(
@@ -374,10 +376,12 @@ class VideoFile:
         colours = cv2.applyColorMap(place, self._colours[:, None])
         self._part[:] = cv2.resize(colours, (width, height), interpolation=cv2.INTER_NEAREST)
         self._writer.write(self._picture)
+        self._frames += 1
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finish the file, and check it: see `check_frames`."""
         self._writer.release()
+        check_frames(self._path, self._frames)
 
 
 def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
@@ -386,7 +390,7 @@ def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
     Raises
     ------
     InputError
-        If the encoder refuses.
+        If the encoder refuses, or frames were lost.
     """
     height, width = frames[0].shape
     writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), fps, (width, height))
@@ -397,6 +401,18 @@ def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
             writer.write(np.repeat(frame[..., None], 3, axis=2))
     finally:
         writer.release()
+    check_frames(path, len(frames))
+
+
+def check_frames(path: Path, frames: int) -> None:
+    """Refuse, as an InputError, a video that lacks frames it was given, as on a full disk: OpenCV says nothing."""
+    video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    found = sum(1 for _ in takewhile(bool, (video.grab() for _ in range(frames))))
+    video.release()
+    if found < frames:
+        raise InputError(
+            f"{found} of {frames} frames of {printable(path.name)} could be written: make room on the disk."
+        )
 
 
 def check_ending(path: Path) -> None:
@@ -459,7 +475,7 @@ def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.
     size = float(np.clip(height / 720, 0.35, 1.5))
     thick = max(1, round(1.5 * size))
     font = cv2.FONT_HERSHEY_SIMPLEX
-    title = _lines(scale.title)
+    title = scale.title.split(" ")  # a word a line, as the panel is narrow
     texts = [*title, *(label for _, label in scale.ticks)]
     wide = max(cv2.getTextSize(text, font, size, thick)[0][0] for text in texts)
     line = round(34 * size)
@@ -479,8 +495,3 @@ def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.
         place = gap + bar + gap, y + round(9 * size)
         cv2.putText(panel, label, place, font, size, (255, 255, 255), thick, cv2.LINE_AA)
     return panel
-
-
-def _lines(title: str) -> Sequence[str]:
-    """The title with its words on lines of their own, as the panel is narrow."""
-    return title.split(" ")

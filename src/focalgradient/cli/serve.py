@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from focalgradient.errors import InputError
-from focalgradient.files import read_text
+from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
     from focalgradient.web import Study
@@ -120,11 +120,13 @@ def _study(
     place = links or data.with_name(f"{data.name}-links.jsonl")
     if place.resolve().is_relative_to(data.resolve()):
         raise InputError(f"--links {place} is inside the data set, but tells who is who: give it a place elsewhere.")
+    refuse_overwriting([path for path in (design, consent) if path is not None], [place])
+    loaded, there = load_design(design), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken))
     try:
         return Study(
-            load_design(design),
+            loaded,
             data,
             people,
             stimuli=stimuli,
@@ -134,4 +136,6 @@ def _study(
         )
     except BaseException:
         people.close()
+        if not there:
+            place.unlink(missing_ok=True)
         raise

@@ -209,7 +209,7 @@ def quality(
     if "rating" in table:
         table = rating_table(table, scale)
         answers = _answers(table, scale)
-        of_subject = table.groupby("participant_id").indices
+        of_subject = {str(name): rows for name, rows in table.groupby("participant_id").indices.items()}
         subjects = [
             _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, middle)
             for name in sorted(of_subject)

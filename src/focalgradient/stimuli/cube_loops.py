@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.files import read_json
+from focalgradient.files import read_bytes, read_json, staged
 from focalgradient.parallel import in_order
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
@@ -262,23 +262,19 @@ def _make_loop(
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
     """A whole turn as an MP4 file."""
-    path = folder / ".video.part.mp4"  # OpenCV writes to a path alone
-    try:
-        height, width = pictures[0].shape
+    from focalgradient.video import check_frames
+
+    height, width = pictures[0].shape
+    with staged(folder) as hidden:  # OpenCV writes to a path alone
+        path = hidden / "video.mp4"
         writer = cv2.VideoWriter(
             str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), frame_rate, (width, height), isColor=True
         )
         for picture in [*pictures] * LOOPS:
             writer.write(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
         writer.release()
-        content = path.read_bytes() if path.exists() else b""
-    finally:
-        path.unlink(missing_ok=True)
-    if not content:
-        raise InputError(
-            f"the video in {folder} cannot be written: make room, and see that the frames are even in size."
-        )
-    return content
+        check_frames(path, LOOPS * len(pictures))
+        return read_bytes(path, "a video")
 
 
 def _departure(cube: NeckerCube, frames: int) -> dict[Reading, Any]:
