@@ -72,8 +72,9 @@ OF_PICTURES = {
     "an endless array": content((HEADER % b"9" * 3).ljust(128)),
     "a header without end": content(b"\x93NUMPY\x02\x00\xff\xff\xff\x7f{'descr'"),
 }
+FINE = {("serve, links", "missing"), *(("serve, consent", kind) for kind in OF_TEXTS)}
 CASES = [
-    *((name, kind) for name in TEXTS for kind in (*ALL, *(() if name == "serve, consent" else OF_TEXTS))),
+    *((name, kind) for name in TEXTS for kind in (*ALL, *OF_TEXTS) if (name, kind) not in FINE),
     *((name, kind) for name in PICTURES for kind in (*ALL, *OF_PICTURES)),
 ]
 
