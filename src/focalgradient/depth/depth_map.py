@@ -120,13 +120,15 @@ class DepthMap:
             lines.append(f"side of focus: {self.details['side']}")
         return "\n".join(lines)
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Any = None, *, outlines: bool = False) -> Any:
         """Draw the valid depth with a bar in metres (`focalgradient.plotting.draw_depth`).
 
         Parameters
         ----------
         ax
             Matplotlib axes to draw into; those of a new figure if not given.
+        outlines
+            Draw the outlines found (``details["outlines"]``) too.
 
         Returns
         -------
@@ -139,7 +141,7 @@ class DepthMap:
             if ax is None:
                 height, width = self.shape
                 ax = new_figure(120.0, 96.0 * height / width + 12.0, layout="constrained").add_subplot()
-            return draw_depth(ax, self)
+            return draw_depth(ax, self, outlines=outlines)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to `path` as a compressed NumPy archive, all or nothing.

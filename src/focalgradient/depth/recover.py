@@ -100,6 +100,7 @@ def recover_depth(
     noise: float | Sequence[float] | None = None,
     align: bool = False,
     false_alarm: float = 1e-3,
+    outlines: bool = True,
     progress: Progress | None = None,
 ) -> DepthMap:
     """Recover depth from views of one scene by their blur.
@@ -138,6 +139,9 @@ def recover_depth(
         Measure translation and scale between the views and remove them first.
     false_alarm
         Probability with which the check masks a pixel whose views do agree.
+    outlines
+        By ``"equalise"``: find outlines, where depth jumps, and continue either surface up to them; else depth is
+        what windows give, which reach across outlines. Depth away from outlines is the same.
     progress
         Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
 
@@ -147,7 +151,8 @@ def recover_depth(
         ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
         ``shift_px`` of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
         error as a share of the blur radius, by which coarse and fine detail disagree and which is part of
-        ``vergence_sd``, and the cuts between the two.
+        ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
+        points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way.
 
     Raises
     ------
@@ -183,7 +188,7 @@ def recover_depth(
     if method not in METHODS:
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
     say = progress or (lambda share, words: None)
-    settings = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say)
+    settings = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say, outlines)
     settings.check(len(views))
     check_usable(views, method)
     if window > min(views[0].shape) / 4:

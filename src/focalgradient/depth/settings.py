@@ -37,6 +37,7 @@ class RecoverySettings:
     align: bool
     false_alarm: float
     progress: Progress
+    outlines: bool = True
 
     @property
     def model(self) -> PsfName:
@@ -68,6 +69,7 @@ class RecoverySettings:
             "window_px": self.window,
             "align": self.align,
             "false_alarm": self.false_alarm,
+            **({"continued_to_outlines": self.outlines} if self.method == "equalise" else {}),
         }
 
     def check(self, count: int) -> None:

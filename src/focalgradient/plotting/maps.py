@@ -126,10 +126,18 @@ def draw_view(ax: Axes, view: View, title: str | None = None) -> Axes:
     return _picture(ax, describe_optics(view.optics) if title is None else title)
 
 
-def draw_depth(ax: Axes, depth: DepthMap, *, limits: tuple[float, float] | None = None, title: str = "") -> Axes:
+def draw_depth(
+    ax: Axes,
+    depth: DepthMap,
+    *,
+    limits: tuple[float, float] | None = None,
+    title: str = "",
+    outlines: bool = False,
+) -> Axes:
     """Draw the valid depth, coloured linearly in vergence between `limits` (dioptres), with a bar in metres.
 
     The title says what share is valid, and which side of focus was assumed where the views do not tell.
+    With `outlines`, those found (``depth.details["outlines"]``) are drawn as lines.
     """
     limits = limits or _vergence_limits(depth, None)
     note = _side_note(depth)
@@ -139,6 +147,9 @@ def draw_depth(ax: Axes, depth: DepthMap, *, limits: tuple[float, float] | None 
         bar = _map(ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "place in the stack (order only)")
         bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
         return _picture(ax, title)
+    if outlines:
+        for curve in depth.details.get("outlines", ()):
+            ax.plot(*zip(*curve, strict=True), color="white", linewidth=0.8, scalex=False, scaley=False)
     # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
+from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
 from focalgradient.depth.equalise.optics_check import judge_optics
+from focalgradient.depth.equalise.outlines import GAP, Outlines, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
@@ -87,6 +89,11 @@ def estimate(problem: Problem) -> Estimate:
     # Views in different wavebands have texture of their own, which is modelled: it is no contradiction.
     trusted = gains is not None or (explained >= EXPLAINED and split.tau <= LARGEST_TAU)
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
+    ends = frame.outlines if trusted else None
+    if ends is not None:
+        at = ends.replaced
+        vergence[at], vergence_sd[at], sound = _about_outlines(ends, search, split)
+        valid[at] = (sound & registered.usable)[at]
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
     misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
@@ -109,6 +116,11 @@ def estimate(problem: Problem) -> Estimate:
             **({"fit_by_shape": shapes} if shapes else {}),
             **({"fit_by_optics": slips} if slips else {}),
             "share_of_texture_explained": explained,
+            **(
+                {"outlines": [] if ends is None else curves(ends.side, ends.level, _gap(search))}
+                if settings.outlines
+                else {}
+            ),
             "share_disagreeing": float(1 - agrees.mean()),
         },
         warnings=texts,
@@ -141,6 +153,27 @@ def _to_pixels(
     return vergence, vergence_sd, known
 
 
+def _gap(search: Search) -> float:
+    """Levels by which depth jumps at outlines."""
+    return GAP / (search.slope * search.spacing)
+
+
+def _about_outlines(
+    ends: Outlines, search: Search, split: SplitBand
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Vergence and its sd where outlines replace what windows give, and (H x W) whether it is valid.
+
+    A pixel's side of the outline is part of the sd, but makes no pixel invalid.
+    """
+    at = ends.replaced
+    vergence = search.lowest + np.clip(ends.level[at], 0, search.levels - 1) * search.spacing
+    radius = search.radius(vergence.astype(float))
+    sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
+    valid = ends.valid.copy()
+    valid[at] &= blur_is_known(ends.sd[at] * search.spacing * search.slope, radius)
+    return vergence, np.hypot(sd, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope), valid
+
+
 def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:
     """Noise of each registered view, by how much its variance may be raised, and what different wavebands share."""
     settings, registered, wavebands = problem.settings, problem.registered, problem.search.wavebands
@@ -162,6 +195,7 @@ class _Frame:
     agrees: NDArray[np.bool_]  # H x W
     split: SplitBand
     noise_sd: list[float]  # of each view
+    outlines: Outlines | None
 
 
 def _by_tiles(
@@ -181,7 +215,7 @@ def _by_tiles(
             scale = min(raisable, first.noise_found(first.read(crop.usable.astype(np.float32))))
             noise_sd, raisable = [math.sqrt(scale) * sd for sd in noise_sd], None
         del first
-    agrees, found, splits = np.empty(registered.shape, np.bool_), [], []
+    agrees, found, splits, outlines = np.empty(registered.shape, np.bool_), [], [], []
     for number, tile in enumerate(parts):
         if len(parts) > 1:
             settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
@@ -192,9 +226,14 @@ def _by_tiles(
         agrees[tile.core] = robust.agrees[tile.within]
         found.append((tile, robust.nodes))
         splits.append(robust.split)
+        # Wavebands have textures of their own, whose residuals are no contradiction.
+        if settings.outlines and shared is None:
+            args = (_informative(robust.nodes), robust.agrees, blurs.radius, levels_per_pixel, robust.scale)
+            outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
     nodes = equalised.beside_jumps(join_nodes(found, registered.shape, step))
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
-    return _Frame(equalised, nodes, agrees, join_splits(splits), noise_sd)
+    ends = join_outlines(outlines, registered.shape)
+    return _Frame(equalised, nodes, agrees, join_splits(splits), noise_sd, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -236,6 +236,10 @@ class Equalised:
 
         Adds to it the scatter of depth about its local plane, in the window asked for.
         """
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * self.scatter(nodes)))
+
+    def scatter(self, nodes: Nodes) -> FloatArray:
+        """Variance of depth about its local plane in the window asked for, in levels squared (h x w)."""
         trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
 
         def local(values: FloatArray) -> FloatArray:
@@ -248,8 +252,7 @@ class Equalised:
         mean = local(trust * nodes.level) / total
         spread = local(trust * nodes.level**2) / total - mean**2
         down, right = np.gradient(mean)
-        spread = np.maximum(spread - sd**2 * (down**2 + right**2), 0)
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * spread))
+        return np.maximum(spread - sd**2 * (down**2 + right**2), 0)
 
     def agreement(
         self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray

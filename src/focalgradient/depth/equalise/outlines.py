@@ -1,0 +1,264 @@
+"""Depth about outlines: where one surface ends before another, each goes on to the outline by its own depth.
+
+About an outline the blur of the near surface lies over the far one, and filters and windows reach across: a band of
+pixels contradicts every depth. On either side of it surfaces are known, and each is continued into it as a plane. How
+far the band reaches to either side of the outline follows from the blur: the near surface's residual is large up to
+where the filters that compare it reach the outline, the far surface's up to where the near one's blur reaches. So the
+outline lies where the distances to the pixels that either surface explains say that it does; beyond it, each surface is
+continued from nodes that the band does not reach. Near the outline the standard deviation holds the probability of
+being on its other side.
+
+How far residuals reach (`ONSET`), and the other choices here, were made on the scenes `MADE_WITH` of
+`benchmarks/outlines.py`, and tried on others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, special
+
+from focalgradient.depth.equalise import surfaces
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.tiles import Tile
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
+
+__all__ = ["GAP", "Outlines", "find_outlines", "join_outlines"]
+
+GAP = 0.5
+"""Difference of blur radius, in pixels of the widest view, from which depth jumps."""
+
+ONSET = 0.75
+"""Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
+
+LARGE = 4.0
+"""Squared residual, over what is expected, that is large: of noise alone one in twenty is."""
+
+PATCH, MOST = 1.5, 0.22
+"""Standard deviation in pixels of the window in which large residuals are counted, and the share that is too many."""
+
+EXPLAINED = 0.9
+"""Share of a node's pixels that its depth must explain for a surface to be continued from there."""
+
+BETTER, BROAD = 0.3, 3.0
+"""Mean difference of residuals that decides between surfaces, and standard deviation in pixels of its window."""
+
+SPECK = 20
+"""Pixels up to which a patch that one surface explains is put down to chance."""
+
+SMOOTH = 1.5
+"""Standard deviation in pixels by which an outline is smoothed."""
+
+PASSES = 2
+"""Times that outlines are located: the second time from nodes clear of those found first."""
+
+FEW = 2
+"""Nodes clear of outlines up to which a side is continued from all of its nodes."""
+
+OUTLINE_SD = 3.0
+"""Standard deviation in pixels of an outline's place."""
+
+REJECTED = 1.5
+"""Pixels to either side of an outline where no depth is claimed."""
+
+SLACK = 3.0
+"""Pixels beyond the reach of an outline where a contradiction may still be due to it."""
+
+BEYOND = 2.0
+"""Windows beyond the reach of an outline in which windows may give no depth because of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outlines:
+    """Depth about outlines, H x W each."""
+
+    side: NDArray[np.int8]  # 1 on the near side of an outline, -1 on the far one, 0 out of reach
+    replaced: NDArray[np.bool_]  # where the depth that windows give gives way to this
+    valid: NDArray[np.bool_]
+    level: NDArray[np.float32]
+    sd: NDArray[np.float32]  # of the surface, in levels
+    side_sd: NDArray[np.float32]  # because a pixel may lie on the other side, in levels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Located:
+    """Where outlines lie."""
+
+    zone: surfaces.Zone
+    planes: FloatArray
+    inward: FloatArray  # pixels from the outline towards the near side, H x W
+    reach: FloatArray  # how far residuals reach from the outline on each pixel's side
+    clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
+
+
+def find_outlines(
+    equalised: Equalised,
+    nodes: Nodes,
+    informative: NDArray[np.bool_],
+    agrees: NDArray[np.bool_],
+    radii: FloatArray,
+    levels_per_pixel: float,
+    noise: float,
+) -> Outlines | None:
+    """Outlines among the depths of `nodes`, and depth on either side of them; None where there are none.
+
+    Parameters
+    ----------
+    equalised
+        The views, compared at every level.
+    nodes
+        Depth as windows give it, without contradicting pixels.
+    informative
+        h x w: nodes whose depth rests on signal.
+    agrees
+        H x W: pixels whose views agree.
+    radii
+        Each view's blur radius in pixels at each level.
+    levels_per_pixel
+        Levels to a pixel of blur radius.
+    noise
+        Noise variance in units of the one assumed.
+    """
+    step, shape, gap = equalised.step, agrees.shape, GAP * levels_per_pixel
+    level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
+    clean = _few_large(_residual(equalised, level, sd, radii, levels_per_pixel, noise)) & agrees
+    whole = block_sum(clean.astype(np.float32), step) >= EXPLAINED * block_sum(np.ones(shape, np.float32), step)
+    good = informative & whole & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
+    located, clear = None, good
+    for _ in range(PASSES):
+        located = _locate(equalised, nodes, clear, shape, radii, levels_per_pixel, noise)
+        if located is None:
+            return None
+        clear = _clear(good, located, step)
+    assert located is not None
+    zone, near, margin = located.zone, located.inward > 0, np.abs(located.inward)
+    own, own_sd = surfaces.continued(zone, near, located.planes, nodes, clear, step, gap)
+    wrong = special.ndtr(-margin / OUTLINE_SD)
+    at_outline = (ndimage.maximum_filter(near, 3) != ndimage.minimum_filter(near, 3)) & zone.inside
+    distance = ndimage.distance_transform_edt(~at_outline)
+    replaced = zone.inside & (distance <= located.reach + BEYOND * equalised.window)
+    # What a window clear of outlines gives is better than any continuation.
+    replaced &= ~(equalised.to_blocks(clear, shape) & (np.abs(level - own) < gap))
+    return Outlines(
+        np.where(zone.inside, np.where(near, 1, -1), 0).astype(np.int8),
+        replaced,
+        replaced & (margin >= REJECTED) & (located.clean | (margin <= located.reach + SLACK)),
+        own.astype(np.float32),
+        own_sd.astype(np.float32),
+        (np.sqrt(wrong * (1 - wrong)) * (zone.near - zone.far)).astype(np.float32),
+    )
+
+
+def join_outlines(parts: Sequence[tuple[Tile, Outlines | None]], shape: tuple[int, int]) -> Outlines | None:
+    """Outlines of a whole frame of `shape` from those of its tiles."""
+    found = [(tile, part) for tile, part in parts if part is not None]
+    if not found:
+        return None
+    names = ("side", "replaced", "valid", "level", "sd", "side_sd")
+    whole = {name: np.zeros(shape, getattr(found[0][1], name).dtype) for name in names}
+    for tile, part in found:
+        for name, values in whole.items():
+            values[tile.core] = getattr(part, name)[tile.within]
+    return Outlines(**whole)
+
+
+def _locate(
+    equalised: Equalised,
+    nodes: Nodes,
+    good: NDArray[np.bool_],
+    shape: tuple[int, int],
+    radii: FloatArray,
+    levels_per_pixel: float,
+    noise: float,
+) -> _Located | None:
+    """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none."""
+    planes = surfaces.planes(nodes.level, nodes.sd, good, GAP * levels_per_pixel)
+    pairs = surfaces.pairs(planes, nodes.sd, good, GAP * levels_per_pixel)
+    if pairs is None:
+        return None
+    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, shape, int(2 * radii.max() + 3 * equalised.window))
+    near, far = (
+        _residual(equalised, level, sd, radii, levels_per_pixel, noise)
+        for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
+    )
+    clean_near, clean_far = _few_large(near), _few_large(far)
+    # Where both surfaces explain the views, the better one does, if it is clearly better.
+    better = ndimage.gaussian_filter(np.clip(far - near, -LARGE, LARGE), BROAD)
+    only_near = _without_specks(clean_near & (better > BETTER) & zone.inside)
+    only_far = _without_specks(clean_far & (better < -BETTER) & zone.inside)
+    if not (only_near.any() and only_far.any()):
+        return None
+    reach_near, reach_far = _reach(*(_blurs(level, radii) for level in (zone.near, zone.far)))
+    to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
+    inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
+    return _Located(
+        zone,
+        planes,
+        inward,
+        np.where(inward > 0, reach_near, reach_far),
+        np.where(inward > 0, clean_near, clean_far),
+    )
+
+
+def _clear(good: NDArray[np.bool_], located: _Located, step: int) -> NDArray[np.bool_]:
+    """Good nodes out of the reach of outlines; of a part of a side that has none, all that are good."""
+    inside, near = located.zone.inside, located.inward > 0
+    middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in near.shape))
+    clear = good & (~inside | (np.abs(located.inward) > located.reach))[middle]
+    for side in (near & inside, ~near & inside):
+        part = ndimage.label(side)[0][middle]
+        count = np.bincount(part[clear], minlength=int(part.max()) + 1)
+        clear |= good & (part > 0) & (count[part] <= FEW)
+    return clear
+
+
+def _blurs(level: FloatArray, radii: FloatArray) -> FloatArray:
+    """Each view's blur radius at each pixel's level: n x H x W."""
+    return np.stack([np.interp(level, np.arange(len(radius)), radius) for radius in radii])
+
+
+def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pixels to the near and to the far side of an outline that residuals reach; blur radii are n x H x W.
+
+    A view meets the outline within the near surface's blur; the filter that compares it widens that by the other
+    view's blur, at the depth that it is compared at.
+    """
+    pairs = [(i, j) for i in range(len(near)) for j in range(len(near)) if i != j]
+    return (
+        np.max([near[i] + near[j] for i, j in pairs], axis=0),
+        np.max([near[i] + far[j] for i, j in pairs], axis=0),
+    )
+
+
+def _residual(
+    equalised: Equalised, level: FloatArray, sd: FloatArray, radii: FloatArray, levels_per_pixel: float, noise: float
+) -> FloatArray:
+    """Squared residual at `level` (H x W, known to `sd`) over what noise, that, and the blur's own error leave."""
+    level = np.clip(level, 0, equalised.levels - 1)
+    left, slope = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.float32)
+    for residual in equalised.residuals:
+        value, derivative = residual.at(level.astype(np.float32))
+        left += value**2
+        slope += derivative**2
+    place = np.arange(equalised.levels)
+    expected = noise * np.interp(level, place, sum(residual.noise for residual in equalised.residuals))
+    error = BLUR_ERROR * levels_per_pixel * np.interp(level, place, radii.max(axis=0))
+    return left / (expected + slope * (sd**2 + error**2))
+
+
+def _few_large(residual: FloatArray) -> NDArray[np.bool_]:
+    """Whether few of the squared residuals about a pixel are large."""
+    large = (residual > LARGE).astype(np.float32)
+    return np.asarray(ndimage.gaussian_filter(large, PATCH) < MOST)
+
+
+def _without_specks(part: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    label, count = ndimage.label(part)
+    size = np.bincount(label.ravel(), minlength=count + 1)
+    size[0] = 0
+    return np.asarray((size > SPECK)[label])

@@ -1,0 +1,184 @@
+"""Surfaces on either side of jumps in depth: planes through nodes, and which two meet where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from focalgradient.depth.equalise.likelihood import Nodes
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.numerics import share_rows
+
+__all__ = ["Zone", "continued", "pairs", "planes", "spread"]
+
+REACH = 4
+"""Nodes to each side through which a node's plane is laid."""
+
+WIDTH = 2.0
+"""Standard deviation, in nodes, of their weights."""
+
+STEEP = 1.0
+"""Prior standard deviation of a plane's slope, in levels per node."""
+
+LEAST_SD = 0.2
+"""Standard deviation in levels below which nodes weigh alike."""
+
+SURE = 6.0
+"""Standard deviations by which depths must differ to jump."""
+
+SPAN = 2.0
+"""Nodes over which a plane is continued for its variance to double."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Zone:
+    """The near and the far surface about jumps of depth, in levels; H x W each."""
+
+    inside: NDArray[np.bool_]  # in reach of a jump
+    near: FloatArray
+    near_sd: FloatArray
+    far: FloatArray
+    far_sd: FloatArray
+
+
+def planes(level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> FloatArray:
+    """Planes through `good` nodes (h x w) and those about them on one surface: value, slope down, slope right.
+
+    Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. The slopes
+    are by node; 3 x h x w, 0 where a node is not good.
+    """
+    found = np.zeros((3, *level.shape))
+    share_rows(len(level), lambda first, last: _planes(level, sd, good, gap / 2, first, last, found))
+    return found
+
+
+@njit(nogil=True, cache=True)
+def _planes(level, sd, good, off, first, last, found):  # type: ignore[no-untyped-def]
+    rows, columns = level.shape
+    a, b, term = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(first, last):
+        for j in range(columns):
+            if not good[i, j]:
+                continue
+            value, down, right = level[i, j], 0.0, 0.0
+            for reach in (1.5, float(REACH)):
+                a[:] = 0
+                b[:] = 0
+                a[1, 1] = a[2, 2] = STEEP**-2
+                for k in range(max(0, i - REACH), min(rows, i + REACH + 1)):
+                    for m in range(max(0, j - REACH), min(columns, j + REACH + 1)):
+                        y, x = float(k - i), float(m - j)
+                        apart = y * y + x * x
+                        if not good[k, m] or apart > reach * reach:
+                            continue
+                        if abs(level[k, m] - value - down * y - right * x) > off + 3 * sd[k, m]:
+                            continue
+                        weight = np.exp(-apart / (2 * WIDTH**2)) / (sd[k, m] ** 2 + LEAST_SD**2)
+                        term[0], term[1], term[2] = 1.0, y, x
+                        for p in range(3):
+                            b[p] += weight * term[p] * (level[k, m] - level[i, j])
+                            for q in range(3):
+                                a[p, q] += weight * term[p] * term[q]
+                fitted = np.linalg.solve(a, b)
+                value, down, right = level[i, j] + fitted[0], fitted[1], fitted[2]
+            found[0, i, j], found[1, i, j], found[2, i, j] = value, down, right
+
+
+def pairs(planes: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> NDArray[np.intp] | None:
+    """Nodes at which depth jumps, each with the good nodes of the near and the far surface; None where there are none.
+
+    Returns h x w x 4: row and column of the node that the near surface is continued from, and of the far surface's; -1
+    where depth does not jump: where the nearest good nodes of neighbours differ by less than `gap`, or as their planes
+    slope.
+    """
+    if not good.any():
+        return None
+    nearest = ndimage.distance_transform_edt(~good, return_distances=False, return_indices=True)
+    place = np.indices(good.shape)
+    found = np.full((*good.shape, 4), -1)
+    for axis in (0, 1):
+        for shift, border in ((-1, -1), (1, 0)):
+            other = np.roll(nearest, shift, axis=axis + 1)
+            one, two = (_value(planes, tuple(nodes), place) for nodes in (nearest, other))
+            mine, yours = tuple(nearest), tuple(other)
+            plain = planes[0][mine] - planes[0][yours]
+            least = np.maximum(gap, SURE * np.hypot(sd[mine], sd[yours]))
+            # Both by the nodes' own levels and by their planes here: what a slope explains is no jump.
+            jump = (np.minimum(np.abs(one - two), np.abs(plain)) > least) & ((one > two) == (plain > 0))
+            jump[(slice(None),) * axis + (border,)] = False
+            both = np.concatenate(
+                [np.where(one > two, nearest, other), np.where(one > two, other, nearest)]  # nearer is a higher level
+            )
+            new = jump & (found[..., 0] < 0)
+            found[new] = both[:, new].T
+    return found if (found >= 0).any() else None
+
+
+def spread(
+    pairs: NDArray[np.intp], planes: FloatArray, sd: FloatArray, step: int, shape: tuple[int, int], reach: int
+) -> Zone:
+    """The two surfaces of the nearest jump at every pixel (H x W), as far as `reach` pixels from it."""
+    jumps = (pairs[..., 0] >= 0).repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
+    distance, index = ndimage.distance_transform_edt(~jumps, return_indices=True)
+    pair = pairs[index[0] // step, index[1] // step]
+    place = _places(shape, step)
+    near, far = (pair[..., 0], pair[..., 1]), (pair[..., 2], pair[..., 3])
+    return Zone(
+        np.asarray(distance <= reach),
+        _value(planes, near, place),
+        _sd(sd, near, place),
+        _value(planes, far, place),
+        _sd(sd, far, place),
+    )
+
+
+def continued(
+    zone: Zone,
+    near: NDArray[np.bool_],
+    planes: FloatArray,
+    nodes: Nodes,
+    good: NDArray[np.bool_],
+    step: int,
+    gap: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Level of the surface on each pixel's side, and its sd: continued from the nearest good node of that surface.
+
+    `near` (H x W) is the side of each pixel. The surface is that of the zone to within `gap`.
+    """
+    shape = near.shape
+    level, sd = np.where(near, zone.near, zone.far), np.where(near, zone.near_sd, zone.far_sd)
+    middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in shape))
+    same = good & (np.abs(nodes.level - level[middle]) < gap)
+    place = _places(shape, step)
+    for side in (True, False):
+        some = same & (near[middle] == side)
+        if not some.any():
+            continue
+        index = ndimage.distance_transform_edt(~some, return_distances=False, return_indices=True)
+        own = tuple(part.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]] for part in index)
+        value = _value(planes, own, place)
+        use = (near == side) & (np.abs(value - level) < gap)
+        level[use], sd[use] = value[use], _sd(nodes.sd, own, place)[use]
+    return level, sd
+
+
+Place = tuple[NDArray[np.intp], ...]
+
+
+def _places(shape: tuple[int, ...], step: int) -> FloatArray:
+    """Row and column of each pixel in nodes: 2 x H x W."""
+    return (np.indices(shape) + 0.5) / step - 0.5
+
+
+def _value(planes: FloatArray, node: Place, place: FloatArray | NDArray[np.intp]) -> FloatArray:
+    """Level, at `place`, of the plane about a `node`; within the levels searched on the far side."""
+    down, right = place[0] - node[0], place[1] - node[1]
+    return np.maximum(planes[0][node] + planes[1][node] * down + planes[2][node] * right, 0)
+
+
+def _sd(sd: FloatArray, node: Place, place: FloatArray) -> FloatArray:
+    return sd[node] * np.sqrt(1 + ((place[0] - node[0]) ** 2 + (place[1] - node[1]) ** 2) / SPAN**2)
