@@ -30,6 +30,7 @@ import necker
 import necker_strip
 import observers
 import observers_sensitivity
+import outlines
 import scene
 import simulated
 import stimulus_sheet
@@ -56,6 +57,7 @@ FIGURES: tuple[
     ("grossman", grossman.make, 8.0),
     ("autofocus", autofocus.make, 20.0),
     ("scene", scene.make, 8.0),
+    ("outlines", outlines.make, 120.0),
     ("motorcycle", motorcycle.make, 25.0),
     ("eye_gaussian", eye_gaussian.make, 10.0),
     ("eye_depth", eye_depth.make, 60.0),

@@ -73,9 +73,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "Six spheres on a floor before a wall, 0.6 to 3 m away, ray cast through an f/8 lens focused at 0.8 and "
             f"at 1.6 m, with {100 * NOISE:g} % noise; depth recovered from these two views alone. Their difference in "
             "focus tells on which side of focus every surface lies.",
-            "Hatched: refused. At the outline of a near surface the window of comparison holds two depths, and the "
-            "near surface’s blur covers the far one: there the views contradict each other, most of it is refused, "
-            "and what is not is wrong by more than it states.",
+            "Hatched: rejected. At the outline of a near surface the window of comparison holds two depths, and the "
+            "near surface’s blur covers the far one. Each surface is continued up to the outline where either is "
+            "known beside it; about small jumps, and where outlines lie close together, errors are larger than stated.",
             f"The table scores all valid pixels, and those at least {margin} pixels from a jump in depth.",
         ),
         figure=depth_figure(views, depth, truth=truth),

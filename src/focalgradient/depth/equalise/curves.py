@@ -13,24 +13,22 @@ SHORTEST = 8
 Point = tuple[int, int]
 
 
-def curves(side: NDArray[np.int8], level: NDArray[np.floating], gap: float) -> list[list[list[float]]]:
-    """Curves between pixels where `side` is 1 and where it is -1 and `level` differs by `gap`; H x W each.
+def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
+    """Curves between pixels where `side` (H x W) is 1 and where it is -1.
 
     The near side (1) lies to the right of the way along a curve. Each is a list of points (column, row), in pixels from
     the first pixel's centre, midway between two pixels.
 
     >>> side = np.ones((10, 4), np.int8)
     >>> side[:, 2:] = -1
-    >>> curves(side, 5.0 * side, 1.0)[0][:2]
+    >>> curves(side)[0][:2]
     [[1.5, 0.0], [1.5, 1.0]]
     """
     # Borders between pixels, from corner to corner; corner (i, j) is the upper left one of pixel (i, j).
     follows: dict[Point, list[Point]] = {}
     for axis in (0, 1):
         first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
-        border = (side[first] != side[second]) & (side[first] != 0) & (side[second] != 0)
-        border &= np.abs(level[first] - level[second]) >= gap
-        for i, j in np.argwhere(border).tolist():
+        for i, j in np.argwhere(side[first].astype(int) * side[second] < 0).tolist():
             start, end = ((i + 1, j), (i + 1, j + 1)) if axis == 0 else ((i + 1, j + 1), (i, j + 1))
             if side[i, j] > 0:
                 start, end = end, start

@@ -17,7 +17,7 @@ from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
 from focalgradient.depth.equalise.optics_check import judge_optics
-from focalgradient.depth.equalise.outlines import GAP, Outlines, find_outlines, join_outlines
+from focalgradient.depth.equalise.outlines import Outlines, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
@@ -116,11 +116,7 @@ def estimate(problem: Problem) -> Estimate:
             **({"fit_by_shape": shapes} if shapes else {}),
             **({"fit_by_optics": slips} if slips else {}),
             "share_of_texture_explained": explained,
-            **(
-                {"outlines": [] if ends is None else curves(ends.side, ends.level, _gap(search))}
-                if settings.outlines
-                else {}
-            ),
+            **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),
         },
         warnings=texts,
@@ -151,11 +147,6 @@ def _to_pixels(
         known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
         vergence_sd[band] = np.hypot(sd * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
     return vergence, vergence_sd, known
-
-
-def _gap(search: Search) -> float:
-    """Levels by which depth jumps at outlines."""
-    return GAP / (search.slope * search.spacing)
 
 
 def _about_outlines(
@@ -228,7 +219,14 @@ def _by_tiles(
         splits.append(robust.split)
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
-            args = (_informative(robust.nodes), robust.agrees, blurs.radius, levels_per_pixel, robust.scale)
+            args = (
+                _informative(robust.nodes),
+                robust.agrees,
+                blurs.radius,
+                levels_per_pixel,
+                robust.scale,
+                robust.split.tau,
+            )
             outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
     nodes = equalised.beside_jumps(join_nodes(found, registered.shape, step))
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above

@@ -23,12 +23,13 @@ from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.split_band import LEAST_BLUR
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 
-__all__ = ["GAP", "Outlines", "find_outlines", "join_outlines"]
+__all__ = ["Outlines", "find_outlines", "join_outlines"]
 
 GAP = 0.5
 """Difference of blur radius, in pixels of the widest view, from which depth jumps."""
@@ -57,14 +58,20 @@ SMOOTH = 1.5
 PASSES = 2
 """Times that outlines are located: the second time from nodes clear of those found first."""
 
+CLEAR = 1.75
+"""Reaches from an outline from which its blur leaves nodes alone: they gather over windows."""
+
 FEW = 2
 """Nodes clear of outlines up to which a side is continued from all of its nodes."""
 
 OUTLINE_SD = 3.0
 """Standard deviation in pixels of an outline's place."""
 
-REJECTED = 1.5
+REJECTED = 3.0
 """Pixels to either side of an outline where no depth is claimed."""
+
+HALF = 0.5
+"""Share of the pixels that a surface must explain beside an outline for it to be continued to there."""
 
 SLACK = 3.0
 """Pixels beyond the reach of an outline where a contradiction may still be due to it."""
@@ -77,7 +84,7 @@ BEYOND = 2.0
 class Outlines:
     """Depth about outlines, H x W each."""
 
-    side: NDArray[np.int8]  # 1 on the near side of an outline, -1 on the far one, 0 out of reach
+    side: NDArray[np.int8]  # 1 at an outline on its near side, -1 on its far side, 0 elsewhere
     replaced: NDArray[np.bool_]  # where the depth that windows give gives way to this
     valid: NDArray[np.bool_]
     level: NDArray[np.float32]
@@ -91,7 +98,8 @@ class _Located:
 
     zone: surfaces.Zone
     planes: FloatArray
-    inward: FloatArray  # pixels from the outline towards the near side, H x W
+    near: NDArray[np.bool_]  # H x W: the near side
+    distance: FloatArray  # pixels from the nearest outline
     reach: FloatArray  # how far residuals reach from the outline on each pixel's side
     clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
 
@@ -104,6 +112,7 @@ def find_outlines(
     radii: FloatArray,
     levels_per_pixel: float,
     noise: float,
+    tau: float = 0.0,
 ) -> Outlines | None:
     """Outlines among the depths of `nodes`, and depth on either side of them; None where there are none.
 
@@ -123,31 +132,36 @@ def find_outlines(
         Levels to a pixel of blur radius.
     noise
         Noise variance in units of the one assumed.
+    tau
+        Error of the blur model as a share of the blur: what it explains is no jump.
     """
     step, shape, gap = equalised.step, agrees.shape, GAP * levels_per_pixel
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
     clean = _few_large(_residual(equalised, level, sd, radii, levels_per_pixel, noise)) & agrees
     whole = block_sum(clean.astype(np.float32), step) >= EXPLAINED * block_sum(np.ones(shape, np.float32), step)
     good = informative & whole & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
+    widest = np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0))
+    jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * np.maximum(LEAST_BLUR, widest))
     located, clear = None, good
     for _ in range(PASSES):
-        located = _locate(equalised, nodes, clear, shape, radii, levels_per_pixel, noise)
+        located = _locate(
+            equalised, nodes, jump_sd, clear, equalised.to_blocks(good, shape), radii, levels_per_pixel, noise
+        )
         if located is None:
             return None
         clear = _clear(good, located, step)
     assert located is not None
-    zone, near, margin = located.zone, located.inward > 0, np.abs(located.inward)
+    zone, near, distance = located.zone, located.near, located.distance
     own, own_sd = surfaces.continued(zone, near, located.planes, nodes, clear, step, gap)
-    wrong = special.ndtr(-margin / OUTLINE_SD)
-    at_outline = (ndimage.maximum_filter(near, 3) != ndimage.minimum_filter(near, 3)) & zone.inside
-    distance = ndimage.distance_transform_edt(~at_outline)
+    wrong = special.ndtr(-distance / OUTLINE_SD)
     replaced = zone.inside & (distance <= located.reach + BEYOND * equalised.window)
     # What a window clear of outlines gives is better than any continuation.
-    replaced &= ~(equalised.to_blocks(clear, shape) & (np.abs(level - own) < gap))
+    alone = (np.abs(level - own) < gap) | (distance > located.reach)
+    replaced &= ~(equalised.to_blocks(clear, shape) & alone)
     return Outlines(
-        np.where(zone.inside, np.where(near, 1, -1), 0).astype(np.int8),
+        np.where(distance < 1, np.where(near, 1, -1), 0).astype(np.int8),
         replaced,
-        replaced & (margin >= REJECTED) & (located.clean | (margin <= located.reach + SLACK)),
+        replaced & (distance >= REJECTED) & _supported(located),
         own.astype(np.float32),
         own_sd.astype(np.float32),
         (np.sqrt(wrong * (1 - wrong)) * (zone.near - zone.far)).astype(np.float32),
@@ -170,18 +184,24 @@ def join_outlines(parts: Sequence[tuple[Tile, Outlines | None]], shape: tuple[in
 def _locate(
     equalised: Equalised,
     nodes: Nodes,
+    jump_sd: FloatArray,
     good: NDArray[np.bool_],
-    shape: tuple[int, int],
+    known: NDArray[np.bool_],
     radii: FloatArray,
     levels_per_pixel: float,
     noise: float,
 ) -> _Located | None:
-    """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none."""
+    """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none.
+
+    No outline runs through what is `known` (H x W) from windows.
+    """
     planes = surfaces.planes(nodes.level, nodes.sd, good, GAP * levels_per_pixel)
-    pairs = surfaces.pairs(planes, nodes.sd, good, GAP * levels_per_pixel)
+    pairs = surfaces.pairs(planes, jump_sd, good, GAP * levels_per_pixel)
     if pairs is None:
         return None
-    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, shape, int(2 * radii.max() + 3 * equalised.window))
+    zone = surfaces.spread(
+        pairs, planes, nodes.sd, equalised.step, known.shape, int(2 * radii.max() + 3 * equalised.window)
+    )
     near, far = (
         _residual(equalised, level, sd, radii, levels_per_pixel, noise)
         for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
@@ -196,20 +216,61 @@ def _locate(
     reach_near, reach_far = _reach(*(_blurs(level, radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
+    side = inward > 0
     return _Located(
         zone,
         planes,
-        inward,
-        np.where(inward > 0, reach_near, reach_far),
-        np.where(inward > 0, clean_near, clean_far),
+        side,
+        _distance(side, zone, known),
+        np.where(side, reach_near, reach_far),
+        np.where(side, clean_near, clean_far),
     )
+
+
+def _distance(near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bool_]) -> FloatArray:
+    """Pixels from the nearest outline: a border of the `near` side (H x W) between the two surfaces of one jump.
+
+    No outline runs through what is `known` (H x W) from windows.
+    Where three surfaces meet, the middle one is on the far side of one outline and on the near side of another.
+    """
+    own, other = np.where(near, zone.near, zone.far), np.where(near, zone.far, zone.near)
+    beside = np.zeros(near.shape, np.bool_)
+    for axis in (0, 1):
+        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+        border = (near[first] != near[second]) & zone.inside[first] & zone.inside[second]
+        border &= ~(known[first] & known[second])
+        for one, two in ((first, second), (second, first)):
+            border &= np.abs(own[two] - other[one]) < np.abs(own[two] - own[one])
+        beside[first] |= border
+        beside[second] |= border
+    if not beside.any():
+        return np.full(near.shape, np.inf)
+    return np.asarray(ndimage.distance_transform_edt(~beside)) + 0.5
+
+
+def _supported(located: _Located) -> NDArray[np.bool_]:
+    """Whether the surface on each pixel's side explains the views where the outline does not reach; H x W.
+
+    Looked at where that is nearest. What is reached by outlines from all around is given the benefit of the doubt.
+    """
+    inside, reached = located.zone.inside, located.distance <= located.reach + SLACK
+    share = ndimage.uniform_filter(located.clean.astype(np.float32), 9)
+    supported = inside.copy()
+    for side in (located.near, ~located.near):
+        free = side & inside & ~reached
+        if not free.any():
+            continue
+        distance, index = ndimage.distance_transform_edt(~free, return_indices=True)
+        use = side & inside & (distance <= 2 * located.reach + SLACK)
+        supported[use] = (share[tuple(index)] > HALF)[use]
+    return supported
 
 
 def _clear(good: NDArray[np.bool_], located: _Located, step: int) -> NDArray[np.bool_]:
     """Good nodes out of the reach of outlines; of a part of a side that has none, all that are good."""
-    inside, near = located.zone.inside, located.inward > 0
+    inside, near = located.zone.inside, located.near
     middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in near.shape))
-    clear = good & (~inside | (np.abs(located.inward) > located.reach))[middle]
+    clear = good & (~inside | (located.distance > CLEAR * located.reach))[middle]
     for side in (near & inside, ~near & inside):
         part = ndimage.label(side)[0][middle]
         count = np.bincount(part[clear], minlength=int(part.max()) + 1)

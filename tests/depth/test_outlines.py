@@ -1,0 +1,126 @@
+"""Depth about outlines: each surface goes on to where it ends, and nothing changes where nothing ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient.depth.equalise.curves import curves
+from focalgradient.depth.equalise.surfaces import pairs, planes
+from focalgradient.render import cast, noisy
+from focalgradient.scenes import Scene, slant, step
+
+SHAPE = (160, 240)
+PIXEL = 3.2e-4
+FOCI = tuple(Lens(focal_length=0.025, f_number=8, focus_distance=distance) for distance in (0.7, 1.5))
+
+
+def views_of(scene: Scene, seed: int = 0) -> tuple[list[View], np.ndarray]:
+    casts = [cast(scene, lens, SHAPE, PIXEL, samples=128) for lens in FOCI]
+    noise = 0.01 * float(casts[0].view.image.mean())
+    return [noisy(one.view, noise, 10 * seed + n) for n, one in enumerate(casts)], 1 / casts[0].distance
+
+
+@pytest.fixture(scope="module")
+def jump() -> tuple[list[View], np.ndarray]:
+    return views_of(step(0.72, 1.3, seed=4))
+
+
+@pytest.fixture(scope="module")
+def found(jump: tuple[list[View], np.ndarray]) -> DepthMap:
+    return recover_depth(jump[0])
+
+
+def near_the_step(truth: np.ndarray) -> np.ndarray:
+    jumps = np.abs(np.diff(truth, axis=1, append=truth[:, -1:])) > 0.1
+    inside = np.zeros(SHAPE, bool)
+    inside[16:-16] = True
+    return (ndimage.distance_transform_edt(~jumps) <= 10) & inside
+
+
+def test_depth_goes_on_to_a_step(jump: tuple[list[View], np.ndarray], found: DepthMap) -> None:
+    truth = jump[1]
+    near = near_the_step(truth)
+    windows = recover_depth(jump[0], outlines=False)
+    assert windows.valid[near].mean() < 0.3
+    assert found.valid[near].mean() > 0.6
+    use = found.valid & near
+    error = np.abs(found.vergence - truth)[use]
+    assert (error > 5 * found.vergence_sd[use]).mean() <= 0.02
+    assert (error / truth[use] > 0.1).mean() <= 0.06
+    assert (error <= 2 * found.vergence_sd[use]).mean() >= 0.9
+
+
+def test_the_outline_lies_where_the_step_is(jump: tuple[list[View], np.ndarray], found: DepthMap) -> None:
+    (curve,) = found.details["outlines"]
+    column, row = np.array(curve).T
+    middle = (SHAPE[1] - 1) / 2
+    inside = (row > 16) & (row < SHAPE[0] - 16)
+    assert inside.sum() > 100
+    assert np.abs(column[inside] - middle).mean() < 2
+    assert row[-1] > row[0]  # the near side, on the left of the picture, is on the right of the way
+
+
+def test_away_from_the_step_windows_decide(jump: tuple[list[View], np.ndarray], found: DepthMap) -> None:
+    windows = recover_depth(jump[0], outlines=False)
+    away = np.abs(np.arange(SHAPE[1]) - SHAPE[1] / 2) > 50
+    assert (found.vergence == windows.vergence)[:, away].all()
+    assert (found.vergence_sd == windows.vergence_sd)[:, away].all()
+    assert (found.valid == windows.valid)[:, away].all()
+    assert "outlines" not in windows.details
+
+
+@pytest.mark.parametrize(("near", "far"), [(0.75, 1.4), (1.0, 1.0001)])
+def test_no_outline_where_there_is_none(near: float, far: float) -> None:
+    views, _ = views_of(slant(near, far, SHAPE[1] * PIXEL, seed=2), seed=2)
+    with_outlines, windows = recover_depth(views), recover_depth(views, outlines=False)
+    assert with_outlines.details["outlines"] == []
+    for name in ("vergence", "vergence_sd", "valid"):
+        assert (getattr(with_outlines, name) == getattr(windows, name)).all()
+
+
+def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> None:
+    mask = np.ones(SHAPE, bool)
+    mask[60:70, 100:140] = False
+    depth = recover_depth([replace(view, mask=mask) for view in jump[0]])
+    assert not depth.valid[~mask].any()
+
+
+def test_the_map_draws_outlines(found: DepthMap) -> None:
+    plain, lines = found.plot(), found.plot(outlines=True)
+    assert len(lines.lines) == len(plain.lines) + len(found.details["outlines"])
+    assert lines.get_xlim() == plain.get_xlim()
+    assert lines.get_ylim() == plain.get_ylim()
+
+
+def test_curves_keep_the_near_side_on_their_right() -> None:
+    side = -np.ones((40, 50), np.int8)
+    rows, columns = np.indices(side.shape)
+    side[np.hypot(rows - 20, columns - 25) < 12] = 1
+    (curve,) = curves(side)
+    x, y = np.array(curve).T
+    assert np.hypot(x - 25, y - 20) == pytest.approx(12, abs=1)
+    # The middle lies to the right of the way, rows counting down: the way turns with the clock.
+    assert ((x[:-1] - 25) * np.diff(y) - (y[:-1] - 20) * np.diff(x)).mean() > 0
+    assert curves(np.abs(side)) == []
+
+
+def test_planes_do_not_mix_surfaces_and_slopes_are_no_jumps() -> None:
+    rows, columns = np.indices((12, 20)).astype(float)
+    level = np.where(columns < 10, 40 + 2 * columns, 20 - 1.0 * rows)
+    sd, good = np.full(level.shape, 0.1), np.ones(level.shape, bool)
+    fitted = planes(level, sd, good, 8.0)
+    assert fitted[0] == pytest.approx(level, abs=0.1)
+    assert fitted[2][:, :10] == pytest.approx(2, abs=0.1)
+    assert fitted[1][:, 10:] == pytest.approx(-1, abs=0.1)
+    good[:, 7:13] = False
+    found = pairs(fitted, sd, good, 4.0)
+    assert found is not None
+    at = found[..., 0] >= 0
+    assert at.any(axis=1).all()
+    assert (found[at][:, 1] < 7).all()  # the near surface's nodes
+    assert (found[at][:, 3] >= 13).all()
+    slope = 40 + 3 * columns
+    assert pairs(planes(slope, sd, good, 8.0), sd, good, 4.0) is None
