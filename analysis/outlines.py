@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 from outline_scenes import HELD_BACK, MADE_WITH, near_outlines, recovered, score, views_and_truth
 from report import Progress, Shown, alone
 
+from focalgradient import DepthMap, View
 from focalgradient.plotting import BLUE, GREY, ORANGE, draw_depth, draw_view, new_figure, style
 
 DRAWN = "leaves, foci"
@@ -54,11 +56,12 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     )
 
 
-def _figure(drawn, found):  # type: ignore[no-untyped-def]
+def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, dict[str, float]]]) -> Figure:
+    """A scene's map without and with outlines, and what each scene's score becomes."""
     page = (170.0, 118.0)
     with style():
         figure = new_figure(*page)
-        view, depth = drawn["without"]
+        view, _ = drawn["without"]
         for x, what in ((2.0, "view"), (56.0, "without"), (113.0, "with")):
             ax = figure.add_axes((x / page[0], 70 / page[1], 50 / page[0], 38 / page[1]))
             if what == "view":

@@ -9,7 +9,7 @@ continued from nodes that the band does not reach. Near the outline the standard
 being on its other side.
 
 How far residuals reach (`ONSET`), and the other choices here, were made on the scenes `MADE_WITH` of
-`benchmarks/outlines.py`, and tried on others.
+`benchmarks/depth_at_outlines.py`, and tried on others.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How well `recover_depth` does about outlines, on scenes of our own whose true depth is known.
 
-    python benchmarks/outlines.py [--held-back] [--controls] [--only NAME ...] [--cache DIR] [--out FILE.json]
+    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--only NAME ...] [--cache DIR] [--out FILE.json]
 
 Each scene (`analysis/outline_scenes.py`) is taken with outlines and without them (``outlines=False``). Printed are,
 within 10 pixels of the true outlines (where distance changes by 5 % from one pixel to the next) and over the whole
