@@ -97,7 +97,7 @@ def rows(encoded: Encoded) -> tuple[list[Row], list[Row]]:
     constants = []
     for name, least, most, source in CONSTANTS:
         for value in (least, most):
-            label = f"{name.replace('_', ' ')} {value:g}"
+            label = f"pupil {1e3 * value:g} mm" if name == "pupil" else f"{name.replace('_', ' ')} {value:g}"
             change: dict[str, Any] = {name: value}
             constants.append(Row(label, source, *rises(encoded, replace(default, **change))))
     return rules, constants
@@ -119,8 +119,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "The rise with the nearest object in focus needs a prior by which blurred is farther. That there is none "
             "with the farthest in focus hangs on two assumptions: the layout does not reverse the sign that the prior "
             "gives blur (else depth rises there, too), and blur that contradicts the layout is discounted (else it "
-            "falls more). It falls a little even so: the sky seems blurred in the pinhole picture and adds depth, and "
-            "contradictory blur takes that away. No constant within its range makes it rise; the size of the rise with "
+            "falls). No constant within its range makes it rise; the size of the rise with "
             "the nearest in focus hangs on most of them.",
         ),
         figure=_draw(rules, constants),

@@ -104,6 +104,7 @@ def report(
     Examples:
       focalgradient report demo/ratings.csv --columns participant=subject,fixation=focus --out report --bound 1.2
       focalgradient report data --out report --bound 1.2
+      focalgradient report reports.csv --columns participant=subject,percept=seen --out report
       focalgradient report --preregister design.toml --out preregistration
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report

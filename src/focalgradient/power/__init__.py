@@ -3,7 +3,14 @@
 Subjects are drawn from a *statistical* model, not from pictures: results are as good as that model.
 """
 
-from focalgradient.power.cube import CUBE_TESTS, CubeModel, CubeStudy, cube_experiment, simulated_reports
+from focalgradient.power.cube import (
+    CUBE_TESTS,
+    CubeModel,
+    CubeStudy,
+    cube_experiment,
+    quick_cube_power,
+    simulated_reports,
+)
 from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, simulated_ratings
 from focalgradient.power.running import AnyStudy, Power, power, run
 
@@ -19,6 +26,7 @@ __all__ = [
     "cube_experiment",
     "experiment",
     "power",
+    "quick_cube_power",
     "quick_power",
     "run",
     "simulated_ratings",

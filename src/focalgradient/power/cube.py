@@ -9,23 +9,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
-from numpy.typing import NDArray
 
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.errors import InputError
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, quality
-from focalgradient.statistics.means import family, paired_effect
+from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["CubeModel", "CubeStudy", "cube_experiment", "simulated_reports"]
+__all__ = ["CubeModel", "CubeStudy", "cube_experiment", "quick_cube_power", "simulated_reports"]
 
 CUBE_TESTS = {
     "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
@@ -237,7 +236,8 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     told["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:
         return told
-    changes = _changes(kept)
+    changed = _changes(kept)
+    changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
     effects = dict(zip(changes, family(paired_effect(one, "t") for one in changes.values()), strict=True))
     largest = max(study.design.strengths_mm)
     for gradient, sign, name, width in (
@@ -251,16 +251,66 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     return told
 
 
-def _changes(table: pd.DataFrame) -> dict[tuple[str, float], NDArray[np.float64]]:
-    """Each subject's change of the nonrigid share of time by each gradient, as `statistics.necker` has them."""
+def quick_cube_power(
+    study: CubeStudy, subjects: Sequence[int], experiments: int = 2000, people: int = 400
+) -> dict[int, dict[str, float]]:
+    """Power of the study's tests for several numbers of subjects, from one pool of simulated people; nobody left out.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects
+        How many take part in an experiment.
+    experiments
+        How many are drawn from the pool for each number: 2000 give a share to .011, one standard error at .5.
+    people
+        In the pool, whose reports are simulated once.
+
+    Returns
+    -------
+    dict
+        For each number of subjects the share of experiments in which each test comes out.
+
+    Examples
+    --------
+    >>> design = NeckerDesign(strengths_mm=(4.0,), repetitions=1)
+    >>> found = quick_cube_power(CubeStudy(CubeModel(effect=4.0, between=0.1), design), [10], 200, 60)
+    >>> found[10]["nonrigid_longer"] > 0.8
+    True
+    """
+    from scipy import stats
+
+    rng = default_rng(SeedSequence([study.seed, people, experiments]))
+    pool = _changes(simulated_reports(study.design, people, study.model, rng)).dropna()
+    conditions: list[object] = list(pool.columns)
+    largest = max(study.design.strengths_mm)
+    found = {}
+    for number in subjects:
+        own = pool.to_numpy(dtype=float)[rng.integers(len(pool), size=(experiments, number))]
+        t = own.mean(axis=1) / (own.std(axis=1, ddof=1) / math.sqrt(number))
+        corrected = holm(2 * stats.t.sf(np.abs(t), number - 1)) < ALPHA
+        place = {"nonrigid_longer": ("nonrigid", largest), "nonrigid_shorter": ("rigid", largest)}
+        sign = {"nonrigid_longer": 1, "nonrigid_shorter": -1}
+        columns = {test: conditions.index(place[test]) for test in study.tests}
+        found[number] = {
+            test: float((corrected[:, column] & (sign[test] * t[:, column] > 0)).mean())
+            for test, column in columns.items()
+        }
+    return found
+
+
+def _changes(table: pd.DataFrame) -> pd.DataFrame:
+    """Each subject's change of the nonrigid share of time by each gradient, as `statistics.necker` has them.
+
+    A row a subject, a column a gradient and strength; NaN where neither reading was reported.
+    """
     rows = table[~table["catch"]]
     times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
     times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
     share = times["nonrigid"] / times.sum(axis=1)
     conditions = sorted({(str(gradient), float(strength)) for _, gradient, strength in share.index.tolist()})
     own = {(gradient, strength): share.xs((gradient, strength), level=(1, 2)) for gradient, strength in conditions}
-    return {
-        condition: (rows - own["none", 0.0]).dropna().to_numpy(dtype=float)
-        for condition, rows in own.items()
-        if condition[0] != "none"
-    }
+    return pd.DataFrame(
+        {condition: rows - own["none", 0.0] for condition, rows in own.items() if condition[0] != "none"}
+    )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
-from focalgradient.design import DepthRatingDesign, load_design
+from focalgradient.design import DepthRatingDesign, NeckerDesign, load_design
 from focalgradient.errors import InputError
-from focalgradient.power import TESTS, Model, Study, quick_power
+from focalgradient.power import TESTS, CubeModel, CubeStudy, Model, Study, quick_cube_power, quick_power
 from focalgradient.report.analysed import BOUND
 from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.rules import MEANING, Stated, as_toml
-from focalgradient.report.words import analysis_ratings
+from focalgradient.report.words import analysis_necker, analysis_ratings
 
 __all__ = ["preregistration"]
 
@@ -23,7 +24,7 @@ WANTED = 0.8
 def preregistration(
     design_file: Path, *, bound: float | None = None, stated: Stated, model: Model | None = None
 ) -> dict[str, bytes]:
-    """Files of a preregistration of experiment 1: HTML, Markdown, and the rules as a file for `report --rules`.
+    """Files of a preregistration: HTML, Markdown, and the rules as a file for `report --rules`.
 
     Parameters
     ----------
@@ -34,59 +35,124 @@ def preregistration(
     stated
         Rules of exclusion.
     model
-        Of the simulated subjects, for the number of subjects.
+        Of the simulated subjects that rate depth, for the number of subjects.
 
     Raises
     ------
     InputError
-        If the file is no design of depth ratings, or lacks what the hypotheses need.
+        If the file is no design, or lacks what the hypotheses need.
     """
     design = load_design(design_file)
-    if not isinstance(design, DepthRatingDesign):
-        raise InputError(f"{design_file} is a design of {design.task}: a preregistration is written for depthrating.")
     used = bound or stated.bound or BOUND
-    model = model or Model()
-    study = Study(model, design, used)
-    powers = {subjects: quick_power(study, subjects, EXPERIMENTS) for subjects in SUBJECTS}
-    enough = next((subjects for subjects, found in powers.items() if min(found.values()) >= WANTED), None)
-    title = "Preregistration: depth ratings by aperture and fixation"
-    blocks: list[Block] = [
-        Heading("Hypotheses"),
-        Paragraph(
-            "H1 (primary). With the nearest object in focus, ratings of depth rise from the pinhole to the largest "
-            "aperture."
-        ),
-        Paragraph(
-            f"H2. With the farthest object in focus, that rise is equivalent to zero: within a factor of {used:g}, the "
-            "smallest rise that would matter."
-        ),
-        Paragraph("H3. The rise is larger with the nearest than with the farthest object in focus."),
-        Heading("Primary outcome"),
-        Paragraph(
-            "The log ratio of the rating at the largest aperture to that at the pinhole with the nearest object in "
-            "focus, one value for each subject and scene, repetitions averaged."
-        ),
-        Heading("Design"),
-        Paragraph(
-            f"{len(design.scenes)} scenes, the apertures {', '.join(design.apertures)} of a lens of "
-            f"{design.focal_length_mm:g} mm, each scene with the {' and the '.join(design.fixations)} object in focus "
-            f"({design.fixation_order} order), {design.repetitions} repetitions, {design.catch_trials} catch trials. "
-            "Every subject judges every scene, in a random order from the seed that the data set records."
-        ),
-        Heading("Exclusions"),
-        Paragraph("Rules that do not look at the effect, applied before the analysis; the file rules.toml holds them."),
-        _rules(stated),
-        Heading("Analysis"),
-        *map(Paragraph, analysis_ratings(used, "ratio")),
-        Heading("Number of subjects"),
-        Paragraph(_enough(enough, model, used)),
-        _power(powers),
-    ]
+    if isinstance(design, DepthRatingDesign):
+        title, blocks = _of_ratings(design, used, stated, model or Model())
+    elif isinstance(design, NeckerDesign):
+        title, blocks = _of_cube(design, stated)
+    else:
+        raise InputError(
+            f"{design_file} is a design of {design.task}: a preregistration is written for depthrating and necker."
+        )
     return {
         "preregistration.html": as_html(title, blocks).encode(),
         "preregistration.md": as_markdown(title, blocks).encode(),
         "rules.toml": as_toml(stated.rules, used).encode(),
     }
+
+
+def _of_ratings(design: DepthRatingDesign, bound: float, stated: Stated, model: Model) -> tuple[str, list[Block]]:
+    study = Study(model, design, bound)
+    powers = {subjects: quick_power(study, subjects, EXPERIMENTS) for subjects in SUBJECTS}
+    hypotheses = [
+        "H1 (primary). With the nearest object in focus, ratings of depth rise from the pinhole to the largest "
+        "aperture.",
+        f"H2. With the farthest object in focus, that rise is equivalent to zero: within a factor of {bound:g}, the "
+        "smallest rise that would matter.",
+        "H3. The rise is larger with the nearest than with the farthest object in focus.",
+    ]
+    outcome = (
+        "The log ratio of the rating at the largest aperture to that at the pinhole with the nearest object in "
+        "focus, one value for each subject and scene, repetitions averaged."
+    )
+    shown = (
+        f"{len(design.scenes)} scenes, the apertures {', '.join(design.apertures)} of a lens of "
+        f"{design.focal_length_mm:g} mm, each scene with the {' and the '.join(design.fixations)} object in focus "
+        f"({design.fixation_order} order), {design.repetitions} repetitions, {design.catch_trials} catch trials. "
+        "Every subject judges every scene, in a random order from the seed that the data set records."
+    )
+    assumed = (
+        "analysed as above (Holm\u2019s p for H1 and H3, two one-sided tests for H2), none excluded. Assumed: a mean "
+        f"near rise of {model.effect:g} and far rise of {model.far_effect:g} (ratios), standard deviations of the "
+        f"log rise of {model.between:g} over subjects and {model.between_scenes:g} over scenes, of one log rating of "
+        f"{model.noise:g}."
+    )
+    title = "Preregistration: depth ratings by aperture and fixation"
+    return title, _blocks(hypotheses, outcome, shown, stated, analysis_ratings(bound, "ratio"), assumed, powers, TESTS)
+
+
+def _of_cube(design: NeckerDesign, stated: Stated) -> tuple[str, list[Block]]:
+    model = CubeModel()
+    study = CubeStudy(model, design)
+    powers = quick_cube_power(study, SUBJECTS, EXPERIMENTS)
+    largest = max(design.strengths_mm)
+    claims = {
+        "nonrigid_longer": ("nonrigid", "raises"),
+        "nonrigid_shorter": ("rigid", "lowers"),
+    }
+    hypotheses = [
+        f"H{number}{' (primary)' if number == 1 else ''}. Blur that agrees with the {claims[test][0]} reading "
+        f"({largest:g} mm) {claims[test][1]} the nonrigid share of the time."
+        for number, test in enumerate(study.tests, start=1)
+    ]
+    first = claims[next(iter(study.tests))][0]
+    outcome = (
+        "The nonrigid share of the time with one of the two readings: that with blur that agrees with the "
+        f"{first} reading ({largest:g} mm) less that without blur, one value for each subject."
+    )
+    sizes = ", ".join(f"{mm:g}" for mm in design.strengths_mm)
+    shown = (
+        f"A turning wireframe Necker cube; gradients of blur: {', '.join(design.gradients)}; apertures of {sizes} mm; "
+        f"trials of {design.trial_s:g} s, {design.repetitions} repetitions, turning {' and '.join(design.directions)}; "
+        f"catch trials: {design.catch_trials}. Every subject sees every condition, in random order from the seed that "
+        "the data set records."
+    )
+    assumed = (
+        "drawn from one pool of 400 simulated people and analysed as above (paired t-tests, Holm\u2019s p over all "
+        f"gradients and strengths), none excluded. Assumed: a ratio of odds of {model.effect:g} at the largest "
+        f"aperture, its standard deviation over subjects (of its logarithm) of {model.between:g}, a nonrigid share of "
+        f"{model.nonrigid:g} without blur, and durations as 22 people reported of a lattice."
+    )
+    title = "Preregistration: the turning Necker cube and focal gradients"
+    analysis = [analysis_necker(stated.rules.shortest_both)]
+    return title, _blocks(hypotheses, outcome, shown, stated, analysis, assumed, powers, study.tests)
+
+
+def _blocks(
+    hypotheses: list[str],
+    outcome: str,
+    shown: str,
+    stated: Stated,
+    analysis: list[str],
+    assumed: str,
+    powers: Mapping[int, Mapping[str, float]],
+    tests: Mapping[str, str],
+) -> list[Block]:
+    return [
+        Heading("Hypotheses"),
+        *map(Paragraph, hypotheses),
+        Heading("Primary outcome"),
+        Paragraph(outcome),
+        Heading("Design"),
+        Paragraph(shown),
+        Heading("Exclusions"),
+        Paragraph("Rules that do not look at the effect, applied before the analysis; the file rules.toml holds them."),
+        _rules(stated),
+        Heading("Analysis"),
+        Paragraph("In the words in which the report will describe it:"),
+        *map(Paragraph, analysis),
+        Heading("Number of subjects"),
+        Paragraph(_enough(powers, assumed)),
+        _power(powers, tests),
+    ]
 
 
 def _rules(stated: Stated) -> Table:
@@ -97,21 +163,19 @@ def _rules(stated: Stated) -> Table:
     return Table("Rules", ["rule", "value", "meaning"], rows)
 
 
-def _enough(subjects: int | None, model: Model, bound: float) -> str:
+def _enough(powers: Mapping[int, Mapping[str, float]], assumed: str) -> str:
+    subjects = next((number for number, found in powers.items() if min(found.values()) >= WANTED), None)
     number = (
         f"{subjects} subjects are the fewest of those tried with a power of {WANTED:.0%} or more for each hypothesis"
         if subjects
         else f"None of the numbers tried reaches a power of {WANTED:.0%} for each hypothesis"
     )
     return (
-        f"{number}, by {EXPERIMENTS:,} simulated experiments each, analysed as above (Holm\u2019s p for H1 and H3, two "
-        f"one-sided tests for H2), none excluded. Assumed: a mean near rise of {model.effect:g} and far rise of "
-        f"{model.far_effect:g} (ratios), standard deviations of the log rise of {model.between:g} over subjects and "
-        f"{model.between_scenes:g} over scenes, of one log rating of {model.noise:g}. These are assumptions; "
+        f"{number}, by {EXPERIMENTS:,} simulated experiments each, {assumed} These are assumptions; "
         "focalgradient power takes others."
     )
 
 
-def _power(powers: dict[int, dict[str, float]]) -> Table:
-    rows = [[str(subjects), *(f"{found[test]:.0%}" for test in TESTS)] for subjects, found in powers.items()]
-    return Table("Share of simulated experiments that find", ["subjects", *TESTS.values()], rows)
+def _power(powers: Mapping[int, Mapping[str, float]], tests: Mapping[str, str]) -> Table:
+    rows = [[str(subjects), *(f"{found[test]:.0%}" for test in tests)] for subjects, found in powers.items()]
+    return Table("Share of simulated experiments that find", ["subjects", *tests.values()], rows)

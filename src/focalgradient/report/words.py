@@ -21,7 +21,15 @@ from focalgradient.statistics import (
     Scale,
 )
 
-__all__ = ["analysis_ratings", "counts", "methods_necker", "methods_ratings", "necker_findings", "rating_findings"]
+__all__ = [
+    "analysis_necker",
+    "analysis_ratings",
+    "counts",
+    "methods_necker",
+    "methods_ratings",
+    "necker_findings",
+    "rating_findings",
+]
 
 OBJECT = {"nearest": "the nearest object in focus", "farthest": "the farthest object in focus"}
 
