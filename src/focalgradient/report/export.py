@@ -91,16 +91,17 @@ d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$sc
 for (f in unique(as.character(d$fixation))) {{ cat("fixation:", f, "\\n"); print(headline(rises(d, f))) }}
 """
 
-ORDINAL = """# The headline test of the report: the slopes of answers in steps on the diameter of the aperture, by a
-# cumulative-link mixed model. Run in the report's folder: Rscript headline_ordinal.R (Debian: r-cran-ordinal)
-# clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: slopes agree to some percent.
+ORDINAL = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
+# pinhole, by a cumulative-link mixed model. Run in the report's folder: Rscript headline_ordinal.R (package ordinal)
+# clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: they agree to some percent.
 library(ordinal)
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 d$y <- ordered(d$rating); d$participant_id <- factor(d$participant_id)
 terms <- c()
 for (f in intersect(c("nearest", "farthest"), d$fixation)) {
-  d[[paste0("mm_", f)]] <- d$aperture_mm * (d$fixation == f); terms <- c(terms, paste0("mm_", f))
+  d[[paste0("blur_", f)]] <- d$aperture_mm / max(d$aperture_mm) * (d$fixation == f)  # 1 at the largest aperture
+  terms <- c(terms, paste0("blur_", f))
 }
 fixed <- c(terms, if (length(terms) > 1) "fixation", if (length(unique(d$scene)) > 1) "scene")
 model <- as.formula(paste("y ~", paste(fixed, collapse = " + "), "+ (1 +", paste(terms, collapse = " + "),
@@ -111,8 +112,8 @@ if (length(terms) > 1) {
   k <- rbind(diag(2), c(1, -1)); slope <- as.vector(k %*% slope); v <- k %*% v %*% t(k); terms <- c(terms, "difference")
 }
 t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
-print(data.frame(term = terms, slope = slope, error = sqrt(diag(v)), t = t, p = p, p_holm = p.adjust(p, "holm"),
-                 odds_ratio_at_largest = exp(slope * max(d$aperture_mm))), row.names = FALSE, digits = 5)
+print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
+                 p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
 """
 
 PREPARE = """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
@@ -160,7 +161,8 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
         "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING),
     }
     if result is not None and isinstance(result.ordinal, OrdinalResult):
-        tests = [*zip(result.ordinal.fixations, result.ordinal.slopes, strict=True)]
+        tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
+        tests.append(("difference", result.ordinal.interaction))
         found = "".join(
             f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect)
         )

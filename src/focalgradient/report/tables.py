@@ -316,7 +316,11 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
         named.append((fixation, "odds ratio at the largest aperture", rise))
     named.append(("nearest / farthest", "ratio of the odds ratios", result.interaction))
     rows = [[name, what, *cells.effect(test, ratio="ratio" in what)] for name, what, test in named]
-    digits = [{"fixation": name, "what": what} | as_table([test]).iloc[0].to_dict() for name, what, test in named]
+    digits = [
+        {"fixation": name, "what": f"logarithm of the {what}" if "ratio" in what else what}
+        | as_table([test]).iloc[0].to_dict()
+        for name, what, test in named
+    ]
     header = ["in focus", "of a higher answer", "estimate", "95 %", "test", "p", "p (Holm)"]
     caption = f"Cumulative-link mixed model: {result.formula}"
     sheets = [_sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]

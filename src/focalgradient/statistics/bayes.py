@@ -225,7 +225,7 @@ def bayes_depth_rating(
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
     if scale == "ordinal" and (table["rating"] % 1 != 0).any():
         raise InputError(
-            'With scale="ordinal" ratings must be whole numbers, the steps of the scale, and some are not.'
+            'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
         )
     posteriors: dict[Name, Posterior | NotComputed]
     if scale == "ordinal":

@@ -256,7 +256,7 @@ def depth_rating(
         raise InputError("All trials are catch trials: there are no ratings to analyse.")
     if scale == "ordinal" and (table["rating"] % 1 != 0).any():
         raise InputError(
-            'With scale="ordinal" ratings must be whole numbers, the steps of the scale, and some are not.'
+            'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
         )
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
