@@ -273,3 +273,25 @@ def test_an_attacker_changes_nothing(tmp_path: Path, seed: int) -> None:
     (tmp_path / "study").mkdir()
     statuses = run(150, seed, tmp_path / "study")
     assert statuses[400] > 50
+
+
+def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
+    for content in (b"notes without an end of line", b"notes\nof somebody", bytes(range(256))):
+        (tmp_path / "notes").write_bytes(content)
+        with pytest.raises(InputError, match=r"notes.* line \d"):
+            People(tmp_path / "notes")
+        assert (tmp_path / "notes").read_bytes() == content
+
+
+def test_a_link_that_a_kill_cut_short_is_dropped(tmp_path: Path) -> None:
+    place = tmp_path / "links"
+    people = People(place)
+    people.invite(2)
+    people.close()
+    whole = place.read_bytes()
+    for cut in (1, 10, 40):
+        place.write_bytes(whole + whole[:cut])
+        again = People(place)
+        assert len(again.everybody()) == 2
+        again.close()
+        assert place.read_bytes() == whole

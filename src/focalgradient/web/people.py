@@ -18,7 +18,7 @@ from pathlib import Path
 
 from focalgradient.dataset.lock import try_lock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, parse_json
+from focalgradient.files import flush, parse_json, read_bytes
 
 __all__ = ["People", "Person"]
 
@@ -29,6 +29,9 @@ OF_PERSON = ("PROLIFIC_PID", "survey_code", "workerId", "id")
 """Those that name a person: with the same one again, the same session goes on."""
 
 VALUE = re.compile(r"[\w.@-]{1,100}")
+
+BEGINNING = b'{"participant": "'
+"""Of each line."""
 
 DIGITS = 3
 """Of labels, at least: 001, 002, ..."""
@@ -69,20 +72,29 @@ class People:
     def __init__(self, path: Path, taken: frozenset[str] = frozenset()):
         self._path, self._taken, self._guard = path, set(taken), threading.Lock()
         self._of_digest: dict[str, Person] = {}
+        if path.exists():
+            read_bytes(path, "the links of a server")  # refuses what is no regular file
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
         except OSError as error:
             raise InputError(f"{path} cannot be written ({error.strerror}): give --links a place that can.") from error
-        if not try_lock(self._file, path):
+        try:
+            if not try_lock(self._file, path):
+                raise InputError(f"another server uses {path}: end it, or give --links another file.")
+            self._read(read_bytes(path, "the links of a server"))
+        except BaseException:
             os.close(self._file)
-            raise InputError(f"another server uses {path}: end it, or give --links another file.")
-        content = path.read_bytes()
-        if content and not content.endswith(b"\n"):  # cut short by a kill: that link was never given out
-            content = content[: content.rfind(b"\n") + 1]
-            os.ftruncate(self._file, len(content))
-        for number, line in enumerate(content.splitlines(), 1):
-            self._add(parse_json(line, f"{path}, line {number}", "the links of a server"), number)
+            raise
+
+    def _read(self, content: bytes) -> None:
+        whole, _, rest = content.rpartition(b"\n")
+        for number, line in enumerate(whole.splitlines(), 1):
+            self._add(parse_json(line, f"{self._path}, line {number}", "the links of a server"), number)
+        if rest:  # cut short by a kill: that link was never given out
+            if not (rest.startswith(BEGINNING) or BEGINNING.startswith(rest)):
+                self._add(None, whole.count(b"\n") + 2 if whole else 1)
+            os.ftruncate(self._file, len(content) - len(rest))
 
     def _add(self, line: object, number: int) -> None:
         match line:
