@@ -2,17 +2,19 @@
 
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+sys.path.append(str(Path(__file__).parent / "fuzz"))
+
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="makes FIFOs and limits time as POSIX does")
 
 OPTICS = ("--focal-length", "25", "--pixel-pitch", "8", "--f-number", "16", "--f-number", "5.6", "--focus-distance")
 OPTICS += ("0.85", "--focus-distance", "0.85")
-LENS = ("--focus", "1", "--out", "out")
 
 # What each command is given, with {} for the file; then the ending of its name.
 TEXTS = {
@@ -118,3 +120,67 @@ def test_it_is_refused_in_a_sentence(name: str, kind: str, given: Path) -> None:
     assert result.stderr.splitlines()[-1].startswith("Error: "), result.stderr
     assert result.stderr.count("\n") <= 3, result.stderr
     assert set(given.iterdir()) == there, "something was written"
+
+
+LINES = " ".join(OPTICS)
+OVER = {
+    "calibrate targets.toml --out targets.toml": "targets.toml",
+    "calibrate targets.toml --out in/../targets.toml": "targets.toml",
+    "calibrate targets.toml --out link": "targets.toml",
+    "calibrate targets.toml --out 0.5.png": "0.5.png",
+    f"stream a.avi --out in/../a.avi {LINES}": "a.avi",
+    f"stream a.avi --out d.avi --values link {LINES}": "a.avi",
+    f"depth depth.png b.png --out . {LINES}": "a.png",
+    f"depth depth.png b.png --out in/.. {LINES}": "a.png",
+    "depth views.toml --out .": "summary.json",
+    "blur a.png distance.npy --pupil 4 --field 6 --focus 1 --out .": "far.npy",
+    "blur a.png distance.npy --pupil 4 --field 6 --focus 1 --out in/..": "far.npy",
+    "power necker --subjects 3 --experiments 1 --design power.csv --out .": "necker.toml",
+    "simulate necker --observers 1 --seed 1 --design necker.toml --out necker.toml": "necker.toml",
+    "report data --rules rules.toml --out .": "rules.toml",
+    "report report.md --out .": "rules.toml",
+    "report --preregister preregistration.md --out in/..": "necker.toml",
+    "serve necker.toml --data out --links in/../necker.toml": "necker.toml",
+}
+OTHER_NAMES = {
+    "depth.png": "a.png",
+    "distance.npy": "far.npy",
+    "power.csv": "necker.toml",
+    "report.md": "rules.toml",
+    "preregistration.md": "necker.toml",
+}
+
+
+@pytest.mark.parametrize("args", OVER)
+def test_an_input_is_never_an_output(args: str, given: Path) -> None:
+    """By the file itself: under another spelling, and behind a link."""
+    from doors import CALIBRATED
+    from mutations import as_toml
+
+    from focalgradient.cli import main
+
+    (given / "in").mkdir()
+    (given / "link").symlink_to(OVER[args])
+    (given / "rules.toml").write_text("dropped_frames = 3\n")
+    (given / "summary.json").write_bytes(as_toml(CALIBRATED))
+    views = [{"image": f"{name}.png", "f_number": n, "focus_distance_m": 0.85} for name, n in (("a", 16), ("b", 5.6))]
+    (given / "views.toml").write_bytes(as_toml({"camera": {"calibration": "summary.json"}, "view": views}))
+    for name, of in OTHER_NAMES.items():
+        (given / name).symlink_to(of)
+    before = {path: path.read_bytes() for path in given.iterdir() if path.is_file()}
+    result = CliRunner().invoke(main, args.split())
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit), result.exc_info
+    assert "would be overwritten, but it is read" in result.stderr or "is a file, where" in result.stderr
+    assert {path: path.read_bytes() for path in given.iterdir() if path.is_file()} == before
+
+
+@pytest.mark.parametrize("args", ["depth a.png b.png --out loop.avi", "serve necker.toml --links loop.avi"])
+def test_links_in_a_circle_are_no_place_to_write(args: str, given: Path) -> None:
+    from focalgradient.cli import main
+
+    (given / "loop.avi").symlink_to("loop.avi")
+    optics = ("--data", "out") if "serve" in args else OPTICS
+    result = CliRunner().invoke(main, [*args.split(), *optics])
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit), result.exc_info

@@ -225,7 +225,10 @@ def _pairs(picture: Path, depth: Path) -> Iterator[tuple[Path, Path, str]]:
     if not depth.is_dir():
         raise InputError("PICTURE is a folder but DEPTH is not: give a folder with the depth of each picture.")
     if not picture.is_dir():
-        for number, path in enumerate(sorted(path for path in depth.iterdir() if path.is_file())):
+        files = sorted(path for path in depth.iterdir() if path.is_file())
+        if not files:
+            raise InputError(f"{printable(depth)} holds no files of depth: give one for each frame of the video.")
+        for number, path in enumerate(files):
             yield picture, path, f"{picture.stem}-{number:06}"
         return
     depths = {path.stem: path for path in sorted(depth.iterdir()) if path.is_file()}

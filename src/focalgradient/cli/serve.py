@@ -118,7 +118,8 @@ def _study(
         text = read_text(consent, "a text to agree to").strip()
         agreed = Consent(text, hashlib.sha256(text.encode()).hexdigest())
     place = links or data.with_name(f"{data.name}-links.jsonl")
-    if place.resolve().is_relative_to(data.resolve()):
+    # Not Path.resolve, which links in a circle end with a RuntimeError.
+    if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
         raise InputError(f"--links {place} is inside the data set, but tells who is who: give it a place elsewhere.")
     refuse_overwriting([path for path in (design, consent) if path is not None], [place])
     loaded, there = load_design(design), place.exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -214,7 +215,7 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
     check_ending(out)
     note = out.with_suffix(".json")
     places = [out, note] + ([values] if values else [])
-    if len({place.resolve() for place in places}) < len(places):
+    if len({os.path.realpath(place) for place in places}) < len(places):
         raise InputError(
             f"--values and --out name one file twice (--out brings {note.name} too): give each a name of its own."
         )
