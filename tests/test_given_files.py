@@ -175,6 +175,20 @@ def test_an_input_is_never_an_output(args: str, given: Path) -> None:
     assert {path: path.read_bytes() for path in given.iterdir() if path.is_file()} == before
 
 
+@pytest.mark.parametrize("place", ["a.png", "in", "data", "loop"])
+def test_people_are_not_served_where_their_data_cannot_be_kept(place: str, given: Path) -> None:
+    """A file, a folder of something else, a data set of simulated observers, links in a circle."""
+    from focalgradient.cli import main
+
+    (given / "in").mkdir()
+    (given / "in" / "notes").touch()
+    (given / "loop").symlink_to("loop")
+    result = CliRunner().invoke(main, ["serve", "necker.toml", "--data", place, "--port", "0"])
+    assert result.exit_code == 2, result.output
+    assert place in result.stderr.splitlines()[-1]
+    assert not list(given.glob("*-links.jsonl"))
+
+
 @pytest.mark.parametrize("args", ["depth a.png b.png --out loop.avi", "serve necker.toml --links loop.avi"])
 def test_links_in_a_circle_are_no_place_to_write(args: str, given: Path) -> None:
     from focalgradient.cli import main

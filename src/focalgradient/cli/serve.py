@@ -108,6 +108,7 @@ def _study(
 ) -> Study:
     """What is run, of what the options name."""
     from focalgradient.dataset import journals
+    from focalgradient.dataset.bids import check_folder
     from focalgradient.design import load_design
     from focalgradient.web import Consent, People, Study
 
@@ -122,6 +123,7 @@ def _study(
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
         raise InputError(f"--links {place} is inside the data set, but tells who is who: give it a place elsewhere.")
     refuse_overwriting([path for path in (design, consent) if path is not None], [place])
+    check_folder(data, "human")
     loaded, there = load_design(design), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken))

@@ -200,7 +200,7 @@ def check_folder(root: Path, kind: Kind) -> None:
         if simulated != (kind == "simulated"):
             there, here = ("simulated observers", "a person") if simulated else ("people", "a simulated observer")
             raise InputError(f"{root} is a data set of {there}, which {here} cannot join: give another folder.")
-    elif root.exists() and not root.is_dir():
+    elif os.path.lexists(root) and not root.is_dir():
         raise InputError(f"{root} is a file, where the folder of a data set is to be: give another path.")
     elif taken:
         raise InputError(f"{root} holds files but is no data set: give a new or an empty folder.")
