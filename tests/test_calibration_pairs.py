@@ -68,6 +68,7 @@ def test_pairs_that_show_nothing_are_refused():
 SQUARES = Path(__file__).parents[1].parent / "shared" / "data" / "printed_squares"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SQUARES.exists(), reason="the photographs are not beside the repository (shared/data)")
 def test_printed_squares_predict_exposures_that_were_left_out(tmp_path):
     from click.testing import CliRunner

@@ -228,6 +228,7 @@ def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_
 # --- Real photographs --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SQUARES.is_dir(), reason="the photographs of printed squares are not at hand")
 def test_printed_squares(tmp_path):
     """One exposure of each calibrates, another is measured."""

@@ -86,6 +86,7 @@ def test_who_sees_blur_is_told_from_who_does_not():
     assert found["blind"].interaction.p > 0.05
 
 
+@pytest.mark.slow
 def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
     """Noncentral t of the subjects’ own rises; 30 experiments measure a share to 9 %."""
     model = Model(effect=1.25, between=0.2, between_scenes=0.0, scenes=0.0, noise=0.1, lapses=0.0)

@@ -122,6 +122,7 @@ def _arrays(folder: Path) -> int:
     return sum(name.endswith(".npy") for _, _, names in os.walk(folder) for name in names)
 
 
+@pytest.mark.slow
 def test_killed_and_interrupted_it_goes_on(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "stimuli", "depth-rating"]
     for way, code, seen in ((signal.SIGKILL, -signal.SIGKILL, 2), (signal.SIGINT, 130, 5)):

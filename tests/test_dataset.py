@@ -220,6 +220,7 @@ def test_columns_that_a_lab_adds_to_the_participants_stay(data, pictures):
     assert validate(data).problems == ()
 
 
+@pytest.mark.slow
 def test_ten_thousand_trials_are_read_and_validated(tmp_path):
     root = tmp_path / "data"
     many = DepthRatingDesign(scenes=[f"s{number}" for number in range(40)], repetitions=6, catch_trials=80)

@@ -273,6 +273,7 @@ def test_sessions_left_unfinished_are_told(copy):
     assert "depth_rating.png" in made.files
 
 
+@pytest.mark.slow
 def test_twenty_observers_of_both_experiments_in_well_under_half_a_minute(tmp_path):
     root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRatingDesign(practice_trials=0)), 20)
     start = time.process_time()

@@ -1,9 +1,11 @@
 """Fig. 1: the sharpness of a mirrored image tells where it is, and traced rays say the same."""
 
 import numpy as np
+import pytest
 from fig1 import FOCUS, pair, peak, sweep
 
 
+@pytest.mark.slow
 def test_reflection_is_sharpest_where_traced_rays_put_it():
     foci = np.arange(0.65, 1.2, 0.1)
     measured = sweep(foci, 1e-3, 32)

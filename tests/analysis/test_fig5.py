@@ -15,6 +15,7 @@ def test_content_of_a_checkerboard_is_known():
     assert content == pytest.approx(4 * 0.3 / 2.15, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_disparity_comes_out_of_the_blur_and_reflections_lie_behind_their_mirror():
     views, again, truth = fig5.views_and_truth(shape=(200, 150), samples=64)
     small, large, twice = (view.image for view in (*views, again))

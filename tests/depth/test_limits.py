@@ -93,6 +93,7 @@ def test_edge_bound_is_the_information_of_the_blurred_step() -> None:
     assert math.sqrt(np.linalg.inv(information)[0, 0]) / sigma == pytest.approx(alone, rel=0.05)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     f_numbers=st.lists(st.floats(2.0, 64.0), min_size=2, max_size=4),

@@ -74,6 +74,7 @@ def test_another_shape_of_blur_is_not_taken_for_other_optics(psf):
     assert "not quite a disc" in text
 
 
+@pytest.mark.slow
 def test_foci_of_a_stack():
     foci = [lens(5.6, 0.7), lens(5.6, 1.0), lens(5.6, 1.5)]
     views = slant(foci, 0.7, 1.4)
@@ -81,6 +82,7 @@ def test_foci_of_a_stack():
     assert "foci of views 1 and 2 exchanged" in said(views, [foci[1], foci[0], foci[2]])
 
 
+@pytest.mark.slow
 def test_magnification_tells_the_order_of_two_foci():
     lenses = [lens(5.6, 0.6), lens(5.6, 1.5)]
     scale = lenses[1].sensor_distance / lenses[0].sensor_distance  # of the second view's picture

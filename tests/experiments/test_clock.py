@@ -36,6 +36,7 @@ STEPS = {1: ("mark", -3600), 2: ("picture", -1), 3: ("question", 1), 4: ("pictur
 """Of each trial: at which event the clock is set, and by how many seconds."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_steps_of_the_clock_lose_nothing_and_the_trial_is_shown_again(tmp_path):
     shim, step = tmp_path / "clock.so", tmp_path / "step"

@@ -96,7 +96,7 @@ def until_shown(screen: Headless, picture: NDArray[np.uint8]) -> None:
 
 
 @psychopy_here
-@pytest.mark.parametrize("gaze", ["mouse", "tracker"])
+@pytest.mark.parametrize("gaze", ["mouse", pytest.param("tracker", marks=pytest.mark.slow)])
 def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: str) -> None:
     found = read_series(series)
     expected = [Display().encode(light) for light in found.light]

@@ -87,6 +87,7 @@ def test_two_moments_half_a_dioptre_apart(beyond: float) -> None:
     assert found["valid"] > 0.5
 
 
+@pytest.mark.slow
 def test_more_moments_tell_more() -> None:
     course = Microfluctuations(rms=0.3, seed=4)
     times = np.arange(6) / 4
@@ -107,6 +108,7 @@ def test_photons_of_a_lit_room(beyond: float) -> None:
     assert found["median_error_D"] < 0.1
 
 
+@pytest.mark.slow
 def test_scenes_with_occlusions_by_both_kinds_of_views() -> None:
     eye, scene = Eye(0.004, 1.0), spheres(seed=2, field=256 * PIXEL)
     cones = [Cones.of(eye.at(time, Oscillation()), band, wavelengths=3) for time in PAIR for band in ("L+M", "S")]

@@ -83,7 +83,7 @@ def test_answers_are_the_same_whoever_computes_them(design, stimuli, encoded, en
     distributed = pytest.importorskip("distributed")
     written = {}
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0") as cluster,
         processes(2) as pool,
         scheduler(cluster.scheduler_address) as dask,
     ):
@@ -244,6 +244,7 @@ def test_a_shape_that_wobbles_is_seen_to(encoded_cube):
     assert held >= 1
 
 
+@pytest.mark.slow
 def test_percepts_last_as_those_of_the_people_that_they_were_fitted_to(encoded_cube):
     """Fitted as the people were: 22 observers, 15 trials of 60 s; the shortest percepts cut a little off the tail."""
     long = SMALL.model_copy(update={"trial_s": 60.0, "catch_trials": 0, "practice_trials": 0, "repetitions": 3})

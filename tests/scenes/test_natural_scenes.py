@@ -125,6 +125,7 @@ def coarse_land(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(Land.mesh.__kwdefaults__, "texels", 200)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coarse_land")
 def test_naturalistic_scene_keeps_its_word() -> None:
     """The marks lie on visible surfaces, at the distances that they state."""

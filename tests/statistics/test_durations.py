@@ -23,6 +23,7 @@ def simulated(seed, people=22, each=40, shape=1.8, mean=5.4, log_sd=0.5, end=15.
     return np.minimum(lasted, end), lasted > end, who
 
 
+@pytest.mark.slow
 def test_what_was_simulated_is_recovered_within_its_standard_errors():
     """Over 12 sets, a seventh cut off, standard scores have about unit spread and no bias that shows; on the logs."""
     scores = []
@@ -41,6 +42,7 @@ def test_what_was_simulated_is_recovered_within_its_standard_errors():
     assert (scores.std(0) < 1.6).all()
 
 
+@pytest.mark.slow
 def test_leaving_out_what_was_cut_off_would_favour_short_durations():
     durations, censored, who = simulated(1, end=6.0)
     kept = ~censored

@@ -73,6 +73,7 @@ def test_equivalence_is_a_matter_of_the_bound() -> None:
     assert test.equivalent == (-test.bound < test.low and test.high < test.bound)
 
 
+@pytest.mark.slow
 def test_ordinal_answers() -> None:
     table = ratings(12, np.log(2.5), 0.0)
     table["rating"] = np.digitize(table["rating"], [0.8, 1.0, 1.4, 2.0]) + 1
