@@ -3,6 +3,7 @@
 # make test        style, types and tests, but the slow ones; coverage
 # make test-slow   the slow tests
 # make test-all    both
+# make docs        the documents as pages, in docs/_build/html
 #
 # All set up what they need first, and redo that only when the pinned packages change.
 # Another Python: make PYTHON=python3.12 reproduce
@@ -15,7 +16,7 @@ run := .venv/bin/python
 # On all cores; the tests of one file stay together, as they share what is made for them and the screens they open.
 pytest := $(run) -m pytest --numprocesses logical --dist loadfile
 
-.PHONY: setup reproduce test test-slow test-all clean
+.PHONY: setup reproduce test test-slow test-all docs clean
 
 setup:
 	@requirements/setup.sh setup
@@ -38,5 +39,10 @@ test-slow:
 
 test-all: test test-slow
 
+docs:
+	@requirements/setup.sh reproduce
+	$(run) -m sphinx -q -W --keep-going -b html docs docs/_build/html
+	@echo docs/_build/html/index.html
+
 clean:
-	rm -rf .venv results
+	rm -rf .venv results docs/_build docs/gallery docs/generated

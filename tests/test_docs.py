@@ -18,7 +18,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ELSEWHERE = {"docs/own-stimuli.md": "tests/test_own_stimuli.py"}
-PAGES = sorted(str(path.relative_to(ROOT)) for path in (*ROOT.glob("docs/*.md"), ROOT / "experiments" / "README.md"))
+WRITTEN = (*ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), ROOT / "experiments" / "README.md")
+PAGES = sorted(str(path.relative_to(ROOT)) for path in WRITTEN)
 README = "README.md"
 RUN = {"sh", "python"}
 SHOWN = {"toml", "csv", "text", "r", "json"}
@@ -93,3 +94,13 @@ def run(block: Block, folder: Path) -> None:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=LONGEST_S)
     assert done.returncode == 0, f"{block.text}\n{done.stderr}"
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_the_documents_are_built_without_a_warning(tmp_path: Path) -> None:
+    """With every example of the gallery run, every link resolved, and a page of its own for each public name."""
+    shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "generated", "gallery"))
+    run(Block("sh", f"{sys.executable} -m sphinx -q -W --keep-going -b html docs html", None), tmp_path)
+    page = (tmp_path / "html" / "generated" / "focalgradient.depth.recover_depth.html").read_text(encoding="utf-8")
+    assert "Examples that use it" in page
+    assert (tmp_path / "html" / "command-reference.html").read_text(encoding="utf-8").count("focalgradient-depth") > 0
