@@ -2,9 +2,9 @@
 
 Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
 Defocus = (focus vergence) - V: **positive for a point beyond the plane of focus**. A blur disc has the angular
-radius ``(aperture diameter / 2) x |defocus|``, in radians, seen from the lens: one line for cameras and eyes alike, which
-is Eq. 12 to Eq. 16 of Pentland (1987) in vergence. It is exact for a thin lens with its stop at the lens. The paper's
-equations in its own terms stand in `focalgradient.paper`.
+radius ``(aperture diameter / 2) x |defocus|``, in radians, seen from the lens: one line for cameras and eyes alike,
+which is Eq. 12 to Eq. 16 of Pentland (1987) in vergence. It is exact for a thin lens with its stop at the lens. The
+paper's equations in its own terms stand in `focalgradient.paper`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What a camera's blur really is, from views of a flat target with sharp edges at known distances.
 
 The marks on a lens give its blur to a tenth. A target gives it better: along its edges the blur on the sensor has a
-variance w^2 = (k r)^2 + own, with r = ``(F / 2N) |V_f - V| v0`` the radius of the blur disc (Pentland 1987, Eqs. 12-16, in
-vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the residual blur variance `own`
+variance w^2 = (k r)^2 + own, with ``r = (F / 2N) |V_f - V| v0`` the radius of the blur disc (Pentland 1987, Eqs. 12-16,
+in vergence) and V = 1 / (distance + offset). Unknown are k (sigma / disc radius), the residual blur variance `own`
 (negative where the camera sharpens its pictures), the offset of the plane that distances are measured from, the
 effective f-number N of each setting and the focus vergence V_f.
 
