@@ -39,7 +39,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "two foci, blur of up to 12 pixels, noise of 0.2 to 3 % of the mean. Where one surface ends before "
             "another, windows reach across, so that most pixels about outlines are rejected (above, middle). Each "
             "surface is continued up to the outline, whose place follows from which pixels either surface explains "
-            "(right; white: the outlines found).",
+            "(right; black: the outlines found).",
             f"Below, within 10 pixels of the true outlines, each scene a line from windows alone (grey) to surfaces "
             f"continued to outlines (blue: the scenes that the method was made with; orange: {len(HELD_BACK)} scenes "
             "not looked at before). Bars narrower than about twice their blur hold no pixel that is theirs alone: most "
@@ -62,8 +62,8 @@ def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, 
     with style():
         figure = new_figure(*page)
         view, _ = drawn["without"]
-        for x, what in ((2.0, "view"), (56.0, "without"), (113.0, "with")):
-            ax = figure.add_axes((x / page[0], 70 / page[1], 50 / page[0], 38 / page[1]))
+        for x, what in ((2.0, "view"), (49.0, "without"), (108.0, "with")):
+            ax = figure.add_axes((x / page[0], 74 / page[1], 43 / page[0], 33 / page[1]))
             if what == "view":
                 draw_view(ax, view, "first view")
             else:

@@ -149,7 +149,7 @@ def draw_depth(
         return _picture(ax, title)
     if outlines:
         for curve in depth.details.get("outlines", ()):
-            ax.plot(*zip(*curve, strict=True), color="white", linewidth=0.8, scalex=False, scaley=False)
+            ax.plot(*zip(*curve, strict=True), color="black", linewidth=0.8, scalex=False, scaley=False)
     # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)

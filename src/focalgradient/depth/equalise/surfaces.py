@@ -30,7 +30,7 @@ LEAST_SD = 0.2
 SURE = 6.0
 """Standard deviations by which depths must differ to jump."""
 
-SPAN = 2.0
+SPAN = 1.0
 """Nodes over which a plane is continued for its variance to double."""
 
 
