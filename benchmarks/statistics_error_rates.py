@@ -205,7 +205,7 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         for kind in DIFFERENCES:
             lines.append(f"| **subjects differ: {kind}; scenes: {scene_sd:g}** |" + " |" * len(SUBJECTS))
             for test in rows[0]["rates"]:
-                told = []
+                cells = []
                 for subjects in SUBJECTS:
                     rates = [
                         row["rates"][test]
@@ -215,10 +215,10 @@ def markdown(rows: list[dict[str, Any]]) -> str:
                         == (subjects, kind, scene_sd, curve)
                     ]
                     bad = [abs(rate - 0.95) > 0.02 if test.startswith("coverage") else rate > 0.06 for rate in rates]
-                    told.append(
+                    cells.append(
                         " / ".join(f"**{r:.3f}**" if b else f"{r:.3f}" for r, b in zip(rates, bad, strict=True))
                     )
-                lines.append(f"| {test} | " + " | ".join(told) + " |")
+                lines.append(f"| {test} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 

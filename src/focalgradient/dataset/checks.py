@@ -162,7 +162,7 @@ class _Checked:
         self.trials += other.trials
         self.late += other.late
         self.manifests |= other.manifests
-        self.said |= {files: (named(where), told) for files, (where, told) in other.said.items()}
+        self.said |= {files: (named(where), stated) for files, (where, stated) in other.said.items()}
         self.labels |= other.labels
 
     def session(self, files: Files) -> None:
@@ -230,12 +230,12 @@ class _Checked:
     def _follow(self, files: Files, log: Log | None, found: SessionTable | None) -> None:
         """Check a session against its design."""
         sidecar = found.sidecar if found is not None else {}
-        told = log.head["design"] if log is not None else sidecar.get("Design")
-        if not told:
+        stated = log.head["design"] if log is not None else sidecar.get("Design")
+        if not stated:
             return
         where = files.table if found is not None else files.journal
         try:
-            design = checked_design(str(where), told)
+            design = checked_design(str(where), stated)
             if design.task != files.task:
                 raise InputError(f"{where}: the design is of {design.task}.")
             trials = design.trials(files.participant, files.session)
@@ -243,7 +243,7 @@ class _Checked:
             self.problems.append(str(error))
             return
         sha256 = log.head["stimuli"] if log is not None else sidecar.get("StimuliSHA256")
-        self.said[files] = (str(where), {"Design": told, "StimuliSHA256": sha256})
+        self.said[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
@@ -288,10 +288,10 @@ class _Checked:
     def alike(self) -> None:
         """Check that participants of one task and session were given one design and one set of pictures."""
         groups: dict[tuple[str, str | None], dict[Files, dict[str, Any]]] = {}
-        for files, (_, told) in self.said.items():
-            groups.setdefault((files.task, files.session), {})[files] = told
+        for files, (_, stated) in self.said.items():
+            groups.setdefault((files.task, files.session), {})[files] = stated
         for group in groups.values():
-            texts = {files: json.dumps(told, sort_keys=True) for files, told in group.items()}
+            texts = {files: json.dumps(stated, sort_keys=True) for files, stated in group.items()}
             usual = Counter(texts.values()).most_common(1)[0][0]
             like = next(files for files, text in texts.items() if text == usual)
             for files, text in texts.items():

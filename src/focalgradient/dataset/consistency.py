@@ -49,11 +49,11 @@ AHEAD = timedelta(days=1)
 
 
 @lru_cache(maxsize=64)
-def _design(told: str) -> Design:
-    return recorded_design("the design", json.loads(told))
+def _design(recorded: str) -> Design:
+    return recorded_design("the design", json.loads(recorded))
 
 
-def checked_design(name: str, told: Mapping[str, Any]) -> Design:
+def checked_design(name: str, recorded: Mapping[str, Any]) -> Design:
     """Make a design of its settings, once for all sessions that have the same.
 
     Raises
@@ -62,7 +62,7 @@ def checked_design(name: str, told: Mapping[str, Any]) -> Design:
         If they are none.
     """
     try:
-        return _design(json.dumps(told, sort_keys=True))
+        return _design(json.dumps(recorded, sort_keys=True))
     except InputError as error:
         raise InputError(str(error).replace("the design", name, 1)) from error
 
@@ -77,18 +77,18 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
         wanted = design.keys_of(head["participant"])
         yield f"the keys are {head['keys']}, but the design gives this participant {wanted}."
     done = log.of("trial")
-    told = [(event["phase"], event["trial"]) for event in done]
-    again = [one for one, count in Counter(told).items() if count > 1]
+    recorded = [(event["phase"], event["trial"]) for event in done]
+    again = [one for one, count in Counter(recorded).items() if count > 1]
     if again:
         yield f"{again[0][0]} trial {again[0][1]} stands there more than once: use 'focalgradient repair'."
     practice = [trial for trial in trials if trial.phase == "practice"]
-    trained = {trial for phase, trial in told if phase == "practice"}
-    main = any(phase == "main" for phase, _ in told)
+    trained = {trial for phase, trial in recorded if phase == "practice"}
+    main = any(phase == "main" for phase, _ in recorded)
     if main and len(trained) < len(practice):
         yield f"{len(practice) - len(trained)} of {len(practice)} practice trials of the design are missing."
     listed = {(trial.phase, trial.trial): trial for trial in trials}
     order = {key: place for place, key in enumerate(listed)}
-    places = [order[key] for key in told if key in order]
+    places = [order[key] for key in recorded if key in order]
     if places != sorted(places):
         yield "its trials are not in the order of the design."
     names = [field.name for field in fields(trials[0])]
@@ -100,8 +100,8 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
         # What an earlier version did not write down yet is not there.
         other = next((name for name in names if name in event and event[name] != getattr(trial, name)), None)
         if other is not None:
-            told, planned = event[other], getattr(trial, other)
-            yield f"{event['phase']} trial {event['trial']}: {other} is {told!r}, but {planned!r} in the design."
+            recorded, planned = event[other], getattr(trial, other)
+            yield f"{event['phase']} trial {event['trial']}: {other} is {recorded!r}, but {planned!r} in the design."
             break
     if isinstance(design, NeckerDesign):
         yield from _wrong_presses(done, head)
@@ -174,9 +174,9 @@ def _wrong_trials(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial
     for name in [name for name in shown if _planned(example, name) is not None]:
         for number, value in zip(numbers, shown[name].tolist(), strict=True):
             if number in planned and value != (wanted := _planned(planned[number], name)):
-                told, expected = cell(value), cell(wanted)
-                if told != expected:
-                    yield f"trial {number}: {name} is {told}, but {expected} in the design."
+                recorded, expected = cell(value), cell(wanted)
+                if recorded != expected:
+                    yield f"trial {number}: {name} is {recorded}, but {expected} in the design."
                     break
 
 
@@ -319,13 +319,13 @@ def pictures_of(manifest: Path) -> dict[tuple[str, ...], str]:
     return files
 
 
-def is_age(told: Any) -> bool:
+def is_age(age: Any) -> bool:
     """Whether a cell is an age in years, as BIDS has it: a number, "89+" for all above, or missing.
 
-    >>> [is_age(told) for told in ("31", "89+", -1, float("nan"), "old")]
+    >>> [is_age(age) for age in ("31", "89+", -1, float("nan"), "old")]
     [True, True, False, True, False]
     """
-    text = str(told).strip()
+    text = str(age).strip()
     if text in ("nan", "n/a", "", "89+"):
         return True
     try:

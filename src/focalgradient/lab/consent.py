@@ -42,7 +42,7 @@ class Consent:
     texts: tuple[str, ...]
     agreed: str = ""
 
-    def told(self) -> dict[str, Any]:
+    def stated(self) -> dict[str, Any]:
         """What the journal says of it."""
         return {"file": self.file, "version": self.version, "sha256": self.sha256, "time": self.agreed}
 

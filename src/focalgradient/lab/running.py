@@ -125,7 +125,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
         session.note(
             "sitting",
             pilot=options.pilot,
-            consent=None if consent is None else consent.told(),
+            consent=None if consent is None else consent.stated(),
             warnings=ready.warnings,
             words={"language": ready.words.language, "sha256": ready.words.sha256},
         )

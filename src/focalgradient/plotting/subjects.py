@@ -133,9 +133,11 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
                 for mean in result.subject_means
                 if (mean.participant_id, mean.fixation) == (participant, fixation)
             ]
-            told = [(x, y) for x, y in own if y is not None]
-            ax.plot(*zip(*told, strict=True) if told else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1)
-            drawn += [y for _, y in told]
+            points = [(x, y) for x, y in own if y is not None]
+            ax.plot(
+                *zip(*points, strict=True) if points else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1
+            )
+            drawn += [y for _, y in points]
         told_of = (
             (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
             for mean in result.means
@@ -265,8 +267,8 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
             for each in result.subject_shares
             if each.participant_id == participant and each.nonrigid is not None
         }
-        told = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
-        ax.plot(*zip(*told, strict=True) if told else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
+        points = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
+        ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
         for condition, share in own.items():
             shares[condition].append(share)
     means = [(float(x), shares[condition]) for x, condition in enumerate(conditions) if shares[condition]]

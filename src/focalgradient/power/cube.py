@@ -33,7 +33,7 @@ CUBE_TESTS = {
 """What is counted, and what it means: at the largest strength, by Holm's p over all gradients and strengths."""
 
 ANALYSIS = 1
-"""Number of the analysis, told in the file of experiments: those of another are not gone on with."""
+"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 UNAMBIGUOUS = 4.0
 """Log odds of the nonrigid reading of a catch trial, whose shape is nonrigid beyond doubt."""
@@ -119,10 +119,10 @@ class CubeStudy:
         if "none" not in self.design.gradients or len(self.design.gradients) < 2:
             raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
 
-    def told(self) -> dict[str, object]:
+    def settings(self) -> dict[str, object]:
         """All of it, as a file may tell it."""
-        told = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
-        return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
+        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     def tests(self) -> Mapping[str, str]:
@@ -162,7 +162,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
     >>> table["trial"].nunique(), sorted(table["percept"].unique())
     (21, ['nonrigid', 'rigid'])
     """
-    told = design.model_dump_json()
+    text = design.model_dump_json()
     signs = {"none": 0.0, "rigid": -1.0, "nonrigid": 1.0}
     tables = []
     for number in range(1, subjects + 1):
@@ -170,7 +170,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         shift = rng.normal(math.log(model.effect), model.between)
         dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
         rows: list[tuple[object, ...]] = []
-        for trial in _trials(told, f"{number:02}"):
+        for trial in _trials(text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
                 odds = UNAMBIGUOUS
@@ -232,10 +232,10 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     """
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     kept, found = quality(simulated_reports(study.design, subjects, study.model, rng))
-    told: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
-    told["left_out"] = float(found.subjects_before - found.subjects_after)
+    outcome: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
+    outcome["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:
-        return told
+        return outcome
     changed = _changes(kept)
     changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
     effects = dict(zip(changes, family(paired_effect(one, "t") for one in changes.values()), strict=True))
@@ -246,9 +246,9 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
     ):
         effect = effects.get((gradient, largest))
         if isinstance(effect, Effect):
-            told[width] = effect.high - effect.low
-            told[name] = float(effect.p_holm is not None and effect.p_holm < ALPHA and sign * effect.estimate > 0)
-    return told
+            outcome[width] = effect.high - effect.low
+            outcome[name] = float(effect.p_holm is not None and effect.p_holm < ALPHA and sign * effect.estimate > 0)
+    return outcome
 
 
 def quick_cube_power(

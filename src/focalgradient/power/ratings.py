@@ -36,7 +36,7 @@ TESTS = {
 
 
 ANALYSIS = 2
-"""Number of the analysis, told in the file of experiments: those of another are not gone on with."""
+"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,10 +116,15 @@ class Study:
         if "pinhole" not in self.design.apertures:
             raise InputError("The design has no pinhole: the rise is measured from it.")
 
-    def told(self) -> dict[str, object]:
+    def settings(self) -> dict[str, object]:
         """All of it, as a file may tell it."""
-        told = {"bound": self.bound, "seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
-        return told | {"design": self.design.model_dump(mode="json"), "simulated": True}
+        stated = {
+            "bound": self.bound,
+            "seed": self.seed,
+            "model": dataclasses.asdict(self.model),
+            "analysis": ANALYSIS,
+        }
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     def tests(self) -> Mapping[str, str]:
@@ -162,7 +167,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
     >>> table.shape[0], table["kind"].unique().tolist()
     (396, ['simulated'])
     """
-    told = design.model_dump_json()
+    text = design.model_dump_json()
     tables = []
     tilt = {
         (scene, fixation): rng.normal(0, model.between_scenes)
@@ -170,14 +175,14 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         for fixation in ("nearest", "farthest")
     }
     for number in range(1, subjects + 1):
-        trials = _trials(told, f"{number:02}")
+        trials = _trials(text, f"{number:02}")
         own = {
             fixation: rng.normal(math.log(mean), model.between)
             for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
         }
         of_scene = {scene: rng.normal(0, model.scenes) for scene in design.scenes}
         largest = max(trial.aperture_mm for trial in trials) or 1.0
-        table = _columns(told, f"{number:02}")
+        table = _columns(text, f"{number:02}")
         level = np.array(
             [
                 EXAMPLES.get(trial.scene, 0.0)
@@ -224,23 +229,23 @@ def experiment(study: Study, subjects: int, number: int) -> dict[str, float | No
     """
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     kept, found = quality(simulated_ratings(study.design, subjects, study.model, rng))
-    told: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
-    told["left_out"] = float(found.subjects_before - found.subjects_after)
+    outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
+    outcome["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:
-        return told
+        return outcome
     result = depth_rating(kept, equivalence_bound=study.bound)
     of = {each.fixation: each for each in result.fixations}
     for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
         rise = of[fixation].rise if fixation in of else None
         if isinstance(rise, Effect):
-            told[width] = rise.high - rise.low
+            outcome[width] = rise.high - rise.low
     if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
-        told["near_rise"] = float(near.significant and near.estimate > 0)
+        outcome["near_rise"] = float(near.significant and near.estimate > 0)
     if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
-        told["far_equivalent"] = float(equal.equivalent)
+        outcome["far_equivalent"] = float(equal.equivalent)
     if isinstance(result.interaction, Effect):
-        told["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
-    return told
+        outcome["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
+    return outcome
 
 
 def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:

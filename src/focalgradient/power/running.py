@@ -93,10 +93,12 @@ def run(
     progress(len(wanted) - len(missing))
     jobs = [(study, *task) for task in missing]
     with file.open("a", encoding="utf-8") as lines:
-        for finished, (job, told) in enumerate(completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1):
+        for finished, (job, outcome) in enumerate(
+            completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1
+        ):
             count, number = missing[job]
-            done[count, number] = told
-            lines.write(json.dumps({"subjects": count, "number": number} | told) + "\n")
+            done[count, number] = outcome
+            lines.write(json.dumps({"subjects": count, "number": number} | outcome) + "\n")
             lines.flush()
             progress(finished)
     rows = [{"subjects": count, "number": number} | done[count, number] for count, number in sorted(wanted)]
@@ -105,7 +107,7 @@ def run(
 
 def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
     """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
-    head = json.dumps({"focalgradient": version("focalgradient")} | study.told())
+    head = json.dumps({"focalgradient": version("focalgradient")} | study.settings())
     text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
     first, *lines = text.split("\n")
     if lines and first != head:

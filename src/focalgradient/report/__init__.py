@@ -304,9 +304,9 @@ def _design(data: DataSet, name: str) -> Sheet:
     values: dict[str, dict[str, None]] = {}
     for sidecar in data.sidecars.values():
         for setting, value in sidecar["Design"].items():
-            told = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-            values.setdefault(setting, {})[told] = None
-    rows = [[setting, "; ".join(told)] for setting, told in values.items()]
+            text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+            values.setdefault(setting, {})[text] = None
+    rows = [[setting, "; ".join(text)] for setting, text in values.items()]
     return listed(f"{name}_design.csv", "Design", ["setting", "value"], rows)
 
 

@@ -50,8 +50,8 @@ def provenance(root: Path, parts: Sequence[Ratings | Reports], bound: float, sta
         said[f"rule {name}"] = {str(value): None}
     said["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
     said["bound of equivalence"] = {f"{bound:g}": None}
-    told = [[name, ", ".join(values)] for name, values in said.items()]
-    yield listed("data_set.csv", "Data set", ["what", "value"], told)
+    rows = [[name, ", ".join(values)] for name, values in said.items()]
+    yield listed("data_set.csv", "Data set", ["what", "value"], rows)
     hashes = []
     for files in sidecars:
         for path in (files.table, files.sidecar):

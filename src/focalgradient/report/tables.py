@@ -294,9 +294,9 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
         if isinstance(test, Equivalence):
             bound = math.exp(test.bound)
             ends = interval(math.exp(test.low), math.exp(test.high), 2)
-            told = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
+            first = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
             ps = [probability(p) for p in (test.p_below, test.p_above, test.p)]
-            rows.append([each.fixation, *told, *ps, "yes" if test.equivalent else "not shown"])
+            rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
             rows.append([each.fixation, *cells.missing(test, 7)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
@@ -346,8 +346,8 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     rows = []
     for share in result.shares:
         reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100, 1)
-        told = [share.gradient, number(share.strength), share.percept]
-        rows.append([*told, *cells.interval(share.time, 100, 1), *reports])
+        first = [share.gradient, number(share.strength), share.percept]
+        rows.append([*first, *cells.interval(share.time, 100, 1), *reports])
     header = ["blur agrees with", "mm", "percept", "share of time (%)", "95 %", "share of reports (%)", "95 %"]
     sheets = [
         Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
@@ -356,12 +356,12 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     cells = _Cells()
     rows = []
     for effect in result.effects:
-        told = [effect.gradient, number(effect.strength)]
+        first = [effect.gradient, number(effect.strength)]
         ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
         change = [*cells.effect(effect.share, 100), *cells.dz(effect.share), *ranks]
-        rows.append([*told, "change of share of time (points)", *change])
+        rows.append([*first, "change of share of time (points)", *change])
         for name, odds in (("time", effect.odds_of_time), ("reports", effect.odds_of_reports)):
-            rows.append([*told, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])
+            rows.append([*first, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])
     header = ["blur agrees with", "mm", "of the nonrigid reading", "estimate", "95 %", "test", "p", "p (Holm)", "d_z"]
     header += ["95 %", "p (Wilcoxon)", "p (Wilcoxon, Holm)"]
     caption = "Each gradient against none; Holm’s correction is over gradients, for each kind of test"
@@ -369,14 +369,14 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     cells = _Cells()
     rows = []
     for each in result.dominance:
-        told = [each.gradient, number(each.strength), each.percept, f"{each.reports} ({each.censored})"]
+        first = [each.gradient, number(each.strength), each.percept, f"{each.reports} ({each.censored})"]
         fits = []
         for fit in (each.gamma, each.lognormal):
             if isinstance(fit, DurationFit):
                 fits += [number(fit.mean), number(fit.cv), number(fit.log_likelihood, 5)]
             else:
                 fits += cells.missing(fit, 3)
-        rows.append([*told, *fits, {"lognormal": "log-normal"}.get(str(each.better), each.better or NONE)])
+        rows.append([*first, *fits, {"lognormal": "log-normal"}.get(str(each.better), each.better or NONE)])
     header = ["blur agrees with", "mm", "percept", "reports (cut off)"]
     header += [f"{family}: {what}" for family in ("gamma", "log-normal") for what in ("mean (s)", "CV", "log L")]
     caption = "Durations of each percept: fits with what the end of a trial cut off as lower limits"
@@ -391,16 +391,16 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
     rows, digits = [], []
     for each in result.people:
         names = {"gradient": each.gradient, "strength": each.strength, "percept": each.percept}
-        told = [each.gradient, number(each.strength), each.percept]
+        first = [each.gradient, number(each.strength), each.percept]
         fit = each.fit
         if not isinstance(fit, DurationsOfPeople):
-            rows.append([*told, *cells.missing(fit, 7)])
+            rows.append([*first, *cells.missing(fit, 7)])
             digits.append(names | {"not_computed": fit.reason})
             continue
         of_people = [number(value) for value in (fit.geometric_mean, fit.shape, fit.log_sd)]
         errors = [NONE if se is None else number(se) for se in (fit.geometric_mean_log_se, fit.shape_se, fit.log_sd_se)]
         paired = [cell for pair in zip(of_people, errors, strict=True) for cell in pair]
-        rows.append([*told, str(len(fit.people)), *paired])
+        rows.append([*first, str(len(fit.people)), *paired])
         digits.append(
             names
             | {

@@ -47,24 +47,24 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
     """Experiment 1 in a few sentences, the primary outcome first."""
     if isinstance(result.ordinal, OrdinalResult):
         return _ordinal_findings(result.ordinal)
-    told = []
+    sentences = []
     for each in result.fixations:
         subject = f"With {OBJECT[each.fixation]}"
         if isinstance(each.rise, NotComputed):
-            told.append(f"{subject}, the rise was not tested: {each.rise.reason}")
+            sentences.append(f"{subject}, the rise was not tested: {each.rise.reason}")
         else:
-            told.append(_rise_sentence(subject, each, result))
+            sentences.append(_rise_sentence(subject, each, result))
     if isinstance(result.interaction, Effect):
         differ = "differed" if result.interaction.significant else "did not differ reliably"
         ratio = result.interaction.ratio
         ends = interval(ratio.low, ratio.high, 2)
-        told.append(
+        sentences.append(
             f"The two rises {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
             f"{_test(result.interaction)})."
         )
-    if told and result.scale == "ratio":
-        told[0] = f"Primary outcome. {told[0]}"
-    return told
+    if sentences and result.scale == "ratio":
+        sentences[0] = f"Primary outcome. {sentences[0]}"
+    return sentences
 
 
 def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult) -> str:
@@ -97,48 +97,48 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
 
 def _ordinal_findings(result: OrdinalResult) -> list[str]:
     """Answers in steps, in a few sentences."""
-    told = []
+    sentences = []
     for fixation, rise in zip(result.fixations, result.rises, strict=True):
         subject = f"With {OBJECT[fixation]}"
         if isinstance(rise, NotComputed):
-            told.append(f"{subject}, the slope was not tested: {rise.reason}")
+            sentences.append(f"{subject}, the slope was not tested: {rise.reason}")
             continue
         what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
         ends = interval(rise.ratio.low, rise.ratio.high, 2)
-        told.append(
+        sentences.append(
             f"{subject}, ratings {what} with blur (odds ratio of a higher answer at the largest aperture "
             f"{decimals(rise.ratio.estimate)}, 95{SPACE}% CI {ends}; {_test(rise)})."
         )
     if isinstance(result.interaction, Effect):
         differ = "differed" if result.interaction.significant else "did not differ reliably"
         ratio = result.interaction.ratio
-        told.append(
+        sentences.append(
             f"The two slopes {differ} (ratio of the odds ratios {decimals(ratio.estimate)}, 95{SPACE}% CI "
             f"{interval(ratio.low, ratio.high, 2)}; {_test(result.interaction)})."
         )
-    return ["Primary outcome. " + told[0], *told[1:]]
+    return ["Primary outcome. " + sentences[0], *sentences[1:]]
 
 
 def necker_findings(result: NeckerResult) -> list[str]:
     """Experiment 2 in a few sentences."""
-    told = []
+    sentences = []
     for effect in result.effects:
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
         if isinstance(effect.share, NotComputed):
-            told.append(f"{blur} was not tested: {effect.share.reason}")
+            sentences.append(f"{blur} was not tested: {effect.share.reason}")
             continue
         share = effect.share
         verb = "left" if not share.significant else "raised" if share.estimate > 0 else "lowered"
         change = f"{decimals(100 * share.estimate, 1)} percentage points, 95{SPACE}% CI "
         change += interval(100 * share.low, 100 * share.high, 1)
         unchanged = "" if share.significant else " without reliable change"
-        told.append(
+        sentences.append(
             f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_dz(share)}; "
             f"Wilcoxon p{SPACE}{_is(effect.wilcoxon_p_holm)})."
         )
-    if told:
-        told.append("p values are corrected by Holm’s method over the gradients.")
-    return told
+    if sentences:
+        sentences.append("p values are corrected by Holm’s method over the gradients.")
+    return sentences
 
 
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
@@ -192,9 +192,9 @@ def _own_table(part: Ratings) -> str:
 
 def analysis_ratings(bound: float, scale: Scale) -> list[str]:
     """How ratings are analysed."""
-    told = []
+    sentences = []
     if scale == "ratio":
-        told.append(
+        sentences.append(
             "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The primary "
             "outcome is the rise: the log ratio of the rating at the largest aperture to that at the pinhole, one "
             "value for each subject and scene (repetitions averaged). Its mean was tested with subjects and "
@@ -213,14 +213,14 @@ def analysis_ratings(bound: float, scale: Scale) -> list[str]:
             "subjects (Cousineau, Morey). Tests are two-sided unless stated."
         )
     else:
-        told.append(
+        sentences.append(
             "Answers were steps of an ordinal scale. One cumulative-link mixed model (logit) with a slope on the "
             "diameter of the aperture for each fixation, fixation and scenes as fixed effects, and random intercepts "
             "and slopes of the subjects was fitted by adaptive Gauss-Hermite quadrature; slopes and their difference "
             "were referred to Student’s t with N − 1 degrees of freedom and corrected by Holm’s method as one family. "
             "Results hold for other subjects, with these scenes."
         )
-    return told
+    return sentences
 
 
 def methods_necker(part: Reports) -> list[str]:

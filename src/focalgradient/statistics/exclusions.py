@@ -395,14 +395,14 @@ def _observer(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
     nonrigid, rigid = time(catch, "nonrigid"), time(catch, "rigid")
     passed = nonrigid > rules.catch_share * (nonrigid + rigid)
     lasted = rows.groupby(keys)["trial_duration"].first()
-    told = time(rows, "rigid") + time(rows, "nonrigid")
+    reported = time(rows, "rigid") + time(rows, "nonrigid")
     return SubjectQuality(
         name,
         len(lasted),
         len(passed),
         float(passed.mean()) if len(passed) else None,
         None,
-        1 - float(told.sum() / lasted.sum()) if len(lasted) else None,
+        1 - float(reported.sum() / lasted.sum()) if len(lasted) else None,
         0,
         0,
         int((rows.groupby(keys)["dropped_frames"].max() > 0).sum()) if "dropped_frames" in rows else None,
