@@ -93,12 +93,12 @@ class Examined:
     statistic: NDArray[np.float64]  # of the check
     wrong: NDArray[np.bool_]  # whether the check's joint answer is
     default_wrong: NDArray[np.bool_]  # whether the default method's own answer is
-    default_refused: NDArray[np.bool_]
+    default_rejected: NDArray[np.bool_]
 
     @property
     def default_found(self) -> float:
         """Share of the default method's wrong answers that it refuses itself."""
-        return float(self.default_refused[self.default_wrong].mean()) if self.default_wrong.any() else np.nan
+        return float(self.default_rejected[self.default_wrong].mean()) if self.default_wrong.any() else np.nan
 
 
 def examine(make_views: Callable[[tuple[int, int], int], Views], shape: tuple[int, int], seeds: range) -> Examined:
@@ -165,7 +165,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             **{f"{name.replace(' ', '_')}_wrong_percent": 100 * float(cases[name].wrong.mean()) for name in KINDS},
             **{f"{name.replace(' ', '_')}_found_at_default_percent": 100 * points[name] for name in KINDS},
             **{f"{name.replace(' ', '_')}_area_under_curve": areas[name] for name in KINDS},
-            "sound_wall_refused_by_default_method_percent": 100 * float(sound.default_refused.mean()),
+            "sound_wall_refused_by_default_method_percent": 100 * float(sound.default_rejected.mean()),
             **{
                 f"{name.replace(' ', '_')}_wrong_by_default_method_percent": 100 * float(case.default_wrong.mean())
                 for name, case in cases.items()
@@ -200,7 +200,7 @@ def _draw(
         ax.set(xlabel="false-alarm rate that is set", ylabel="share of wrong answers rejected")
         ax.set_title("(a) The check: its joint answers")
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
-        shares = [float(sound.default_refused.mean()), *(case.default_found for case in cases.values())]
+        shares = [float(sound.default_rejected.mean()), *(case.default_found for case in cases.values())]
         colours = ["#bdbdbd", *(colour for _, colour, _ in KINDS.values())]
         hatches = ["", *("" if dash == "-" else "////" for _, _, dash in KINDS.values())]
         labels = ["sound wall,\nall answers"]

@@ -62,14 +62,15 @@ def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, 
     with style():
         figure = new_figure(*page)
         view, _ = drawn["without"]
-        for x, what in ((2.0, "view"), (49.0, "without"), (108.0, "with")):
-            ax = figure.add_axes((x / page[0], 74 / page[1], 43 / page[0], 33 / page[1]))
+        for x, what in ((2.0, "view"), (47.0, "without"), (108.0, "with")):
+            ax = figure.add_axes((x / page[0], 76 / page[1], 40 / page[0], 30 / page[1]))
             if what == "view":
                 draw_view(ax, view, "first view")
             else:
                 depth = drawn[what][1]
                 titles = {"without": "windows alone", "with": "continued to outlines"}
                 draw_depth(ax, depth, title=titles[what], outlines=what == "with")
+                ax.child_axes[-1].set_ylabel("distance (m)")
         for number, (column, title) in enumerate(zip(COLUMNS, TITLES, strict=True)):
             ax = figure.add_axes(((12 + 41 * number) / page[0], 12 / page[1], 32 / page[0], 44 / page[1]))
             for name, one in found.items():
@@ -79,6 +80,8 @@ def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, 
                 ax.plot(0, ends[0], color=GREY, marker="o", markersize=3)
             ax.set(xlim=(-0.3, 1.3), title=f"{title} (%)")
             ax.set_xticks((0, 1), ("windows", "outlines"))
+        for x, colour, words in ((12, BLUE, "made with"), (32, ORANGE, "held back")):
+            figure.text(x / page[0], 62.5 / page[1], words, color=colour, weight="bold", fontsize=8)
         figure.draw_without_rendering()
     return figure
 

@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatch": "//////"}
-"""How the ground under refused pixels is drawn: no colour map used here comes near this hatched grey."""
+"""How the ground under rejected pixels is drawn: no colour map used here comes near this hatched grey."""
 
 _MOST_VIEWS = 4
 
@@ -109,7 +109,7 @@ def depth_figure(
             draw_error(error_ax, depth, truth)
         draw_depth(depth_ax, depth, limits=limits)
         draw_uncertainty(sd_ax, depth)
-        legend = [Patch(**REFUSED, linewidth=0, label="refused: no depth is claimed here")]
+        legend = [Patch(**REFUSED, linewidth=0, label="rejected: no depth is claimed here")]
         figure.legend(handles=legend, loc="lower left", bbox_to_anchor=(0.0, 0.0), handlelength=2.4, handleheight=1.2)
         if len(views) > len(shown):
             figure.text(
