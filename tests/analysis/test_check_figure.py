@@ -13,5 +13,5 @@ def test_reflections_are_found_and_a_sound_wall_is_left_alone():
     assert mirrored.wrong.mean() > 0.5
     assert np.mean(sound.statistic > chi2.isf(0.01, 1)) < 0.1
     assert (mirrored.statistic[mirrored.wrong][:, None] > sound.statistic).mean() > 0.9
-    assert sound.default_refused.mean() < 0.1
+    assert sound.default_rejected.mean() < 0.1
     assert mirrored.default_found > 0.5
