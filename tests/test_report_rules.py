@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 from recorded import record_ratings
 from scipy import stats
 
 from focalgradient import InputError
+from focalgradient.cli import main
 from focalgradient.design import NeckerDesign
 from focalgradient.power import CubeModel, CubeStudy, Model, cube_experiment, quick_cube_power
 from focalgradient.report import Stated, load_rules, make_report
@@ -146,6 +148,12 @@ def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) ->
     assert "There is no column of strengths" in text
     assert b"wilcox.test" in made.files["necker_headline.R"]
     assert len(pd.read_csv(io.BytesIO(made.files["necker_reports.csv"]))) == 20
+    with pytest.raises(InputError, match=r"scale is of depth ratings, but cube\.csv holds reports on the cube"):
+        make_report(file, columns=names, scale="ordinal")
+    given = ["report", str(file), "--out", str(tmp_path / "out"), "--bound", "1.2", "--columns"]
+    result = CliRunner().invoke(main, [*given, ",".join(f"{ours}={theirs}" for ours, theirs in names.items())])
+    assert result.exit_code == 2
+    assert "--bound is of depth ratings" in result.output
 
 
 def test_cells_are_no_formulas() -> None:

@@ -109,6 +109,7 @@ def report(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report
     from focalgradient.statistics import Rules
+    from focalgradient.statistics.own_reports import holds_reports
 
     inputs = [path for path in (folder, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
@@ -121,6 +122,11 @@ def report(
         show({"written": [text]}, f"Done: open {text}")
         return
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
+    of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
+    given = [option for option, value in of_ratings.items() if value]
+    if given and folder.is_file() and holds_reports(folder, columns):
+        where = printable(folder)
+        raise InputError(f"{given[0]} is of depth ratings, but {where} holds reports on the cube: leave it out.")
     seconds = 0.0 if folder.is_file() else SESSION_S * sum(1 for _ in folder.glob("sub-*"))
     with resumable("nothing was written.") as say, shared_work(workers, scheduler, seconds) as executor:
         made = make_report(

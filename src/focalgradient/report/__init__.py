@@ -140,7 +140,8 @@ def make_report(
     Raises
     ------
     InputError
-        If nothing can be analysed, for the first reason.
+        If nothing can be analysed, for the first reason; or if a table of reports on the cube is given with `bound`,
+        `scale`, `bayes` or `focal_length_mm`, which are of ratings.
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
@@ -152,6 +153,11 @@ def make_report(
     ratings: Ratings | None = None
     reports: Reports | None = None
     if root.is_file() and holds_reports(root, columns):
+        settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
+        if given := [name for name, value in settings.items() if value is not None]:
+            raise InputError(
+                f"{given[0]} is of depth ratings, but {root.name} holds reports on the cube: leave it out."
+            )
         own_reports = read_reports(root, columns, conditions)
         reports = analyse_report_table(own_reports.table, rules=stated.rules)
         notes += own_reports.notes
