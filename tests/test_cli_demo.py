@@ -107,3 +107,11 @@ def test_a_file_in_the_place_of_the_folder_is_refused(made):
     assert result.stderr.startswith("Error: ")
     assert result.stderr.count("\n") == 1
     assert (folder / "near.png").read_bytes() == before
+
+
+def test_files_of_somebody_else_are_not_replaced(tmp_path):
+    (tmp_path / "views.toml").write_text("mine")
+    result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "holds views.toml already, and is no folder of examples" in result.output
+    assert [path.name for path in tmp_path.iterdir()] == ["views.toml"]

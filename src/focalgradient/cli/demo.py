@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,8 @@ import numpy as np
 
 from focalgradient.cli.depth import depth
 from focalgradient.cli.program import json_option, progress, show, writable
-from focalgradient.files import replace_set
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_bytes, replace_set, write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -123,7 +124,10 @@ def demo(context: click.Context, out: Path) -> None:
     names = ("near.png", "far.png", "views.toml", "cards.png", "video.mkv", "picture.png", "distance.npy")
     everything = (*names, *targets, "targets.toml", "ratings.csv", "camera.toml", "README.txt", "depth")
     writable(out, [name for name in everything if name != "depth"])
+    _refuse_others(out, everything)
     with progress(7) as say:
+        out.mkdir(parents=True, exist_ok=True)
+        write_whole(out / "README.txt", README.encode())  # first: by it the folder is known as ours
         say("two photographs")
         files: dict[str, bytes | Callable[[Path], object]] = {**_photographs(), "views.toml": VIEWS_TOML.encode()}
         say("a target")
@@ -141,7 +145,7 @@ def demo(context: click.Context, out: Path) -> None:
         files["ratings.csv"] = _ratings()
         replace_set(out, files, "views.toml")
         say("a calibrated camera")
-        replace_set(out, {"camera.toml": _camera(out / "targets.toml"), "README.txt": README.encode()}, "README.txt")
+        replace_set(out, {"camera.toml": _camera(out / "targets.toml")}, "camera.toml")
     show(
         None,  # the result is that of depth
         f"Written: {len(files) + 2} files in {out}; README.txt says what each is.",
@@ -149,6 +153,16 @@ def demo(context: click.Context, out: Path) -> None:
     )
     context.invoke(depth, inputs=(out / "views.toml",), out=out / "depth", f_numbers=(), focus_distances=())
     show(None, f"Look at {out / 'depth' / 'depth.png'}. {TRUST}")
+
+
+def _refuse_others(out: Path, names: Sequence[str]) -> None:
+    """Refuse a folder in which a file of somebody else's would be replaced."""
+    if (out / "README.txt").is_file() and read_bytes(out / "README.txt").startswith(README.encode()[:60]):
+        return
+    if there := [name for name in names if (out / name).exists()]:
+        raise InputError(
+            f"{printable(out)} holds {there[0]} already, and is no folder of examples: give --out another folder."
+        )
 
 
 def _seen(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:
