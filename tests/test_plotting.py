@@ -101,7 +101,7 @@ def test_refused_pixels_show_hatched_grey_and_valid_ones_colour():
             assert not is_grey(kept).any(), title
     truth = pixels(figure, panel(figure, "True depth"))
     assert not is_grey(truth).any()
-    assert "refused" in written(figure)
+    assert "rejected" in written(figure)
     assert "50 % valid" in written(figure)
 
 
