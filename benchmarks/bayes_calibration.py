@@ -114,13 +114,13 @@ def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
     rows = rows.astype({"participant_id": str, "scene": str})
     found = posterior_of_rises(rows, "nearest", 1.2, seed=task[1] + 1, draws=DRAWS, tune=TUNE, chains=2)
     assert isinstance(found, Posterior)
-    told = {}
+    compared = {}
     for name, draws in ({"rise": found.draws} | dict(found.spread)).items():
         quantile = posterior.below(name, draws)
         effective = effective_number(quantile.reshape(2, DRAWS))
         z = (quantile.mean() - 0.5) * math.sqrt(12 * effective)
-        told[name] = {"z": float(z), "quantile": float((draws < truth[name]).mean()), "effective": effective}
-    return told
+        compared[name] = {"z": float(z), "quantile": float((draws < truth[name]).mean()), "effective": effective}
+    return compared
 
 
 def main() -> None:

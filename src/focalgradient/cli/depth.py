@@ -190,8 +190,9 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
     views = make_views(settings, photographs)
     with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
         offset = settings.offset
-    result, psf = _estimated(views, settings, asked, offset, say)
-    result = _encoding_doubted(result, views, settings, photographs, asked, offset)
+    psf, limits = _shape(asked["psf"], method, settings.calibration), _limits(settings, asked, offset)
+    result = _estimated(views, settings, asked, psf, limits, say)
+    result = _encoding_doubted(result, views, settings, photographs, asked, limits)
     result = _referred(result, views, settings, offset)
     if not result.valid.any():
         lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
@@ -212,17 +213,18 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
 
 
 def _estimated(
-    views: Sequence[View], settings: Settings, asked: Mapping[str, Any], offset: float, say: Callable[[str], object]
-) -> tuple[DepthMap, BlurSource]:
-    """Depth as counted from the entrance pupil, as the optics count, and the shape of blur that it was estimated with.
-
-    The user's limits count from a plane on the camera, `offset` (m) before it.
-    """
+    views: Sequence[View],
+    settings: Settings,
+    asked: Mapping[str, Any],
+    psf: BlurSource,
+    limits: tuple[float | None, float | None],
+    say: Callable[[str], object],
+) -> DepthMap:
+    """Depth as counted from the entrance pupil, as the optics count."""
     from focalgradient import recover_depth
 
-    psf = _shape(asked["psf"], asked["method"], settings.calibration)
-    near, far = _limits(settings, asked, offset)
-    result = recover_depth(
+    near, far = limits
+    return recover_depth(
         views,
         method=asked["method"],
         near=near,
@@ -232,10 +234,10 @@ def _estimated(
         align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
         progress=lambda share, words: say(words),
     )
-    return result, psf
 
 
 def _limits(settings: Settings, asked: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
+    """Nearest and farthest distance (m) from the entrance pupil; the user's count from a plane `offset` before it."""
     near, far = (None if asked[end] is None else asked[end] + offset for end in ("near_m", "far_m"))
     return _beside_focus(near, far, settings)
 
@@ -246,7 +248,7 @@ def _encoding_doubted(
     settings: Settings,
     photographs: Sequence[Photograph],
     asked: Mapping[str, Any],
-    offset: float,
+    limits: tuple[float | None, float | None],
 ) -> DepthMap:
     """`result` with how much depth would differ were 8-bit files linear, where nobody states how they are encoded."""
     from focalgradient.photographs.encoding_doubt import encoding_doubt
@@ -254,7 +256,7 @@ def _encoding_doubted(
     supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
     if not supposed or asked["method"] != "equalise":
         return result
-    doubt = encoding_doubt(views, result, *_limits(settings, asked, offset), asked["align"])
+    doubt = encoding_doubt(views, result, *limits, asked["align"])
     return result if doubt is None else replace(result, details=result.details | {"encoding_doubt_D": doubt})
 
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import check_pupil, wavelengths
-from focalgradient.eye.wavefront import Aberrations, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
 from focalgradient.files import printable, read_text
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
@@ -91,18 +91,12 @@ def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
     totals: dict[tuple[int, int], float] = {}
     for n, m, coefficient in aberrations:
         for order in range(abs(m), n + 1, 2):
-            kept = _radial(n, order, share) - (_radial(n, order + 2, share) if order + 2 <= n else 0.0)
+            kept = share**order * radial_over_power(n, order, share**2)
+            if order + 2 <= n:
+                kept -= share ** (order + 2) * radial_over_power(n, order + 2, share**2)
             key = (order, m)
             totals[key] = totals.get(key, 0.0) + coefficient * math.sqrt((n + 1) / (order + 1)) * kept
     return tuple((n, m, value) for (n, m), value in sorted(totals.items()) if value)
-
-
-def _radial(n: int, m: int, rho: float) -> float:
-    """Zernike's radial polynomial R of orders n and m at `rho`, 1 at the rim."""
-    k = (n - m) // 2
-    return math.fsum(
-        (-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, k - s) * rho ** (n - 2 * s) for s in range(k + 1)
-    )
 
 
 def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
@@ -159,7 +153,7 @@ def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:
         whole = [int(value) for value in orders]
         if len(whole) == 1 and whole[0] >= 0:
             return whole[0]
-        if len(whole) == 2 and 0 <= abs(whole[1]) <= whole[0] <= 20 and (whole[0] - whole[1]) % 2 == 0:
+        if len(whole) == 2 and is_term(*whole):
             return osa_index(*whole)
     raise InputError(f"{printable(path)}: there is no Zernike term {', '.join(f'{value:g}' for value in orders)}.")
 

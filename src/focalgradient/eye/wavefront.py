@@ -8,6 +8,7 @@ x moves light to positive angles.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,18 +64,20 @@ def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     """
     _check_order(n, m)
     z = np.asarray(x, dtype=float) + 1j * np.asarray(y, dtype=float)
-    square, k = np.abs(z) ** 2, abs(m)
-    radial = sum(
-        (-1) ** s
-        * math.comb(n - s, s)
-        * math.comb(n - 2 * s, (n - k) // 2 - s)
-        * square ** ((n - k) // 2 - s)  # what is left of rho^(n - 2 s) once rho^k goes with the angle
-        for s in range((n - k) // 2 + 1)
-    )
+    k = abs(m)
+    radial = radial_over_power(n, k, np.abs(z) ** 2)
     if m == 0:
         return math.sqrt(n + 1) * radial
     turned = z**k
     return math.sqrt(2 * (n + 1)) * radial * (turned.imag if m < 0 else turned.real)
+
+
+def radial_over_power(n: int, k: int, square: Any) -> Any:
+    """Zernike's radial polynomial R of orders n and k over rho^k, of the squared radius: rho^k goes with the angle."""
+    half = (n - k) // 2
+    return sum(
+        (-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, half - s) * square ** (half - s) for s in range(half + 1)
+    )
 
 
 def pupil_transfer(
@@ -222,8 +225,13 @@ def check_aberrations(aberrations: Aberrations) -> None:
         check_number("the coefficient of a Zernike term", term[2], "micrometres")
 
 
+def is_term(n: int, m: int) -> bool:
+    """Whether there is a Zernike term of these orders here."""
+    return 0 <= abs(m) <= n <= 20 and (n - m) % 2 == 0
+
+
 def _check_order(n: int, m: int) -> None:
-    if not (isinstance(n, int) and isinstance(m, int) and 0 <= abs(m) <= n <= 20 and (n - m) % 2 == 0):
+    if not (isinstance(n, int) and isinstance(m, int) and is_term(n, m)):
         raise InputError(
             f"there is no Zernike term n = {n!r}, m = {m!r} here: n is a whole number from 0 to 20, "
             "and m one of -n, -n + 2, ..., n."

@@ -14,15 +14,14 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.statistics.own_tables import (
-    ABSENT,
     PARTICIPANT,
+    answered,
     catch_trials,
     few,
     found_columns,
     numbers,
     place,
     read_table,
-    rows_of,
     unused,
     with_participants,
 )
@@ -224,15 +223,8 @@ def _checked_cells(
                 f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME, or add one that says "
                 f"{add} in each row."
             )
-    rating = table["rating"].str.strip()
-    absent = rating.str.lower().isin(ABSENT)
-    if absent.all():
-        raise InputError(f"{printable(path)} holds no rating: the column given for ratings is empty.")
-    if absent.any():
-        who = few(sorted(set(table["participant_id"][absent])))
-        notes.append(f"{rows_of(absent)} left out, without a rating (participants {who}).")
-        table, rating = table[~absent].copy(), rating[~absent]
-    table["rating"] = numbers(table, "rating", rating)
+    table = answered(path, table, "rating", "rating", notes)
+    table["rating"] = numbers(table, "rating", table["rating"].str.strip())
     table["aperture"] = [_aperture(cell, table, row, conditions) for row, cell in enumerate(table["aperture"])]
     table["fixation"] = [_fixation(cell, table, row, conditions) for row, cell in enumerate(table["fixation"])]
     for role in ("aperture_mm", "response_time", "dropped_frames"):

@@ -15,13 +15,12 @@ from focalgradient.files import printable
 from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
+    answered,
     catch_trials,
-    few,
     found_columns,
     numbers,
     place,
     read_table,
-    rows_of,
     truths,
     unused,
     with_participants,
@@ -129,13 +128,7 @@ def read_reports(
     for role in ("percept", "gradient"):
         if role not in table:
             raise InputError(f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME.")
-    absent = table["percept"].str.strip().str.lower().isin(ABSENT - {"none"})
-    if absent.all():
-        raise InputError(f"{printable(path)} holds no report: the column given for percepts is empty.")
-    if absent.any():
-        who = few(sorted(set(table["participant_id"][absent])))
-        notes.append(f"{rows_of(absent)} left out, without a percept (participants {who}).")
-        table = table[~absent].copy()
+    table = answered(path, table, "percept", "report", notes, ABSENT - {"none"})
     for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
         table[role] = _meant(table, role, known, words)
     table["strength"] = _strengths(table, notes)

@@ -17,6 +17,7 @@ from focalgradient.files import printable, read_bytes
 __all__ = [
     "ABSENT",
     "PARTICIPANT",
+    "answered",
     "catch_trials",
     "few",
     "found_columns",
@@ -29,7 +30,7 @@ __all__ = [
     "with_participants",
 ]
 
-ABSENT = {"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"}
+ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a"})
 """Cells that hold nothing."""
 
 TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
@@ -120,6 +121,20 @@ def with_participants(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.D
     if unnamed.any():
         raise InputError(f"{place(table, unnamed)}: the participant is missing: name it.")
     return table
+
+
+def answered(
+    path: Path, table: pd.DataFrame, role: str, record: str, notes: list[str], absent: frozenset[str] = ABSENT
+) -> pd.DataFrame:
+    """The rows that hold something in the column `role` of a `record`; those left out are noted."""
+    missing = table[role].str.strip().str.lower().isin(absent)
+    if missing.all():
+        raise InputError(f"{printable(path)} holds no {record}: the column given for {role}s is empty.")
+    if not missing.any():
+        return table
+    who = few(sorted(set(table["participant_id"][missing])))
+    notes.append(f"{rows_of(missing)} left out, without a {role} (participants {who}).")
+    return table[~missing].copy()
 
 
 def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:

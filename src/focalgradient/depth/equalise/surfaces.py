@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import share_rows
+from focalgradient.depth.numerics import repeat_blocks, share_rows
 
 __all__ = ["Zone", "continued", "pairs", "planes", "spread"]
 
@@ -122,7 +122,7 @@ def spread(
     pairs: NDArray[np.intp], planes: FloatArray, sd: FloatArray, step: int, shape: tuple[int, int], reach: int
 ) -> Zone:
     """The two surfaces of the nearest jump at every pixel (H x W), as far as `reach` pixels from it."""
-    jumps = (pairs[..., 0] >= 0).repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
+    jumps = repeat_blocks(pairs[..., 0] >= 0, step, shape)
     distance, index = ndimage.distance_transform_edt(~jumps, return_indices=True)
     pair = pairs[index[0] // step, index[1] // step]
     place = _places(shape, step)
@@ -159,7 +159,7 @@ def continued(
         if not some.any():
             continue
         index = ndimage.distance_transform_edt(~some, return_distances=False, return_indices=True)
-        own = tuple(part.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]] for part in index)
+        own = tuple(repeat_blocks(part, step, shape) for part in index)
         value = _value(planes, own, place)
         use = (near == side) & (np.abs(value - level) < gap)
         level[use], sd[use] = value[use], _sd(nodes.sd, own, place)[use]
