@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from focalgradient.depth.equalise.residuals import residual_filters
+from focalgradient.depth.equalise.residuals import Residuals, residual_filters
+from focalgradient.depth.numerics import block_sum
 from focalgradient.psf import transfer
 
 COUNTS = st.tuples(st.integers(2, 5), st.integers(1, 3), st.integers(1, 4))
@@ -45,3 +46,26 @@ def test_what_is_left_of_a_scene_is_nothing_and_of_noise_all_that_is_unexplained
     explained = (noise * transfers).sum(axis=0) ** 2 / (transfers**2).sum(axis=0)
     left = ((filters * noise).sum(axis=1) ** 2).sum(axis=0)
     assert left == pytest.approx((noise**2).sum(axis=0) - explained, abs=1e-3)
+
+
+@pytest.mark.parametrize("low_rank", [True, False])
+def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bool) -> None:
+    rng = np.random.default_rng(3)
+    count, levels, step, shape = 4, 9, 3, (20, 31)  # neither side is a multiple of the block's
+    coefficients = rng.normal(size=(levels, count)) if low_rank else None
+    images = rng.normal(size=(count if low_rank else levels, *shape)).astype(np.float32)
+    residuals = Residuals(images, coefficients, *(np.ones(1) for _ in range(4)))
+    before, after = (rng.random(shape) < 0.8).astype(np.float32), np.ones(shape, np.float32)
+    after[:, :17] = before[:, :17]
+
+    each = images if coefficients is None else np.tensordot(coefficients, images, 1)
+    truth = np.zeros((levels, 7, 11))
+    for (y, x), weight in np.ndenumerate(after):
+        truth[:, y // step, x // step] += weight * each[:, y, x] ** 2
+    assert residuals.energy(after, step) == pytest.approx(truth, rel=1e-5)
+
+    energy = residuals.energy(before, step)
+    blocks = block_sum((before != after).astype(np.float32), step) > 0
+    assert 0 < blocks.mean() < 0.6
+    energy[:, blocks] = residuals.energy_of_blocks(blocks, after, step)
+    assert energy == pytest.approx(truth, rel=1e-5)

@@ -117,10 +117,11 @@ class Spectra:
     def filtered(self, filters: FloatArray) -> Image:
         """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
         samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
-        gains = [np.interp(samples, np.arange(RADIAL), row).astype(np.float32) for row in filters]
-        total = gains[0].take(self.position) * self.values[0]
-        for gain, spectrum in zip(gains[1:], self.values[1:], strict=True):
-            total += gain.take(self.position) * spectrum
+        total = np.zeros(self.position.shape, np.complex64)
+        for row, spectrum in zip(filters, self.values, strict=True):
+            if row.any():  # a comparison of early views leaves out those after
+                gain = np.interp(samples, np.arange(RADIAL), row).astype(np.float32)
+                total += gain.take(self.position) * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
         image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
         return image

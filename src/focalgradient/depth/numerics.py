@@ -91,14 +91,19 @@ def block_squares(images: NDArray[np.float32], weight: NDArray[np.float32], step
 @njit(nogil=True, cache=True, fastmath=True)
 def _block_squares(images, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
     count, height, width = images.shape
-    for k in range(count):
-        for row in range(first, last):
+    total = np.empty(width, np.float32)
+    for row in range(first, last):
+        for k in range(count):
+            total[:] = 0
             for y in range(row * step, min(height, (row + 1) * step)):
-                for column in range(sums.shape[2]):
-                    total = np.float32(0)
-                    for x in range(column * step, min(width, (column + 1) * step)):
-                        total += weight[y, x] * images[k, y, x] ** 2
-                    sums[k, row, column] += total
+                kept, image = weight[y], images[k, y]
+                for x in range(width):
+                    total[x] += kept[x] * image[x] ** 2
+            for column in range(sums.shape[2]):
+                part = 0.0
+                for x in range(column * step, min(width, (column + 1) * step)):
+                    part += total[x]
+                sums[k, row, column] = part
 
 
 def half_sums(

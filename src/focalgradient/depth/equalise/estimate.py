@@ -265,7 +265,9 @@ def _estimate_robustly(
     middle = (slice(rim, -rim), slice(rim, -rim))
     agrees, used = registered.usable, registered.usable & (inward >= rim)
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
-    mean, support = equalised.averages(used.astype(np.float32))
+    weight = used.astype(np.float32)
+    energy = equalised.energy(weight)
+    mean, support = equalised.averages(energy, weight)
     some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
@@ -276,10 +278,11 @@ def _estimate_robustly(
         reach = REACH * np.interp(local.level, np.arange(equalised.levels), blur)
         within = registered.usable & (inward >= np.clip(reach, rim, min(registered.shape) / 6))
         used = agrees & within
-        if (before ^ used).mean() < SETTLED:
+        weight, changed = used.astype(np.float32), before ^ used
+        if changed.mean() < SETTLED:
             break
-        nodes = equalised.read(used.astype(np.float32), scale)
-    weight = used.astype(np.float32)
+        equalised.sum_again(energy, weight, changed)
+        nodes = equalised.minima(*equalised.averages(energy, weight), scale)
     nodes = replace(equalised.refine(nodes, local, weight, scale, GROWTH[:2]), sd=nodes.sd)
     local, images = equalised.evaluate_images(nodes)
     nodes = equalised.refine(nodes, local, weight, scale)  # again, about the first's answer

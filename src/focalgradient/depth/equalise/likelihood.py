@@ -103,15 +103,24 @@ class Equalised:
 
         `noise` is the noise variance in units of the one assumed.
         """
-        return self.minima(*self.averages(weight), noise)
+        return self.minima(*self.averages(self.energy(weight), weight), noise)
 
-    def averages(self, weight: Image) -> tuple[Image, FloatArray]:
-        """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
-        count = numerics.gather(numerics.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
-        full = 2 * np.pi * self.window**2
+    def energy(self, weight: Image) -> Image:
+        """Squared residuals of every level, summed over each node's block (L x h x w)."""
         energy = self.residuals[0].energy(weight, self.step)
         for residual in self.residuals[1:]:
             energy += residual.energy(weight, self.step)
+        return energy
+
+    def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
+        """Change `energy` to that with `weight`, where only the pixels of `changed` (H x W) have another weight."""
+        blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
+        energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
+
+    def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
+        """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
+        count = numerics.gather(numerics.block_sum(weight, self.step).astype(np.float32)[None], self.window / self.step)
+        full = 2 * np.pi * self.window**2
         mean = numerics.gather(energy, self.window / self.step)
         mean /= np.maximum(count, 1e-6 * full)
         return mean, (count[0] / full).astype(float)

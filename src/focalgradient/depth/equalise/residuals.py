@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import FloatArray, Image, Spectra
@@ -12,7 +13,7 @@ from focalgradient.depth.filters import FloatArray, Image, Spectra
 __all__ = ["Residuals", "residual_filters"]
 
 BAND = 4_000_000
-"""Products of basis images that are held at a time."""
+"""Pixels of residual images that are held at a time."""
 
 MOST = 128
 """Filtered images that are held at most: 1 GB of them at 1920 x 1080 pixels."""
@@ -95,23 +96,34 @@ class Residuals:
         return cls(images, coefficients, gain @ measure, (gain * slope) @ measure, filters**2, measure)
 
     def energy(self, weight: Image, step: int) -> Image:
-        """Squared residuals at every level, summed over blocks of `step` pixels: L x h x w."""
-        if self.coefficients is None:
-            return numerics.block_squares(self.images, weight, step).astype(np.float32)
-        first, second = np.tril_indices(self.coefficients.shape[1])
-        quadratic = self.coefficients[:, first] * self.coefficients[:, second] * np.where(first == second, 1.0, 2.0)
+        """Squared residuals at every level, summed over blocks of `step` pixels with `weight` (H x W): L x h x w."""
+        return self._summed(self.images, weight, step)
+
+    def energy_of_blocks(self, blocks: NDArray[np.bool_], weight: Image, step: int) -> Image:
+        """As `energy`, for the n blocks that are true in `blocks` (h x w) only: L x n."""
         height, width = weight.shape
-        # By bands of rows, for the products to stay small.
-        band = max(1, BAND // (len(first) * -(-width // step)))
-        bands = [
-            quadratic
-            @ numerics.block_products(self.images[:, y : y + band * step], weight[y : y + band * step], step).reshape(
-                len(first), -1
-            )
-            for y in range(0, height, band * step)
-        ]
-        energy = np.concatenate([part.astype(np.float32) for part in bands], axis=1)
-        return energy.reshape(len(quadratic), -(-height // step), -(-width // step))
+        rows, columns = (index[:, None] * step + np.arange(step) for index in np.nonzero(blocks))
+        within = (rows < height)[:, :, None] & (columns < width)[:, None, :]  # the last blocks may be partial
+        at = np.minimum(rows, height - 1)[:, :, None], np.minimum(columns, width - 1)[:, None, :]
+
+        def in_a_row(image: Image) -> Image:
+            return np.ascontiguousarray(np.moveaxis(image, -3, -2)).reshape(*image.shape[:-3], step, -1)
+
+        return self._summed(in_a_row(self.images[:, *at]), in_a_row(weight[at] * within), step)[:, 0]
+
+    def _summed(self, images: Image, weight: Image, step: int) -> Image:
+        """Squared residuals made of `images` (r x H x W), summed over blocks."""
+        if self.coefficients is None:
+            return numerics.block_squares(images, weight, step).astype(np.float32)
+        coefficients = self.coefficients.astype(np.float32)
+        height, width = weight.shape
+        band = step * max(1, BAND // (len(coefficients) * width * step))  # by bands of rows, for memory
+        sums = []
+        for y in range(0, height, band):
+            part = images[:, y : y + band]
+            residuals = (coefficients @ part.reshape(len(part), -1)).reshape(-1, *part.shape[1:])
+            sums.append(numerics.block_squares(residuals, weight[y : y + band], step).astype(np.float32))
+        return np.concatenate(sums, axis=1)
 
     def at(self, level: Image) -> tuple[Image, Image]:
         """The residual image where each pixel lies at its own (fractional) `level`, and its derivative by level."""
