@@ -130,6 +130,9 @@ def test_several_focuses_are_found_apart() -> None:
         camera.lens(5.6)
     with pytest.raises(InputError, match=r"f/8 was not calibrated, only f/5\.6"):
         camera.lens(8, 1.8)
+    for pinhole in (math.inf, 0.0, math.nan):
+        with pytest.raises(InputError, match="was not calibrated, only"):
+            camera.lens(pinhole, 1.8)
 
 
 def test_one_shaken_exposure_of_three_does_no_harm() -> None:

@@ -264,11 +264,11 @@ DAMAGES = {
         "does not lie where its name says",
     ),
     # Sidecars alone.
-    "another seed told": (told("Seed", 3), "Seed differ from what the journal says"),
-    "other sittings told": (told("Sittings", []), "Sittings differ from what the journal says"),
+    "another seed told": (told("Seed", 3), "Seed differs from what the journal says"),
+    "other sittings told": (told("Sittings", []), "Sittings differs from what the journal says"),
     "another design told": (
         told("Design", RATING.model_dump(mode="json") | {"picture_s": 9.0}),
-        "Design differ from what the journal says",
+        "Design differs from what the journal says",
     ),
     "other pictures told": (told("StimuliSHA256", "0" * 64), "StimuliSHA256 differ from what the journal says"),
     "a column's words": (told("rating", {"Description": "How bright."}), "rating differ from what the journal says"),

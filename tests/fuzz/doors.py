@@ -380,6 +380,9 @@ GOOD = {
 }
 
 
+ARGUMENTS = [text for text in TEXTS if not {"\0", "\ud800"} & set(text)]  # no shell can pass the others
+
+
 def arguments(chance: random.Random, folder: Path) -> None:
     from focalgradient.cli import main
 
@@ -393,14 +396,13 @@ def arguments(chance: random.Random, folder: Path) -> None:
                 args += [option, value]
     for _ in range(chance.choice((1, 1, 2))):
         option = chance.choice(OPTIONS[command])
-        texts = [text for text in TEXTS if "\0" not in text]  # which no shell can pass
-        value = chance.choice([*map(str, NUMBERS), *texts, "views.toml", "camera.toml", ".", "\udcff.avi", "-"])
+        value = chance.choice([*map(str, NUMBERS), *ARGUMENTS, "views.toml", "camera.toml", ".", "\udcff.avi", "-"])
         if option in args and chance.random() < 0.7:
             args[args.index(option) + 1] = value
         else:
             args += [option, value]
     if chance.random() < 0.1:
-        args[0] = chance.choice(("views.toml", *(text for text in TEXTS if "\0" not in text)))
+        args[0] = chance.choice(("views.toml", *ARGUMENTS))
     before = os.getcwd()
     os.chdir(folder)
     try:

@@ -215,8 +215,10 @@ class Calibration:
     def _place(self, f_number: float, focus_distance: float | None) -> tuple[int, int]:
         """Which of the f-numbers and of the focus vergences is meant."""
         stops, marks = list(self.f_numbers), list(self.focus)
-        stop = int(np.argmin(np.abs(np.log(np.array(stops) / f_number))))
-        if not abs(math.log(stops[stop] / f_number)) < 0.03:
+        with np.errstate(all="ignore"):  # an f-number that is none is not near any
+            off = np.abs(np.log(np.array(stops) / f_number))
+        stop = int(np.argmin(off))
+        if not off[stop] < 0.03:
             known = ", ".join(f"f/{mark:g}" for mark in stops)
             raise InputError(
                 f"f/{f_number:g} was not calibrated, only {known}: take the target's picture at that f-number too."

@@ -21,7 +21,7 @@ def printable(name: str | os.PathLike[str]) -> str:
     >>> printable("a\udcff.png")
     'a�.png'
     """
-    text = os.fspath(name).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    text = "".join("\ufffd" if "\ud800" <= letter <= "\udfff" else letter for letter in os.fspath(name))
     return "".join(letter if letter.isprintable() else " " for letter in text)
 
 

@@ -147,7 +147,7 @@ def over_subjects(cells: ArrayLike) -> Effect | NotComputed:
     """
     shared = _used(cells)
     if not np.isnan(shared).any():
-        return paired_effect(shared.mean(axis=1), THESE)
+        return paired_effect(shared.mean(axis=1) if shared.size else [], THESE)
     means = _filled(shared).mean(axis=1) if _connected(shared) else np.nanmean(shared, axis=1)
     return paired_effect(means, THESE)
 
