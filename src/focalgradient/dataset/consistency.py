@@ -124,7 +124,8 @@ def wrong_sidecar(sidecar: Mapping[str, Any], log: Log) -> Iterator[str]:
     made = json.loads(json.dumps(sidecar_of(log)))
     keys = [key for key, value in made.items() if sidecar.get(key) != value]
     if keys:
-        yield f"{', '.join(keys)} {'differ' if len(keys) > 1 else 'differs'} from what the journal says: move it away, and use --export."
+        differ = "differ" if len(keys) > 1 else "differs"
+        yield f"{', '.join(keys)} {differ} from what the journal says: move it away, and use --export."
 
 
 def wrong_rows(
