@@ -29,7 +29,7 @@ ROOMS = {
     "depth": {"errors", "files", "optics", "parallel", "progress", "psf", "view"},
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
-    "eye": {"errors", "files", "optics", "parallel", "psf", "render", "scenes", "view"},
+    "eye": {"depth", "errors", "files", "optics", "parallel", "progress", "psf", "render", "scenes", "view"},
     "display": {"errors"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),

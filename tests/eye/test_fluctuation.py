@@ -122,3 +122,59 @@ def test_an_oscillation_out_of_range() -> None:
     for bad in ({"amplitude": -1}, {"frequency": 0}, {"frequency": np.inf}, {"phase": np.nan}):
         with pytest.raises(InputError, match=f"{next(iter(bad))} is "):
             Oscillation(**bad)
+
+
+def low_and_high(setting: Microfluctuations) -> tuple[float, float]:
+    """Power in D^2 below 0.6 Hz (without drift), and from 1.0 to 2.3 Hz."""
+    low = quad(setting.spectrum, setting.lowest * (1 + 1e-12), 0.6, limit=200)[0]
+    return low, quad(setting.spectrum, 1.0, 2.3)[0]
+
+
+def test_pupil_light_and_effort() -> None:
+    """What is published: below about 2 mm and at 0.002 cd/m^2 low frequencies grow, high ones stay; effort adds."""
+    usual = low_and_high(Microfluctuations.of(0.005, 600.0, 2.0))
+    by_pupil = [low_and_high(Microfluctuations.of(1e-3 * mm, 600.0, 2.0)) for mm in (4, 3, 2, 1, 0.5)]
+    assert all(high == pytest.approx(usual[1]) for _, high in by_pupil)
+    growth = [low / usual[0] for low, _ in by_pupil]
+    assert growth == sorted(growth)
+    assert growth[1] < 1.15  # Gray et al. 1993a, Day et al. 2009
+    assert growth[3] > 1.5
+    assert growth[4] > 4
+    by_light = [low_and_high(Microfluctuations.of(0.005, light, 2.0)) for light in (6, 0.2, 0.002)]
+    assert by_light[1][0] / usual[0] < 1.05  # Gray et al. 1993b, Day et al. 2009
+    assert by_light[2][0] / usual[0] > 1.5
+    assert all(high == pytest.approx(usual[1]) for _, high in by_light)
+    rms = [Microfluctuations.of(0.005, 100.0, effort).rms for effort in (0, 2, 4)]
+    assert rms == sorted(rms)
+    assert 0.1 <= rms[0] < 0.12  # Charman & Heron 1988: 0.1 to 0.5 D
+    assert 0.25 < rms[2] < 0.5
+
+
+def test_published_shape_of_the_spectrum() -> None:
+    """Charman & Heron (1988): f^-1.1 to f^-1.5 below 0.6 Hz, a hump between 1.0 and 2.3 Hz, little between."""
+    setting = Microfluctuations.of(0.004)
+    slope = np.diff(np.log(setting.spectrum([0.05, 0.5]))) / np.log(10)
+    assert -1.5 <= slope[0] <= -1.1
+    assert setting.spectrum(2.0) > setting.spectrum(0.8) == 0
+
+
+def test_drift_is_a_random_walks() -> None:
+    """Over 400 courses: its own variance and spectrum, slow changes, and the other bands left as they are."""
+    with_drift = [Microfluctuations(rms=0.1, drift=0.2, seed=seed) for seed in range(400)]
+    times = np.array([0.0, 2.0, 8.0])
+    apart = np.array([w.at(times) - Microfluctuations(rms=0.1, seed=w.seed).at(times) for w in with_drift])
+    assert apart.std() == pytest.approx(0.2, rel=0.15)  # 400 courses: 3.5 % is one deviation
+    change = np.sqrt(np.mean((apart[:, 1:] - apart[:, :1]) ** 2, axis=0))
+    alone = Microfluctuations(rms=0.0, drift=0.2)
+    assert change == pytest.approx(alone.change_rms([2.0, 8.0]), rel=0.12)
+    assert alone.spectrum(0.016) / alone.spectrum(0.004) == pytest.approx(1 / 16)
+    assert not alone.spectrum([0.003, 0.03, 2.0]).any()
+
+
+def test_drift_out_of_range() -> None:
+    with pytest.raises(InputError, match="drift is -1"):
+        Microfluctuations(drift=-1)
+    with pytest.raises(InputError, match=r"drift goes from 0\.0033 Hz up to it"):
+        Microfluctuations(drift=0.1, lowest=0.003)
+    with pytest.raises(InputError, match="luminance is 0"):
+        Microfluctuations.of(0.004, 0.0)

@@ -5,6 +5,7 @@ Accommodation and defocus are in dioptres, light in nanometres. What takes an ey
 per radian; the formulas for a pupil of given size take cycles per degree, as the literature does: ``_cpd`` in the name.
 """
 
+from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
@@ -22,9 +23,12 @@ from focalgradient.eye.light import (
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
+from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.score import score
+from focalgradient.eye.target import Target
+from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.views import accommodation_views, band_views, eye_views
 from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
@@ -32,18 +36,26 @@ from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, ze
 __all__ = [
     "REFERENCE_NM",
     "Aberrations",
+    "Accommodation",
     "Band",
     "BlurName",
     "Cones",
+    "Course",
     "Eye",
     "GaussianFit",
     "Light",
     "Microfluctuations",
+    "Motion",
     "Oscillation",
     "Person",
     "Photons",
+    "Plant",
+    "Stimulus",
+    "Target",
     "TimeCourse",
+    "Track",
     "ZernikePopulation",
+    "accommodate",
     "accommodation_views",
     "band_difference",
     "band_image",
@@ -70,6 +82,8 @@ __all__ = [
     "read_zernike",
     "resized_zernike",
     "score",
+    "target_course",
+    "track",
     "zernike",
     "zernike_defocus",
 ]

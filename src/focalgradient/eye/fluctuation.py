@@ -18,12 +18,26 @@ from scipy.special import boxcox, inv_boxcox
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.quadrature import panels
-from focalgradient.eye.ranges import ordered_times
+from focalgradient.eye.ranges import check_pupil, ordered_times
 
 __all__ = ["Microfluctuations", "Oscillation"]
 
 LOW_END, HIGH_START, HIGH_END = 0.6, 1.0, 2.3
 """Hz: where the low band ends, and the high band begins and ends."""
+
+SLOWEST = 1 / 300
+"""Hz: where drift begins, a choice."""
+
+RESTING, PER_DIOPTRE = 0.1, 0.05
+"""Dioptres, root mean square, at no accommodation, and more for each dioptre of it: within the 0.1 to 0.5 D that
+Charman & Heron (1988) review; the line is our choice."""
+
+HIGH_SHARE = 0.15
+"""Share of the power in the high band where pupil and light are large: our choice."""
+
+SMALL_PUPIL, DIM = 1e-3, 0.002
+"""Pupil (m) and luminance (cd/m^2) at which what is low in frequency has twice its power: where Gray et al. (1993a, b)
+and Day et al. (2009) find it grown."""
 
 WAVES = 400
 """Sinusoids that make up one time course of accommodation in each band."""
@@ -97,6 +111,9 @@ class Microfluctuations:
         Slope of the low band, power falling as f^-beta: 1.1 to 1.5 in most eyes.
     lowest
         Frequency in Hz at which the low band begins: a law of this kind cannot go down to 0. Slower changes are drift.
+    drift
+        Standard deviation in dioptres of the drift: changes from 1/300 Hz up to `lowest`, power falling as f^-2, as a
+        random walk's does.
     seed
         The same seed is the same time course.
 
@@ -120,24 +137,80 @@ class Microfluctuations:
     beta: float = 1.3
     lowest: float = 0.02
     seed: int = 0
+    drift: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("rms", self.rms, "dioptres", least=0)
+        check_number("drift", self.drift, "dioptres", least=0)
         check_number("beta", self.beta, "powers of frequency", least=0)
         if not (np.ndim(self.high_share) == 0 and 0 <= self.high_share <= 1):
             raise InputError(f"high_share is {self.high_share!r}, but must be a share between 0 and 1.")
         if not (np.ndim(self.lowest) == 0 and 0 < self.lowest < LOW_END):
             raise InputError(f"lowest is {self.lowest!r}, but must be above 0 and below {LOW_END:g} Hz.")
+        if self.drift and self.lowest <= SLOWEST:
+            raise InputError(
+                f"lowest is {self.lowest!r}, but drift goes from {SLOWEST:.2g} Hz up to it: give more, or no drift."
+            )
         if not (isinstance(self.seed, int) and self.seed >= 0):
             raise InputError(f"seed is {self.seed!r}, but must be a whole number of 0 or more.")
 
+    @classmethod
+    def of(
+        cls,
+        pupil_diameter: float,
+        luminance: float = 100.0,
+        response: float = 1.0,
+        *,
+        drift: float = 0.1,
+        seed: int = 0,
+    ) -> Microfluctuations:
+        """The fluctuations to be expected with this pupil (m), `luminance` (cd/m^2) and accommodative `response` (D).
+
+        They grow with the response (Kotulak & Schor 1986): 0.1 D + 0.05 x response. What is low in frequency grows
+        where depth of focus is large: below pupils of about 2 mm and at about 0.002 cd/m^2, while what is high stays
+        (Gray, Winn & Gilmartin 1993a, b; Day et al. 2009). Its power is multiplied by 1 + (1 mm / pupil)^2 and by
+        1 + 0.002 / luminance. The sources say where fluctuations grow; the form of the laws, fitted to nobody, is ours.
+
+        Raises
+        ------
+        InputError
+            If a number is out of its range.
+
+        Examples
+        --------
+        >>> wide, pinhole = (Microfluctuations.of(pupil, 100.0, 2.0) for pupil in (0.005, 0.0005))
+        >>> round(wide.rms, 3), round(pinhole.rms, 3)
+        (0.203, 0.42)
+        """
+        check_pupil(pupil_diameter)
+        check_number("luminance", luminance, "cd/m^2", positive=True)
+        check_number("response", response, "dioptres", least=0)
+        power = (RESTING + PER_DIOPTRE * response) ** 2
+        low = (1 - HIGH_SHARE) * power
+        low *= (1 + (SMALL_PUPIL / pupil_diameter) ** 2) * (1 + DIM / luminance)
+        high = HIGH_SHARE * power
+        return cls(math.sqrt(low + high), high / (low + high), drift=drift, seed=seed)
+
     def spectrum(self, frequency: ArrayLike) -> NDArray[np.float64]:
-        """Power per hertz, D^2/Hz, at `frequency` (Hz, any shape); over positive frequencies it sums to rms^2."""
+        """Power per hertz, D^2/Hz, at `frequency` (Hz, any shape); over positive frequencies it sums to its variance.
+
+        That is rms^2 + drift^2.
+        """
         f = np.asarray(frequency, dtype=float)
-        low, high = (f >= self.lowest) & (f <= LOW_END), (f >= HIGH_START) & (f <= HIGH_END)
-        area = self.lowest * boxcox(LOW_END / self.lowest, 1 - self.beta)  # integral of (f / lowest)^-beta
-        fall = np.where(low, f / self.lowest, 1.0) ** -self.beta / area
-        return self.rms**2 * ((1 - self.high_share) * low * fall + self.high_share * high / (HIGH_END - HIGH_START))
+        total = np.zeros(f.shape)
+        for start, end, slope, variance in self._bands():
+            within = (f >= start) & (f <= end)
+            area = start * boxcox(end / start, 1 - slope)  # integral of (f / start)^-slope
+            total += variance * within * np.where(within, f / start, 1.0) ** -slope / area
+        return total
+
+    def _bands(self) -> list[tuple[float, float, float, float]]:
+        """Start and end (Hz) of each band, the slope of its power, and its variance."""
+        bands = [
+            (self.lowest, LOW_END, self.beta, (1 - self.high_share) * self.rms**2),
+            (HIGH_START, HIGH_END, 0.0, self.high_share * self.rms**2),
+        ]
+        return [*bands, (SLOWEST, self.lowest, 2.0, self.drift**2)] if self.drift else bands
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
         """Change of accommodation in dioptres at the moments `times` (s, in order)."""
@@ -152,29 +225,35 @@ class Microfluctuations:
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
         """Root mean square in dioptres of how much focus changes over a `delay` (s, any shape), over all courses."""
         delay = check_finite("delay", delay, "seconds")
-        nodes, weights = panels(
-            2 * np.pi * HIGH_END * float(np.abs(delay).max(initial=0)) * math.log(LOW_END / self.lowest)
-        )
-        low, high = self.lowest * (LOW_END / self.lowest) ** nodes, HIGH_START + (HIGH_END - HIGH_START) * nodes
-        f = np.concatenate([low, high])
-        df = np.concatenate([low * math.log(LOW_END / self.lowest), np.full_like(high, HIGH_END - HIGH_START)])
-        power = self.spectrum(f) * df * np.tile(weights, 2)
-        return np.sqrt(4 * np.sin(np.pi * delay[..., None] * f) ** 2 @ power)
+        longest = float(np.abs(delay).max(initial=0))
+        changed = np.zeros(delay.shape)
+        for start, end, slope, variance in self._bands():
+            nodes, weights = panels(2 * np.pi * end * longest * math.log(end / start))
+            f = start * (end / start) ** nodes
+            power = variance * (f / start) ** -slope / (start * boxcox(end / start, 1 - slope))
+            changed += 4 * np.sin(np.pi * delay[..., None] * f) ** 2 @ (power * f * math.log(end / start) * weights)
+        return np.asarray(np.sqrt(changed))
 
     def _waves(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        return _waves(self.rms, self.high_share, self.beta, self.lowest, self.seed)
+        return _waves(tuple(self._bands()), self.seed)
 
 
 @lru_cache(maxsize=64)
 def _waves(
-    rms: float, high_share: float, beta: float, lowest: float, seed: int
+    bands: tuple[tuple[float, float, float, float], ...], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Frequencies of the waves, and the amplitudes of their cosines and sines."""
-    random = np.random.default_rng(seed)
-    share = (np.arange(WAVES) + random.random((2, WAVES))) / WAVES  # of its band's power below each wave, jittered
-    slope = 1 - beta
-    low = lowest * inv_boxcox(share[0] * boxcox(LOW_END / lowest, slope), slope)
-    high = HIGH_START + (HIGH_END - HIGH_START) * share[1]
-    size = rms * np.repeat(np.sqrt([(1 - high_share) / WAVES, high_share / WAVES]), WAVES)
-    cosine, sine = size * random.standard_normal((2, 2 * WAVES))
-    return np.concatenate([low, high]), cosine, sine
+    made = []
+    for number in (slice(0, 2), slice(2, 3)):  # drift comes last, for the others to be the same without it
+        some = bands[number]
+        random = np.random.default_rng([seed, 1] if number.start else seed)
+        share = (np.arange(WAVES) + random.random((len(some), WAVES))) / WAVES  # of its band's power below each wave
+        frequency = [
+            start * inv_boxcox(part * boxcox(end / start, 1 - slope), 1 - slope)
+            for part, (start, end, slope, _) in zip(share, some, strict=True)
+        ]
+        size = np.repeat([math.sqrt(variance / WAVES) for _, _, _, variance in some], WAVES)
+        cosine, sine = size * random.standard_normal((2, size.size))
+        made.append((np.ravel(frequency), cosine, sine))
+    frequency, cosine, sine = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    return frequency, cosine, sine

@@ -1,0 +1,193 @@
+"""One depth for a whole patch: how likely each vergence is, given all views of it together.
+
+The model is the default method's: views of one sharp scene of natural power, each filtered by its own blur, with noise,
+and in another waveband an independent texture on top. Here the patch lies at one vergence, and noise and what wavebands
+share are known; the scene is integrated out, so that the result is the likelihood itself and not its maximum alone, and
+what several patches or moments show can be brought together. One view gives the size of defocus, if the scene is as
+natural as supposed, but hardly its sign; two give both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.depth.filters import FINEST
+from focalgradient.errors import InputError, check_finite
+from focalgradient.optics import HasTransfer, HasWaveband
+from focalgradient.psf import pixel_transfer, transfer
+from focalgradient.view import View
+
+__all__ = ["vergence_likelihood"]
+
+FloatArray = NDArray[np.float64]
+
+RINGS = 2
+"""Rings of frequency to one step of the spectrum, in which the views' powers are summed."""
+
+POWERS = np.geomspace(1 / 4, 8, 27)
+"""Powers of the scene, in units of what the least blurred view shows at low frequencies, that are averaged over."""
+
+
+def vergence_likelihood(
+    views: Sequence[View],
+    vergences: ArrayLike,
+    *,
+    noise: float | Sequence[float],
+    correlation: float = 1.0,
+    gain: float = 1.0,
+    wraps: bool = False,
+) -> FloatArray:
+    """Log likelihood of each of `vergences` for a patch that lies at one, up to a constant: 0 where it is greatest.
+
+    Parameters
+    ----------
+    views
+        One or more views of the patch, H x W, of one pixel angle, registered and of one exposure.
+    vergences
+        L candidates in dioptres.
+    noise
+        Standard deviation of the pixels' noise in the images' units: one, or one for each view.
+    correlation, gain
+        Of the textures in other wavebands than the first view's with the first's, and their contrast over it.
+    wraps
+        Whether the patch's texture goes on at the opposite side, as a wallpaper's: all of the patch is compared then.
+        Otherwise it trails off towards its rim, for what is beyond not to matter.
+
+    Returns
+    -------
+    ndarray
+        L values.
+
+    Raises
+    ------
+    InputError
+        If the views are of several sizes, or a number is out of range.
+
+    Examples
+    --------
+    A wall at 1.5 D in two wavebands of an eye focused at 1 D.
+
+    >>> from focalgradient.eye import Eye, band_views
+    >>> seen = band_views(1 / 1.5, Eye(0.004, 1.0), (64, 64), 2.909e-4, noise=0.01, seed=1)
+    >>> vergences = np.arange(0, 3, 0.02)
+    >>> found = vergence_likelihood([one.view for one in seen], vergences, noise=0.01)
+    >>> bool(abs(vergences[found.argmax()] - 1.5) < 0.1)
+    True
+    """
+    levels, noises = _checked(views, vergences, noise, correlation, gain)
+    radii, counts, power, passed = _spectra([np.asarray(v.image, float) for v in views], noises, wraps)
+    angle = views[0].pixel_angle
+    transfers = np.stack([_transfer(view, radii, levels, angle) for view in views]) / noises[:, None, None]
+    wavebands = [v.optics.light if isinstance(v.optics, HasWaveband) else "" for v in views]
+    other = np.array([name != wavebands[0] for name in wavebands])
+    # What each source of texture, of power 1, puts into the views' spectra, over their noise: views x L x F.
+    shared = transfers * np.where(other, gain * correlation, 1.0)[:, None, None]
+    independent = np.sqrt(1 - correlation**2)
+    own = [
+        transfers * np.where([name == one for name in wavebands], gain * independent, 0.0)[:, None, None]
+        for one in dict.fromkeys(wavebands)
+        if one != wavebands[0]
+    ]
+    sources = np.stack([shared, *own])
+    met = np.einsum("aslf,stf,btlf->ablf", sources, power, sources, optimize=True)
+    size = np.einsum("aslf,bslf->ablf", sources, sources, optimize=True)
+    natural = passed / radii**2
+    level = float(np.max(_levels(radii, counts, power) * noises**2))
+    each = [_marginal(met, size, natural * level * factor, counts) for factor in POWERS]
+    total: FloatArray = np.logaddexp.reduce(each, axis=0)
+    return total - total.max()
+
+
+def _marginal(met: FloatArray, size: FloatArray, power: FloatArray, counts: FloatArray) -> FloatArray:
+    """Log likelihood, sources of texture of this `power` (F) integrated out: L values.
+
+    With U the sources' amplitudes over the noise, the views' covariance is 1 + U U'; by Woodbury's identity the
+    likelihood's logarithm is half the sum of tr(M^-1 U' S U) - log det M, M = 1 + U' U, S the views' own spectra.
+    """
+    seen, inner = met * power, size * power + np.eye(len(size))[:, :, None, None]
+    if len(size) == 1:
+        gained = seen[0, 0] / inner[0, 0] - np.log(inner[0, 0])
+    else:  # of two sources, written out
+        determinant = inner[0, 0] * inner[1, 1] - inner[0, 1] ** 2
+        trace = inner[1, 1] * seen[0, 0] - 2 * inner[0, 1] * seen[0, 1] + inner[0, 0] * seen[1, 1]
+        gained = trace / determinant - np.log(determinant)
+    found: FloatArray = gained @ counts / 2
+    return found
+
+
+def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatArray:
+    """Power at frequency 1 of each view's scene, were it sharp, over the noise's."""
+    low = (radii < 0.08) & (counts > 0)  # no moderate blur takes anything there
+    own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** 2
+    found: FloatArray = np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9)
+    return found
+
+
+def _spectra(
+    images: Sequence[FloatArray], noises: FloatArray, wraps: bool
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Rings of frequency (F, cycles per pixel), how many samples each is worth, and the views' mean cross powers there.
+
+    The powers (n x n x F) are over the noise's. Last, the share of power that the pixels' own size lets through (F).
+    """
+    height, width = images[0].shape
+    taper = np.ones((height, width))
+    if not wraps:
+        taper = np.outer(*(np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in (height, width)))
+    energy = float((taper**2).sum())
+    worth = energy**2 / float((taper**4).sum()) / (height * width)
+    spectra = [
+        np.fft.rfft2((image - (image * taper).sum() / taper.sum()) * taper) / (sd * np.sqrt(energy))
+        for image, sd in zip(images, noises, strict=True)
+    ]
+    down, right = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
+    radial = np.hypot(down, right)
+    twice = np.full(radial.shape, 2.0)
+    twice[:, 0] = 1.0
+    if width % 2 == 0:
+        twice[:, -1] = 1.0
+    ring = np.rint(radial * RINGS * min(height, width)).astype(int)
+    used = (radial > 0 if wraps else radial > 2.5 / min(height, width)) & (radial < FINEST)
+    ring, twice = ring[used], twice[used]
+    kinds, where = np.unique(ring, return_inverse=True)
+    counts = np.bincount(where, twice)
+    radii = np.bincount(where, twice * radial[used]) / counts
+    passed = np.bincount(where, twice * pixel_transfer(down, right)[used] ** 2) / counts
+    power = np.empty((len(images), len(images), len(kinds)))
+    for i, first in enumerate(spectra):
+        for j, second in enumerate(spectra[: i + 1]):
+            both = (first.conj() * second).real[used]
+            power[i, j] = power[j, i] = np.bincount(where, twice * both) / counts
+    return radii, counts * worth, power, passed
+
+
+def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -> FloatArray:
+    """A view's transfer at every level and ring: L x F."""
+    one = view.optics
+    if isinstance(one, HasTransfer):
+        return np.asarray(one.transfer(radii / angle, levels[:, None]))
+    radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2 / angle
+    return np.asarray(transfer(radii, radius[:, None], "disc"))
+
+
+def _checked(
+    views: Sequence[View], vergences: ArrayLike, noise: float | Sequence[float], correlation: float, gain: float
+) -> tuple[FloatArray, FloatArray]:
+    if len({v.optics.light for v in views if isinstance(v.optics, HasWaveband)}) > 2:
+        raise InputError("views are in three wavebands or more, but two at most can be compared: leave one out.")
+    if len(views) < 1 or len({(view.shape, view.pixel_angle) for view in views}) > 1:
+        raise InputError(f"views holds {len(views)} views, but must hold one or more of one size and pixel angle.")
+    levels = check_finite("vergences", vergences, "dioptres")
+    if levels.ndim != 1 or levels.size < 2:
+        raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")
+    noises = np.asarray(noise, dtype=float)
+    if noises.ndim > 1 or noises.size not in (1, len(views)) or not np.all((noises > 0) & np.isfinite(noises)):
+        raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the views.")
+    if not (0 < correlation <= 1 and gain > 0):
+        raise InputError(
+            f"correlation is {correlation!r} and gain {gain!r}, but must be above 0, the correlation at most 1."
+        )
+    return levels, np.broadcast_to(noises, len(views)).copy()

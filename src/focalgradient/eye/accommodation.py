@@ -1,0 +1,403 @@
+"""The loop closed: an eye that focuses by its own estimate of depth, and by nothing else.
+
+At every moment the target, wherever it is, falls on a patch of retina through the eye's optics as they are; the depth
+core estimates the target's vergence from these views (`track`); and this estimate, after its latency, drives the lens
+(`Plant`). What the eye takes for granted is its own normal optics and its own state of accommodation. A `Stimulus` may
+differ from what it takes for granted: light of one wavelength, chromatic aberration neutralised or reversed, rendered
+blur.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.eye.chromatic import chromatic_difference
+from focalgradient.eye.fluctuation import Microfluctuations
+from focalgradient.eye.light import Band
+from focalgradient.eye.model_eye import Eye, TimeCourse
+from focalgradient.eye.plant import Plant
+from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.retina import S_FINEST_CPD, Cones
+from focalgradient.eye.target import Target
+from focalgradient.eye.track import Motion, Tracker
+from focalgradient.progress import Progress
+from focalgradient.psf import disc_transfer
+from focalgradient.view import View
+
+__all__ = ["Accommodation", "Course", "Cue", "Rendering", "Stimulus", "accommodate", "target_course"]
+
+FloatArray = NDArray[np.float64]
+
+Cue = Literal["bands", "moments", "both"]
+"""What depth is estimated from: two wavebands at each moment, one waveband at several moments, or both together."""
+
+Rendering = Literal["none", "defocus", "chromatic"]
+"""How blur is drawn into a picture at a fixed vergence: alike in all colours, or with the eye's aberration."""
+
+SETTLE = 1.0
+"""Seconds before the course begins in which the eye looks at where the target starts."""
+
+REDDEST_S = 540.0
+"""Wavelength in nm beyond which S cones catch next to nothing (below 1 % of their peak): they have no view then."""
+
+RESTORED = 0.01
+"""Power that keeps the picture that shows chromatic blur finite where the eye passes nothing: our choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """What the eye looks at, apart from where it is.
+
+    Parameters
+    ----------
+    target
+        Its texture.
+    light_nm
+        Wavelength of the light; None for daylight (D65).
+    chromatic_scale
+        The eye's chromatic aberration as it is made by the apparatus, in multiples of its own: 0 is neutralised, -1
+        reversed.
+    focus_flicker, contrast_flicker
+        Changes in time of the target's vergence (D), and of its contrast (shares), that the eye knows nothing of.
+    rendering
+        Where it is not ``"none"``, the target is a picture that stays at the vergence it starts at, in which blur is
+        drawn as an eye focused there would get it of a target that moves.
+    """
+
+    target: Target = field(default_factory=Target)
+    light_nm: float | None = None
+    chromatic_scale: float = 1.0
+    focus_flicker: Sequence[TimeCourse] = ()
+    contrast_flicker: Sequence[TimeCourse] = ()
+    rendering: Rendering = "none"
+
+    def __post_init__(self) -> None:
+        check_number("chromatic_scale", self.chromatic_scale, "multiples of the eye's aberration")
+        if self.rendering not in get_args(Rendering):
+            raise InputError(f"rendering is {self.rendering!r}, but must be one of {', '.join(get_args(Rendering))}.")
+        if self.light_nm is not None:
+            check_number("light_nm", self.light_nm, "nanometres")
+            chromatic_difference(self.light_nm)
+
+
+@dataclass(frozen=True, slots=True)
+class Accommodation:
+    """An accommodating eye.
+
+    Parameters
+    ----------
+    cue
+        What it estimates depth from.
+    pupil_diameter
+        Metres.
+    plant
+        Its lens and controller.
+    fluctuation
+        How its focus wavers about what the plant does; None for a steady one.
+    motion
+        How it expects targets to move.
+    noise
+        Standard deviation of a pixel's noise over the mean at every moment: 0.2 makes one look at a natural target half
+        a dioptre off tell its vergence to about 0.05 D by two bands, the threshold for a change of blur (0.05-0.07 D).
+    rate
+        Moments in a second.
+    fixation
+        Seconds for which the gaze stays at one place of the target: about two microsaccades in a second are made in
+        steady fixation (Martinez-Conde et al. 2004). By ``"bands"`` alone it moves on at every moment, so that moments
+        cannot be compared.
+    """
+
+    cue: Cue = "both"
+    pupil_diameter: float = 0.004
+    plant: Plant = field(default_factory=Plant)
+    fluctuation: TimeCourse | None = field(default_factory=Microfluctuations)
+    motion: Motion = field(default_factory=Motion)
+    noise: float = 0.2
+    rate: float = 10.0
+    fixation: float = 0.5
+
+    def __post_init__(self) -> None:
+        if self.cue not in get_args(Cue):
+            raise InputError(f"cue is {self.cue!r}, but must be one of {', '.join(get_args(Cue))}.")
+        check_pupil(self.pupil_diameter)
+        for name, unit in (("noise", "shares of the mean"), ("rate", "hertz"), ("fixation", "seconds")):
+            check_number(name, getattr(self, name), unit, positive=True)
+
+    @property
+    def bands(self) -> tuple[Band, ...]:
+        """The wavebands it compares."""
+        return ("L+M",) if self.cue == "moments" else ("L+M", "S")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What happened, moment by moment: n values each.
+
+    ``times`` in seconds; in dioptres ``target``, ``accommodation`` (with its fluctuations), ``estimate`` of the target
+    and its ``estimate_sd``.
+    """
+
+    times: FloatArray
+    target: FloatArray
+    accommodation: FloatArray
+    estimate: FloatArray
+    estimate_sd: FloatArray
+
+    def lag(self, seconds: float = 2.0) -> float:
+        """Mean of target minus accommodation over the last `seconds`, in dioptres."""
+        last = self.times > self.times[-1] - seconds
+        return float(np.mean((self.target - self.accommodation)[last]))
+
+    def response(self, frequency: float, skip: float = 0.0) -> complex:
+        """Accommodation over target at `frequency` (Hz), after `skip` seconds: size the gain, angle the phase (rad).
+
+        By least squares of sine, cosine, a mean and a slope.
+        """
+        kept = self.times >= self.times[0] + skip
+        t = self.times[kept]
+        waves = np.column_stack([np.exp(2j * np.pi * frequency * t), np.ones_like(t), t - t.mean()])
+        design = np.column_stack([waves[:, 0].real, waves[:, 0].imag, waves[:, 1:].real])
+        fits = np.linalg.lstsq(design, np.column_stack([self.accommodation[kept], self.target[kept]]), rcond=None)[0]
+        answer, stimulus = (complex(a, -b) for a, b in fits[:2].T)
+        return answer / stimulus
+
+
+def accommodate(
+    target: Callable[[float], float],
+    duration: float,
+    eye: Accommodation | None = None,
+    stimulus: Stimulus | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Course:
+    """Let an eye look at a target for `duration` seconds and focus by what it sees.
+
+    Parameters
+    ----------
+    target
+        Vergence in dioptres of the target at a time in seconds.
+    duration
+        Seconds.
+    eye, stimulus
+        By default `Accommodation()` and `Stimulus()`.
+    seed
+        Of noise, textures and fluctuations.
+    progress
+        Called with the share done and a few words.
+
+    Returns
+    -------
+    Course
+        `duration` x rate moments. It is the same for the same seed.
+
+    Raises
+    ------
+    InputError
+        If the duration is not positive, or the target lies nearer than the lens can go.
+
+    Examples
+    --------
+    A target jumps from 1 to 3 D after half a second; two seconds later the eye has followed by its own estimate.
+
+    >>> found = accommodate(lambda t: 3.0 if t >= 0.5 else 1.0, 3.0, Accommodation(fluctuation=None), seed=1)
+    >>> bool(abs(found.lag(0.5)) < 0.4), found.times.size
+    (True, 30)
+    """
+    eye, stimulus = eye or Accommodation(), stimulus or Stimulus()
+    check_number("duration", duration, "seconds", positive=True)
+    step, before = 1 / eye.rate, round(SETTLE * eye.rate)
+    times = np.asarray((np.arange(round(duration * eye.rate) + before) - before) * step, dtype=np.float64)
+    wanted = np.array([float(target(max(t, 0.0))) for t in times])
+    if not np.all((wanted >= 0) & (wanted <= eye.plant.nearest)):
+        raise InputError(
+            f"the target lies between {wanted.min():g} and {wanted.max():g} D, but the lens goes from 0 to "
+            f"{eye.plant.nearest:g} D only."
+        )
+    wavers = _wavering(eye, times, seed)
+    random = np.random.default_rng([seed, 5])
+    tracker = Tracker(eye.noise, stimulus.target.correlation, True, eye.motion)
+    tracker.start(wanted[0], 0.3)
+    state = np.full(2, eye.plant.steady(wanted[0]))
+    waiting = [float(wanted[0])] * (1 + round(eye.plant.latency * eye.rate))
+    rows = np.empty((times.size, 3))
+    for number, time in enumerate(times):
+        focus = float(state[1] + wavers[number])
+        fixation = number if eye.cue == "bands" else int((time + SETTLE) / eye.fixation + 1e-9)
+        views = _retina(eye, stimulus, time, focus, wanted, number, random, 10_000 * seed + fixation)
+        estimate, sd = tracker.update(float(time), views, fixation)
+        rows[number] = focus, estimate, sd
+        waiting = [*waiting[1:], estimate]
+        state = eye.plant.advance(state, waiting[0], step)
+        if progress is not None:
+            progress((number + 1) / times.size, "accommodating")
+    kept = slice(before, None)
+    return Course(times[kept], wanted[kept], rows[kept, 0], rows[kept, 1], rows[kept, 2])
+
+
+def _wavering(eye: Accommodation, times: FloatArray, seed: int) -> FloatArray:
+    """Fluctuation of focus at each of `times`; one of its own for each seed where it has one."""
+    course = eye.fluctuation
+    if course is None:
+        return np.zeros_like(times)
+    if isinstance(course, Microfluctuations):
+        course = replace(course, seed=course.seed + seed)
+    return np.asarray(course.at(times))
+
+
+def _retina(
+    eye: Accommodation,
+    stimulus: Stimulus,
+    time: float,
+    focus: float,
+    wanted: FloatArray,
+    number: int,
+    random: np.random.Generator,
+    texture: int,
+) -> list[View]:
+    """What the eye gets of the target at this moment, with the optics that it takes its views to have."""
+    moment = float(max(time, 0.0))
+    vergence = float(wanted[number] if stimulus.rendering == "none" else wanted[0])
+    vergence += sum(float(one.at(moment)) for one in stimulus.focus_flicker)
+    contrast = max(0.0, 1 + sum(float(one.at(moment)) for one in stimulus.contrast_flicker))
+    bands = [band for band in eye.bands if band != "S" or (stimulus.light_nm or 0) < REDDEST_S]
+    own = [_cones(eye.pupil_diameter, band) for band in bands]
+    shown = None
+    if stimulus.rendering != "none":
+        shown = [_drawn(one, stimulus, float(wanted[0]), float(wanted[number])) for one in own]
+    return stimulus.target.views(
+        [_Formed(one, focus, stimulus.chromatic_scale, stimulus.light_nm) for one in own],
+        vergence,
+        noise=eye.noise,
+        random=random,
+        texture=texture,
+        contrast=contrast,
+        seen_as=[_Known(one, focus) for one in own],
+        shown=shown,
+    )
+
+
+@lru_cache(maxsize=16)
+def _cones(pupil_diameter: float, band: Band) -> Cones:
+    return Cones.of(Eye(pupil_diameter, 0.0), band, finest_cpd=S_FINEST_CPD if band == "S" else np.inf)
+
+
+def _drawn(one: Cones, stimulus: Stimulus, screen: float, vergence: float) -> FloatArray:
+    """The filter that draws blur into a picture at `screen` (D) of a target at `vergence`, for one waveband."""
+    frequency = stimulus.target.frequency
+    if stimulus.rendering == "defocus":
+        return np.asarray(disc_transfer(frequency, abs(screen - vergence) * one.aperture_diameter / 2))
+    focused = one.accommodated(screen)
+    real, passed = focused.transfer(frequency, vergence), focused.transfer(frequency, screen)
+    return np.asarray(real * passed * (1 + RESTORED) / (passed**2 + RESTORED))
+
+
+@dataclass(frozen=True, slots=True)
+class _Formed:
+    """Optics that form a view: cones of an eye at one `focus` (D), its chromatic aberration scaled, or in one light."""
+
+    cones: Cones
+    focus: float
+    chromatic_scale: float
+    light_nm: float | None
+
+    @property
+    def light(self) -> str:
+        return self.cones.light
+
+    @property
+    def aperture_diameter(self) -> float:
+        return self.cones.aperture_diameter
+
+    @property
+    def focus_vergence(self) -> float:
+        return self.focus
+
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
+        wavelengths = (self.light_nm,) if self.light_nm is not None else self.cones.wavelengths_nm
+        total: Any = 0.0
+        for nm in wavelengths:
+            # An eye whose own aberration is 1 focuses where one of another scale does if it accommodates otherwise.
+            changed = self.focus + (1 - self.chromatic_scale) * float(chromatic_difference(nm))
+            one = replace(self.cones.accommodated(changed), wavelengths_nm=(nm,))
+            total = total + one.transfer(frequency, vergence)
+        return np.asarray(total / len(wavelengths))
+
+
+STEP, SPAN = 0.0125, 10.0
+"""Dioptres from row to row of a table of transfers, and how far to either side of focus it reaches."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """Optics that a view is taken to have: `cones` at a `focus` (D), their transfer read off a table by defocus."""
+
+    cones: Cones
+    focus: float
+
+    @property
+    def light(self) -> str:
+        return self.cones.light
+
+    @property
+    def aperture_diameter(self) -> float:
+        return self.cones.aperture_diameter
+
+    @property
+    def focus_vergence(self) -> float:
+        return _focus(self.cones) + self.focus
+
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
+        table = _table(self.cones, np.ascontiguousarray(frequency, dtype=float).tobytes())
+        place = (np.ravel(np.asarray(vergence, dtype=float)) - self.focus + SPAN) / STEP
+        first = np.clip(np.floor(place).astype(int), 0, len(table) - 2)
+        part = np.clip(place - first, 0, 1)[:, None]
+        return np.asarray((1 - part) * table[first] + part * table[first + 1])
+
+
+@lru_cache(maxsize=16)
+def _focus(cones: Cones) -> float:
+    return cones.focus_vergence
+
+
+@lru_cache(maxsize=8)
+def _table(cones: Cones, frequency: bytes) -> FloatArray:
+    rows = np.arange(-SPAN, SPAN + STEP, STEP)
+    return np.asarray(cones.transfer(np.frombuffer(frequency), rows[:, None]))
+
+
+def target_course(times: ArrayLike, vergences: ArrayLike) -> Callable[[float], float]:
+    """A target that is at each of `vergences` (D) from its time (s) on, changing linearly between the times.
+
+    Two rows of one time are a step.
+
+    Raises
+    ------
+    InputError
+        If they do not pair, or times go back.
+
+    Examples
+    --------
+    >>> course = target_course([0, 1, 1, 3], [1, 1, 3, 3])
+    >>> [course(t) for t in (0.5, 1.0, 2.0)]
+    [1.0, 3.0, 3.0]
+    """
+    at, values = check_finite("times", times, "seconds"), check_finite("vergences", vergences, "dioptres")
+    if at.ndim != 1 or at.shape != values.shape or at.size < 1 or np.any(np.diff(at) < 0):
+        raise InputError(f"times is {described(times)}, but must hold a time for each vergence, none before the last.")
+
+    def course(time: float) -> float:
+        number = int(np.searchsorted(at, time, side="right"))
+        if number in (0, at.size):
+            return float(values[min(number, at.size - 1)])
+        share = (time - at[number - 1]) / (at[number] - at[number - 1])
+        return float(values[number - 1] + share * (values[number] - values[number - 1]))
+
+    return course

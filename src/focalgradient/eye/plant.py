@@ -1,0 +1,123 @@
+"""The motor side of accommodation: how focus follows the demand, with a latency, a leaky integrator and a lens.
+
+A controller compares the demand with a copy of its own command's effect and integrates the difference, with a leak
+towards the resting focus; the lens follows the integrator as a first-order system:
+
+    integrator x u' = -u + rest + gain x (demand - a),      time_constant x a' = u - a,
+
+the demand that of `latency` seconds before. That the copy of the lens stands within the controller, so that the latency
+lies outside its loop, is the Smith predictor of Read et al. (2022): with the latency inside, this gain would oscillate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from focalgradient.errors import InputError, check_finite, check_number
+
+__all__ = ["Plant"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """How accommodation follows its demand.
+
+    Parameters
+    ----------
+    latency
+        Seconds from the demand to the first change of focus: 0.3, of 0.25 to 0.4 measured (Campbell & Westheimer 1960).
+    time_constant
+        Of the lens in seconds: 0.156, after Schor & Bharadwaj (2006).
+    gain
+        Of the controller: 8, after Read et al. (2022). What is left of an error is 1 / (1 + gain) of the demand's
+        distance from rest, the lag.
+    integrator
+        Time constant of the leaky integrator in seconds: 2.5, likewise.
+    rest
+        Focus in dioptres without a demand: 1.4, likewise; 1.5 on average in the dark (Leibowitz & Owens 1978).
+    nearest
+        Dioptres beyond which the lens cannot go; nor below 0, infinity. 8: a young eye's, our choice.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    The steady lag at 4 D, and a step from 1 to 3 D a second after it.
+
+    >>> plant = Plant()
+    >>> round(4 - plant.steady(4.0), 3)
+    0.289
+    >>> plant.step_response([0.3, 1.0, 5.0], 1.0, 3.0).round(3).tolist()
+    [1.044, 2.825, 2.822]
+    """
+
+    latency: float = 0.3
+    time_constant: float = 0.156
+    gain: float = 8.0
+    integrator: float = 2.5
+    rest: float = 1.4
+    nearest: float = 8.0
+
+    def __post_init__(self) -> None:
+        check_number("latency", self.latency, "seconds", least=0)
+        for name in ("time_constant", "integrator"):
+            check_number(name, getattr(self, name), "seconds", positive=True)
+        check_number("gain", self.gain, "dioptres per dioptre", least=0)
+        check_number("nearest", self.nearest, "dioptres", positive=True)
+        check_number("rest", self.rest, "dioptres", least=0)
+        if self.rest > self.nearest:
+            raise InputError(f"rest is {self.rest!r} D, but must not lie nearer than nearest, {self.nearest!r} D.")
+
+    def steady(self, demand: float) -> float:
+        """Accommodation in dioptres that a lasting `demand` (D) leads to: (gain x demand + rest) / (1 + gain)."""
+        return (self.gain * demand + self.rest) / (1 + self.gain)
+
+    def step_response(self, times: ArrayLike, before: float, after: float) -> FloatArray:
+        """Accommodation at `times` (s after the step, any shape) as demand goes from `before` to `after` (D): exact.
+
+        Of the linear plant, whose lens has no limits: two exponentials, or a damped oscillation.
+        """
+        since = np.maximum(check_finite("times", times, "seconds") - self.latency, 0)
+        start, end = self.steady(before), self.steady(after)
+        slow, fast = np.roots(
+            [self.time_constant * self.integrator, self.time_constant + self.integrator, 1 + self.gain]
+        ).astype(complex)
+        if abs(slow - fast) < 1e-9 * abs(slow):
+            return end + (start - end) * ((1 - slow.real * since) * np.exp(slow.real * since))
+        # At rest before: a' = 0 at the step, as the integrator has not moved yet.
+        left = (fast * np.exp(slow * since) - slow * np.exp(fast * since)) / (fast - slow)
+        return end + (start - end) * left.real
+
+    def sine_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Accommodation over demand at `frequency` (Hz, any shape): its size is the gain, its angle the phase (rad).
+
+        >>> found = Plant().sine_response(0.2)
+        >>> round(float(abs(found)), 3), round(float(np.degrees(np.angle(found))), 1)
+        (0.887, -43.3)
+        """
+        s = 2j * np.pi * check_finite("frequency", frequency, "hertz")
+        loop = (1 + self.integrator * s) * (1 + self.time_constant * s) + self.gain
+        return np.asarray(self.gain * np.exp(-s * self.latency) / loop)
+
+    def advance(self, state: FloatArray, demand: float, step: float) -> FloatArray:
+        """The `state` (integrator and accommodation, D) after `step` seconds of a constant `demand`; no latency.
+
+        Exact, and then kept between infinity and `nearest`.
+
+        >>> Plant().advance(np.array([1.4, 1.4]), 1.4, 0.1).tolist()
+        [1.4, 1.4]
+        """
+        leak, lens = 1 / self.integrator, 1 / self.time_constant
+        system = np.array([[-leak, -self.gain * leak], [lens, -lens]])
+        end = self.steady(demand)
+        after: FloatArray = end + expm(system * step) @ (state - end)
+        return np.clip(after, 0, self.nearest)

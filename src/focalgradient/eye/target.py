@@ -1,0 +1,144 @@
+"""What an accommodating eye looks at: a textured target at one vergence, and the patch of retina that it falls on.
+
+The texture goes on at the opposite side as a wallpaper's does, so that a small patch holds all that blur reaches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.optics import HasTransfer, HasWaveband
+from focalgradient.psf import pixel_transfer
+from focalgradient.view import View
+
+__all__ = ["BandOptics", "Target"]
+
+
+class BandOptics(HasTransfer, HasWaveband, Protocol):
+    """Optics of one waveband that know their transfer, as `Cones` do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A target's texture: natural (amplitude falls as 1 / frequency), or a part of that.
+
+    Parameters
+    ----------
+    contrast
+        Standard deviation over mean, of the texture before any filter: 0 is an empty field.
+    correlation
+        Of the texture as the S cones see it with the others'.
+    finest_cpd
+        Cycles per degree beyond which the target itself has no detail: infinite for a sharp one.
+    shape, pixel_angle
+        Height and width in pixels of the retinal patch, and the visual angle in radians of one.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> from focalgradient.eye import Cones, Eye
+    >>> cones = [Cones.of(Eye(0.004, 1.0), band) for band in ("L+M", "S")]
+    >>> views = Target().views(cones, 1.0, noise=0.01, random=np.random.default_rng(1))
+    >>> [view.shape for view in views], bool(views[0].image.std() > views[1].image.std())
+    ([(64, 64), (64, 64)], True)
+    """
+
+    contrast: float = 0.2
+    correlation: float = 0.95
+    finest_cpd: float = math.inf
+    shape: tuple[int, int] = (64, 64)
+    pixel_angle: float = math.radians(1 / 60)
+
+    def __post_init__(self) -> None:
+        check_number("contrast", self.contrast, "shares of the mean", least=0)
+        check_number("pixel_angle", self.pixel_angle, "radians", positive=True)
+        if not (isinstance(self.correlation, float | int) and 0 < self.correlation <= 1):
+            raise InputError(f"correlation is {self.correlation!r}, but must be above 0 and at most 1.")
+        if not self.finest_cpd > 0:
+            raise InputError(f"finest_cpd is {self.finest_cpd!r}, but must be positive: give it in cycles per degree.")
+        if min(self.shape) < 16:
+            raise InputError(f"shape is {self.shape!r}, but a patch of at least 16 x 16 pixels is needed.")
+
+    def views(
+        self,
+        cones: Sequence[BandOptics],
+        vergence: float,
+        *,
+        noise: float,
+        random: np.random.Generator,
+        texture: int = 0,
+        contrast: float = 1.0,
+        seen_as: Sequence[BandOptics] | None = None,
+        shown: Sequence[NDArray[np.float64]] | None = None,
+    ) -> list[View]:
+        """What each of the `cones` makes of the target at `vergence` (D), with the mean light 1.
+
+        Parameters
+        ----------
+        cones
+            The optics that form the views, one of each waveband.
+        vergence
+            Of the target, in dioptres.
+        noise
+            Standard deviation of every pixel's noise over the mean.
+        random
+            Gives the noise.
+        texture
+            Number of the place on the target that is looked at: each has a texture of its own.
+        contrast
+            By which the target's contrast is multiplied at this moment.
+        seen_as
+            The optics that the views are taken to have, where they are others than `cones`: what the eye expects.
+        shown
+            Filters that the displayed picture has been through before, one for each of the cones, on the grid of
+            `frequency`.
+        """
+        size = self.contrast * contrast
+        views = []
+        for number, one in enumerate(cones):
+            shares = (1.0, 0.0)
+            if one.light != cones[0].light:
+                shares = (self.correlation, math.sqrt(1 - self.correlation**2))
+            field = sum(
+                share * _field(self.shape, texture, part) for part, share in enumerate(shares) if share
+            ) * one.transfer(self.frequency, vergence)
+            if shown is not None:
+                field = field * shown[number]
+            image = 1 + size * np.fft.irfft2(field * self._filter(), self.shape)
+            image = image + noise * random.standard_normal(self.shape)
+            views.append(View(image, (seen_as or cones)[number], self.pixel_angle))
+        return views
+
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """Cycles per radian of the patch's half spectrum."""
+        down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
+        return np.asarray(np.hypot(down, right) / self.pixel_angle)
+
+    def _filter(self) -> NDArray[np.float64]:
+        down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
+        cpd = np.radians(self.frequency)
+        return np.asarray(pixel_transfer(down, right) * (cpd <= self.finest_cpd))
+
+
+@lru_cache(maxsize=64)
+def _field(shape: tuple[int, int], texture: int, part: int) -> NDArray[np.complex128]:
+    """Half spectrum of a natural texture of standard deviation 1; deterministic in its numbers."""
+    radial = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
+    radial[0, 0] = np.inf
+    white = np.random.default_rng([7919, texture, part]).standard_normal(shape)
+    spectrum = np.where(radial < 0.5, np.fft.rfft2(white), 0) / radial
+    made: NDArray[np.complex128] = spectrum / np.fft.irfft2(spectrum, shape).std()
+    return made
