@@ -44,7 +44,7 @@ ROOMS = {
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
     "video": {"errors", "files", "view"},
-    "lab": {"dataset", "design", "display", "errors", "files", "render", "scenes", "stimuli"},
+    "lab": {"dataset", "design", "display", "errors", "files", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "progress"},
     "power": {"design", "errors", "files", "parallel", "statistics"},
@@ -81,6 +81,8 @@ HOMES = {
     "arviz": {"statistics"},
     "bambi": {"statistics"},
     "pymc": {"statistics"},
+    "psignifit": {"statistics"},
+    "questplus": {"design"},
 }
 
 # What `import focalgradient` must not load: each is imported by the one room that needs it, when it is needed. Of what

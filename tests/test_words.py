@@ -57,6 +57,7 @@ def test_every_entry_is_said_somewhere_and_no_other():
     files += [*web.glob("*.py"), *(web / "page").glob("*.js")]
     code = "".join(path.read_text(encoding="utf-8") for path in files)
     put_together = ("depth.instructions_", "depth.answer_", "depth.example_", "necker.", "form.", "depth.debriefing")
+    put_together += ("blur.instructions_", "blur.question_", "blur.debriefing", "blur.practice_again")
     put_together += ("pinhole.debriefing", "depth.practice_again", "name", "depth.much_", "depth.alike")
     unsaid = [
         name for name in load_words("en").entries if f'"{name}"' not in code and not name.startswith(put_together)

@@ -18,7 +18,7 @@ GAZE = "gaze-focus"
 @click.argument("words", nargs=-1, type=click.UNPROCESSED, metavar="EXPERIMENT [OPTIONS]")
 @click.pass_context
 def run(context: click.Context, words: tuple[str, ...]) -> None:
-    """Run EXPERIMENT (depth-rating, necker or pinhole) with a person, in PsychoPy (extra lab).
+    """Run EXPERIMENT (depth-rating, necker, pinhole or blur-threshold) with a person, in PsychoPy (extra lab).
 
     Or show a focus series by where one looks (gaze-focus; eye trackers need the extra gaze).
 
@@ -30,6 +30,7 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
       focalgradient run depth-rating --pilot --stimuli pictures
       focalgradient run necker --participant 01 --monitor lab --data data
       focalgradient run necker --print-design > mine.toml
+      focalgradient run blur-threshold --participant 01 --stimuli pictures
       focalgradient run gaze-focus --series blurred --gaze mouse --windowed
       focalgradient run necker --help
     """  # noqa: D301  click's mark against rewrapping is a real backspace

@@ -16,13 +16,14 @@ from focalgradient.files import printable
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from focalgradient.design import DepthRatingDesign, NeckerDesign
+    from focalgradient.design import DepthRatingDesign
+    from focalgradient.observers.experiment import Simulated
 
 __all__ = ["simulate"]
 
-TASKS = {"depth-rating": "depthrating", "necker": "necker"}
+TASKS = {"depth-rating": "depthrating", "necker": "necker", "blur-threshold": "blurthreshold"}
 
-OBSERVER_S = {"depth-rating": 0.5, "necker": 0.05}
+OBSERVER_S = {"depth-rating": 0.5, "necker": 0.05, "blur-threshold": 1.5}
 """Seconds that an observer's experiment takes about, on one core."""
 
 LEFT = "what is recorded stays, and the same command goes on from it."
@@ -68,9 +69,10 @@ def simulate(
     scheduler: str | None,
     design: Path | None,
 ) -> None:
-    """Let simulated observers take part in EXPERIMENT (depth-rating or necker).
+    """Let simulated observers take part in EXPERIMENT (depth-rating, necker or blur-threshold).
 
-    They look at the pictures themselves, as the display shows them, and answer as people do: DATASET is what an
+    They look at the pictures themselves, as the display shows them, and answer as people do; those of blur-threshold
+    have a known threshold instead, and look at no pictures. DATASET is what an
     experiment with people would write, marked as simulated. Observers that it has already are left as they are, so that
     an interrupted run goes on, and more can be added. What is made once is kept in the user's cache folder, or in the
     one that the environment variable FOCALGRADIENT_CACHE names.
@@ -83,9 +85,11 @@ def simulate(
     Examples:
       focalgradient simulate necker --observers 20 --seed 1 --out simulated
       focalgradient simulate depth-rating --observers 20 --seed 1 --stimuli pictures --out simulated
+      focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    if experiment == "necker" and stimuli is not None:
-        raise InputError("--stimuli cannot go with necker, whose cube is drawn as its design says: leave it out.")
+    if experiment != "depth-rating" and stimuli is not None:
+        why = "whose cube is drawn as its design says" if experiment == "necker" else "whose observers look at none"
+        raise InputError(f"--stimuli cannot go with {experiment}, {why}: leave it out.")
     from focalgradient.observers import observer_named
 
     observer_named(observer)
@@ -104,7 +108,7 @@ def simulate(
 
 
 def _run(
-    design: DepthRatingDesign | NeckerDesign,
+    design: Simulated,
     out: Path,
     stimuli: Path | None,
     pool: Executor | None,
@@ -115,6 +119,8 @@ def _run(
     from focalgradient.stimuli import read_set
 
     run["progress"] = lambda share: say(share, "simulating observers")
+    if design.task == "blurthreshold":
+        return simulate(design, out, **run)
     if design.task == "necker":
         say(0.0, "encoding the cube")
         return simulate(design, out, encoded=encoded_cubes(design, pool), **run)
@@ -136,7 +142,7 @@ def _scenes(design: DepthRatingDesign) -> int:
     return max(map(int, numbers)) + 1
 
 
-def _design(experiment: str, path: Path | None) -> DepthRatingDesign | NeckerDesign:
+def _design(experiment: str, path: Path | None) -> Simulated:
     from focalgradient.design import DESIGNS, load_design
 
     wanted = TASKS[experiment]

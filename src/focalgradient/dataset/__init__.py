@@ -6,13 +6,14 @@ from focalgradient.dataset.journal import Journal, Log, read_journal
 from focalgradient.dataset.mend import Repair, repair, withdraw
 from focalgradient.dataset.percepts import Percept, Press, Seen, percepts
 from focalgradient.dataset.read import DataSet, read_dataset
-from focalgradient.dataset.session import Answer, Apparatus, Rated, Session, Watched
+from focalgradient.dataset.session import Answer, Apparatus, Chosen, Rated, Session, Watched
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 
 __all__ = [
     "VALIDATOR",
     "Answer",
     "Apparatus",
+    "Chosen",
     "DataSet",
     "Files",
     "Findings",

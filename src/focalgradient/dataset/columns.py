@@ -216,6 +216,26 @@ COLUMNS: dict[str, tuple[Column, ...]] = {
         REPETITION,
         *_judged("the view through the pinhole"),
     ),
+    "blurthreshold": (
+        TRIAL,
+        SCENE,
+        Column("interval", "Of the two intervals, the one to which the level was added.", "integer", least=1),
+        Column(
+            "level",
+            "What was added: dioptres of defocus, or millimetres of aperture where depth is judged.",
+            "number",
+            above=0,
+        ),
+        Column("answer", "The interval that was chosen.", "integer", least=1),
+        Column("correct", "Whether that is the one to which the level was added.", "bool"),
+        REPETITION,
+        Column("catch", "Whether the trial shows the greatest level, and does not count for the threshold.", "bool"),
+        Column("onset", "When the first picture appeared, on the clock of the sitting.", "number", "s", least=0),
+        Column("response_time", "From the question to the answer.", "number", "s", least=0),
+        DROPPED,
+        STIMULUS,
+        SITTING,
+    ),
 }
 """By task, in the order of the table; a table has one row a trial, but for the cube one a percept."""
 
@@ -286,4 +306,5 @@ TITLES = {
     "depthrating": "Three-dimensionality of pictures by aperture and fixation",
     "necker": "Rigidity of a rotating Necker cube by focal gradient",
     "pinhole": "Depth with one eye through a pinhole, freely, and through a tube",
+    "blurthreshold": "Threshold of blur, or of depth from blur, by an adaptive procedure",
 }

@@ -154,7 +154,10 @@ def wrong_rows(
         yield from _wrong_percepts(columns)
         yield from _wrong_durations(shown, planned)
     else:
-        yield from _wrong_ratings(shown, design)
+        yield from _wrong_choices(shown, design) if design.task == "blurthreshold" else _wrong_ratings(shown, design)
+        none = shown["response_time"] <= 0
+        if none.any():
+            yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which no answer takes."
         yield from _too_close(shown, design)
         yield from _wrong_pictures(found.files.task, shown, design, pictures)
 
@@ -249,9 +252,24 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
     sure = shown["confidence"] > 1
     if sure.any():
         yield f"trial {shown['trial'][sure][0]}: confidence is {shown['confidence'][sure][0]:g}, but goes from 0 to 1."
-    none = shown["response_time"] <= 0
-    if none.any():
-        yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which no answer takes."
+
+
+def _wrong_choices(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
+    """Levels and answers of an adaptive experiment."""
+    for number, level, catch, interval, answer, correct in zip(
+        *(shown[name].tolist() for name in ("trial", "level", "catch", "interval", "answer", "correct")), strict=True
+    ):
+        if not design.is_level(level):
+            yield f"trial {number}: level is {level:g}, which is none of the design's levels."
+        elif catch and level != design.levels[-1]:
+            yield f"trial {number}: level is {level:g}, but catch trials have the greatest, {design.levels[-1]:g}."
+        elif answer not in (1, 2):
+            yield f"trial {number}: answer is {answer}, but must be 1 or 2."
+        elif correct is not (answer == interval):
+            yield f"trial {number}: correct is {cell(correct)}, but the answer is {answer} and the interval {interval}."
+        else:
+            continue
+        return
 
 
 def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
@@ -288,6 +306,8 @@ def _wrong_pictures(
             key = (scene, shown["aperture"][place], shown["fixation"][place])
             levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
             wanted = pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))
+        elif task == "blurthreshold":
+            wanted = pictures.get((scene, "pinhole", design.fixation))
         elif shown["form"][place] == "real":
             wanted = None
         else:

@@ -65,6 +65,11 @@ class DataSet:
         return self.tables["pinhole"]
 
     @property
+    def blur_threshold(self) -> pd.DataFrame:
+        """One row a trial of the adaptive experiment; empty where nobody took part."""
+        return self.tables["blurthreshold"]
+
+    @property
     def simulated(self) -> bool:
         """Whether simulated observers took part."""
         return bool((self.participants["kind"] == "simulated").any())

@@ -30,7 +30,7 @@ from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
 
-__all__ = ["Answer", "Apparatus", "Rated", "Session", "Watched"]
+__all__ = ["Answer", "Apparatus", "Chosen", "Rated", "Session", "Watched"]
 
 ROOM = 1 << 20
 """Bytes that must be free on the disk before a session begins."""
@@ -127,7 +127,51 @@ class Watched:
         percepts(self.presses, {}, self.trial_duration)
 
 
-Answer = Rated | Watched
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chosen:
+    """Which of two intervals was chosen, at the level that a procedure had set.
+
+    Parameters
+    ----------
+    onset
+        When the first picture appeared, in seconds of the sitting's clock.
+    level
+        What was added in one interval: dioptres, or millimetres.
+    answer
+        The interval that was chosen, 1 or 2.
+    correct
+        Whether that is the one with the level.
+    response_time
+        From the question to the answer, in seconds.
+    dropped_frames
+        That came late during the trial.
+    stimulus
+        The file of the picture that was blurred, as the manifest names it.
+    """
+
+    onset: float
+    level: float
+    answer: int
+    correct: bool
+    response_time: float
+    dropped_frames: int = 0
+    stimulus: str | None = None
+
+    def __post_init__(self) -> None:
+        _finite(self, "onset", "level", "response_time")
+        if self.answer not in (1, 2):
+            raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")
+
+
+Answer = Rated | Watched | Chosen
+
+ANSWERS: dict[str, type[Answer]] = {
+    "depthrating": Rated,
+    "pinhole": Rated,
+    "necker": Watched,
+    "blurthreshold": Chosen,
+}
+"""What a trial of each task is answered by."""
 
 
 def _finite(answer: Answer, *names: str) -> None:
@@ -155,12 +199,12 @@ class Session:
     '1\treal\ttube\troom\t1\t0.0\t1.2\t2.0\tn/a\t0\tn/a\t1'
     """
 
-    def __init__(self, files: Files, design: Design, journal: Journal, done: int):
+    def __init__(self, files: Files, design: Design, journal: Journal, done: Sequence[Event]):
         self.files = files
         self.design = design
         self.trials: tuple[Trial, ...] = design.trials(files.participant, files.session)
         self._journal = journal
-        self._done = done
+        self._recorded: list[Event] = list(done)
 
     @classmethod
     def check(
@@ -282,7 +326,7 @@ class Session:
         except InputError:
             journal.close()
             raise
-        return cls(files, design, journal, 0)
+        return cls(files, design, journal, ())
 
     @classmethod
     def resume(
@@ -329,7 +373,15 @@ class Session:
 
     def remaining(self) -> tuple[Trial, ...]:
         """Trials still to be run, practice among them, in their order."""
-        return self.trials[self._done :]
+        return self.trials[len(self._recorded) :]
+
+    @property
+    def recorded(self) -> tuple[Event, ...]:
+        """The trials recorded so far, those of earlier sittings included: each trial with its answer, in their order.
+
+        What depends on answers, as an adaptive procedure, is replayed from them.
+        """
+        return tuple(self._recorded)
 
     def record(self, trial: Trial, answer: Answer, **noted: Any) -> None:
         """Write what was answered in the next trial, and come back when it is safe.
@@ -341,9 +393,10 @@ class Session:
         InputError
             If it is not that trial's turn, the answer is not of its kind, or it cannot be written.
         """
-        if self._done == len(self.trials) or trial != self.trials[self._done]:
+        done = len(self._recorded)
+        if done == len(self.trials) or trial != self.trials[done]:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
-        if isinstance(answer, Watched) != isinstance(self.design, NeckerDesign):
+        if not isinstance(answer, ANSWERS[self.design.task]):
             raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
         if isinstance(answer, Rated) and not self.design.is_answer(answer.rating):  # type: ignore[union-attr]
             least, most = self.design.bounds  # type: ignore[union-attr]
@@ -351,8 +404,18 @@ class Session:
                 f"rating is {answer.rating:g}, but the scale of the design goes from {least:g} to {most:g}: give "
                 "one of its answers."
             )
-        self._journal.write({**noted, "event": "trial", **asdict(trial), **asdict(answer)})
-        self._done += 1
+        if isinstance(answer, Chosen):
+            self._check_choice(trial, answer)
+        event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}
+        self._journal.write(event)
+        self._recorded.append(event)
+
+    def _check_choice(self, trial: Trial, answer: Chosen) -> None:
+        """Refuse a level that is none of the design's, and what contradicts its own answer."""
+        if not self.design.is_level(answer.level):  # type: ignore[union-attr]
+            raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
+        if answer.correct is not (answer.answer == trial.interval):  # type: ignore[attr-defined]
+            raise InputError(f"correct is {answer.correct}, which contradicts the answer: compare it with interval.")
 
     def note(self, kind: str, **content: Any) -> None:
         """Write down something else that happened, as a break or a marker sent; it stays in the journal."""
@@ -382,14 +445,15 @@ def _taken(files: Files, there: Path) -> InputError:
     )
 
 
-def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
-    """Read what a session has recorded whose journal is ours, its design, and how many trials are done."""
+def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, list[Event]]:
+    """Read what a session has recorded whose journal is ours, its design, and the trials that are done."""
     log = read_journal(files.journal)
     if log.changed:
         raise InputError(log.changed[0])
     design = recorded_design(str(files.journal), log.head["design"])
     trials = design.trials(files.participant, files.session)
-    done = [(event["phase"], event["trial"]) for event in log.of("trial")]
+    recorded = log.of("trial")
+    done = [(event["phase"], event["trial"]) for event in recorded]
     if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
         raise InputError(f"{files.journal} does not follow the order of its design: begin a new session (--session).")
     if len(done) == len(trials):
@@ -403,7 +467,7 @@ def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, int]:
             f"{stimuli or 'no folder'} is given for the pictures, which is not what the session began with "
             f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
         )
-    return log, design, len(done)
+    return log, design, recorded
 
 
 def _event(event: str, apparatus: Apparatus, **content: Any) -> Event:

@@ -1,7 +1,8 @@
 """Designs of the experiments: conditions, order, catch trials, practice and breaks, all from one seed.
 
 A design is read from a TOML file; its trial list for a participant is the same on every machine. No window is needed.
-The designs of the paper come with the package as such files, to be copied and changed (`design_text`).
+The designs of the paper, and that of a threshold of blur, come with the package as such files, to be copied and changed
+(`design_text`).
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial, Judged
 from focalgradient.design.depth_rating import Answers, DepthRatingDesign, DepthTrial, Fixation
 from focalgradient.design.factors import Factor
 from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
 from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
 from focalgradient.design.plan import Phase, Trial
+from focalgradient.design.procedure import Procedure
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.tables import check_table, shown
@@ -26,6 +29,8 @@ __all__ = [
     "DESIGNS",
     "NAMES",
     "Answers",
+    "BlurThresholdDesign",
+    "BlurTrial",
     "DepthRatingDesign",
     "DepthTrial",
     "Design",
@@ -34,12 +39,14 @@ __all__ = [
     "Fixation",
     "Form",
     "Gradient",
+    "Judged",
     "NeckerDesign",
     "NeckerTrial",
     "Phase",
     "Pinhole",
     "PinholeTrial",
     "Place",
+    "Procedure",
     "Shape",
     "Trial",
     "Viewing",
@@ -50,12 +57,22 @@ __all__ = [
     "recorded_design",
 ]
 
-Design = DepthRatingDesign | NeckerDesign | Pinhole
+Design = DepthRatingDesign | NeckerDesign | Pinhole | BlurThresholdDesign
 
-DESIGNS: dict[str, type[Design]] = {"depthrating": DepthRatingDesign, "necker": NeckerDesign, "pinhole": Pinhole}
+DESIGNS: dict[str, type[Design]] = {
+    "depthrating": DepthRatingDesign,
+    "necker": NeckerDesign,
+    "pinhole": Pinhole,
+    "blurthreshold": BlurThresholdDesign,
+}
 """By the name of the task."""
 
-NAMES = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole"}
+NAMES = {
+    "depth-rating": "depthrating",
+    "necker": "necker",
+    "pinhole": "pinhole",
+    "blur-threshold": "blurthreshold",
+}
 """What the command line calls each task."""
 
 
@@ -65,7 +82,7 @@ def design_text(name: str) -> str:
     Parameters
     ----------
     name
-        "depth-rating", "necker" or "pinhole".
+        "depth-rating", "necker", "pinhole" or "blur-threshold".
 
     Raises
     ------

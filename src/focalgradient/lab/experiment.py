@@ -125,6 +125,10 @@ class Sitting:
         What has gone wrong in a laboratory's own code since then: what, and the error.
     levels
         Of the factors in blocks, those of the block that is shown.
+    recorded
+        The trials recorded so far with their answers, those of earlier sittings included.
+    procedure
+        Of an adaptive experiment, what chooses the level of the next trial.
     """
 
     screen: Screen
@@ -136,6 +140,8 @@ class Sitting:
     events: list[tuple[str, float, float]] = field(default_factory=list)
     failures: list[tuple[str, str]] = field(default_factory=list)
     levels: dict[str, str] = field(default_factory=dict)
+    recorded: Sequence[Mapping[str, Any]] = ()
+    procedure: Any = None
 
     @property
     def words(self) -> Words:

@@ -202,6 +202,9 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
             f"focal_length_mm is {asked:g} in the design, but the pictures were made with {made:g}: give that."
         )
     stimuli.pixels(picture)
+    if getattr(design, "judged", None) == "depth":
+        for scene in design.scenes:
+            stimuli.depth(scene)
     return stimuli
 
 

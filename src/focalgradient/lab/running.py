@@ -179,7 +179,7 @@ def _trials(experiment: Experiment, sitting: Sitting, session: Session) -> None:
     began, counted = window.now(), 0
     practised: list[tuple[Trial, Answer]] = []
     for trial in session.remaining():
-        sitting.next = trial
+        sitting.next, sitting.recorded = trial, session.recorded
         if practised and trial.phase == "main":
             _practise_again(experiment, sitting, session, practised)
             _uninterrupted(lambda: pages(window, [words("session.practice_over")], "break"))

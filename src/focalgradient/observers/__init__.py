@@ -1,6 +1,7 @@
 """Simulated observers: a trial in, a response out, the same records as a person's.
 
-They look at the pictures themselves, as a display shows them, and know of a trial no more than a person does.
+They look at the pictures themselves, as a display shows them, and know of a trial no more than a person does; those of
+the adaptive experiment have a known threshold, to be recovered.
 """
 
 from focalgradient.observers.answers import EncodedPictures, rate, watch
@@ -10,6 +11,7 @@ from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import perceived_depth, relief
 from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, small_set
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes
+from focalgradient.observers.thresholds import choose, known_threshold, right_share
 
 __all__ = [
     "OBSERVERS",
@@ -19,15 +21,18 @@ __all__ = [
     "Observer",
     "cache_folder",
     "check_pictures",
+    "choose",
     "encode",
     "encode_cube",
     "encoded_cubes",
     "encoded_stimuli",
+    "known_threshold",
     "natural_set",
     "observer_named",
     "perceived_depth",
     "rate",
     "relief",
+    "right_share",
     "simulate",
     "small_set",
     "watch",

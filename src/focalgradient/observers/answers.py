@@ -43,7 +43,7 @@ SHORTEST = 0.3
 """Seconds that a percept lasts at least."""
 
 
-def _random(seed: int, task: str, participant: str, *what: int) -> np.random.Generator:
+def random_stream(seed: int, task: str, participant: str, *what: int) -> np.random.Generator:
     """The stream of one cell: another participant, another trial, another stream, whoever draws from it and when."""
     return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
 
@@ -52,12 +52,12 @@ def rate(
     design: DepthRatingDesign, observer: Observer, participant: str, seed: int, encoded: EncodedPictures
 ) -> tuple[Answer, ...]:
     """Rate every picture of a participant's list against the standard as it was last seen: see `_rating`."""
-    person = observer.person(_random(seed, design.task, participant))
+    person = observer.person(random_stream(seed, design.task, participant))
     clock, answers = 0.0, []
     standard = math.nan
     for number, trial in enumerate(design.trials(participant), start=1):
         assert isinstance(trial, DepthTrial)
-        random = _random(seed, design.task, participant, number)
+        random = random_stream(seed, design.task, participant, number)
         clock += BREAK * trial.break_before
         if trial.standard_before or number == 1:
             _, stimulus = encoded[design.standard_scene, "pinhole", "nearest"]
@@ -107,12 +107,12 @@ def watch(
     design: NeckerDesign, observer: Observer, participant: str, seed: int, encoded: EncodedCubes
 ) -> tuple[Answer, ...]:
     """Watch every cube of a participant's list, and hold the keys."""
-    person = observer.person(_random(seed, design.task, participant))
+    person = observer.person(random_stream(seed, design.task, participant))
     keys = design.keys_of(participant)
     clock, answers = 0.0, []
     for number, trial in enumerate(design.trials(participant), start=1):
         assert isinstance(trial, NeckerTrial)
-        random = _random(seed, design.task, participant, number)
+        random = random_stream(seed, design.task, participant, number)
         clock += BREAK * trial.break_before + PAUSE
         absent = person.guesses or random.random() < person.lapses
         odds = 0.0 if absent else log_odds(design, trial, encoded, person)

@@ -12,16 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
-from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTrial, NeckerDesign
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import EncodedPictures, rate, watch
 from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
+from focalgradient.observers.thresholds import choose, known_threshold
 from focalgradient.parallel import in_order
 from focalgradient.stimuli import StimulusSet
 
 __all__ = ["check_pictures", "labels", "simulate"]
+
+Simulated = DepthRatingDesign | NeckerDesign | BlurThresholdDesign
+"""Designs that simulated observers take part in."""
 
 CLOCK = "seconds of a simulated clock, from the beginning of the session"
 WHO = "simulated observer"
@@ -68,13 +72,13 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
 
 
 def simulate(
-    design: DepthRatingDesign | NeckerDesign,
+    design: Simulated,
     out: Path,
     *,
     observers: int,
     seed: int,
     observer: str = "default",
-    encoded: EncodedPictures | EncodedCubes,
+    encoded: EncodedPictures | EncodedCubes | None = None,
     stimuli: Path | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], object] | None = None,
@@ -84,7 +88,7 @@ def simulate(
     Parameters
     ----------
     design
-        Of either experiment.
+        Of either experiment, or of a threshold.
     out
         Folder of the data set, new or of simulated observers.
     observers
@@ -94,7 +98,8 @@ def simulate(
     observer
         By name, of `focalgradient.observers.OBSERVERS`.
     encoded
-        `focalgradient.observers.encoded_stimuli` of the pictures, or `encoded_cubes` of the design.
+        `focalgradient.observers.encoded_stimuli` of the pictures, or `encoded_cubes` of the design; None for a
+        threshold, whose observers have a known one and look at no pictures (`focalgradient.observers.choose`).
     stimuli
         Folder of the pictures.
     executor
@@ -127,7 +132,12 @@ def simulate(
         if Files(out, design.task, label).journal.exists():
             session = Session.resume(out, design.task, label, apparatus=apparatus, stimuli=stimuli)
         else:
-            session = Session.begin(out, design, label, apparatus=apparatus, kind="simulated", stimuli=stimuli)
+            about = {}
+            if isinstance(design, BlurThresholdDesign):
+                about = {"threshold": known_threshold(design, label, seed)}
+            session = Session.begin(
+                out, design, label, apparatus=apparatus, kind="simulated", stimuli=stimuli, about=about
+            )
         with session:
             remaining = session.remaining()
             for trial, answer in zip(remaining, answers[-len(remaining) :], strict=True):
@@ -137,14 +147,16 @@ def simulate(
     return len(wanted)
 
 
-def _answers(job: tuple[DepthRatingDesign | NeckerDesign, Observer, str, int, Any]) -> tuple[Answer, ...]:
+def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ...]:
     design, observer, label, seed, encoded = job
+    if isinstance(design, BlurThresholdDesign):
+        return choose(design, observer, label, seed)
     if isinstance(design, NeckerDesign):
         return watch(design, observer, label, seed, encoded)
     return rate(design, observer, label, seed, encoded)
 
 
-def _finished(out: Path, design: DepthRatingDesign | NeckerDesign, label: str, who: str) -> bool:
+def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:
     """Whether a participant is in the data set, whole; if in part, by the same design and the same observer."""
     files = Files(out, design.task, label)
     if not files.journal.exists():

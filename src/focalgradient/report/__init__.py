@@ -41,6 +41,7 @@ from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
+from focalgradient.report.thresholds import Thresholds, analyse_thresholds, methods_thresholds, threshold_part
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
 from focalgradient.statistics import (
     DepthRatingResult,
@@ -152,6 +153,7 @@ def make_report(
     notes: list[str] = []
     ratings: Ratings | None = None
     reports: Reports | None = None
+    thresholds: Thresholds | None = None
     if root.is_file() and holds_reports(root, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
@@ -170,19 +172,20 @@ def make_report(
     else:
         title = str(read_description(root).get("Name", root.name))
         checked = checking(root, executor=executor)  # by the workers, while this process analyses
-        ratings, reports = _analysed(root, used, scale, stated.rules, problems, progress)
+        ratings, reports, thresholds = _analysed(root, used, scale, stated.rules, problems, progress)
         try:
             found = checked()
             problems = list(dict.fromkeys([*problems, *found.problems]))
             notes += found.notes
         except InputError as error:
             problems = list(dict.fromkeys([*problems, str(error)]))
-        left_out = [one for part in (ratings, reports) if part and part.data for one in part.data.problems]
+        parts = [part for part in (ratings, reports, thresholds) if part]
+        left_out = [one for part in parts if part.data for one in part.data.problems]
         problems = [f"Left out of the analysis: {one}" if one in left_out else one for one in problems]
     sheets: list[Sheet] = []
     figures: dict[str, bytes] = {}
     blocks = [Notice(f"Problem: {_local(problem, root)}") for problem in problems]
-    parts = [part for part in (ratings, reports) if part is not None]
+    parts = [part for part in (ratings, reports, thresholds) if part is not None]
     if any(part.simulated for part in parts):
         blocks = [Notice("Simulated observers, not people: every answer was computed by a model."), *blocks]
     body: list[Block] = [*blocks]
@@ -195,6 +198,8 @@ def make_report(
             methods.append(bayes_methods(posterior))
     if reports is not None:
         body += _necker_part(reports, sheets, figures)
+    if thresholds is not None:
+        body += threshold_part(thresholds, sheets, figures)
     body.append(Heading("Methods"))
     if ratings is not None:
         body += [Heading("Depth ratings", 3), *map(Paragraph, [*methods_ratings(ratings, used), *methods])]
@@ -204,6 +209,9 @@ def make_report(
     if reports is not None:
         body += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
         body += _shown([] if reports.data is None else [_design(reports.data, "necker")], sheets)
+    if thresholds is not None:
+        body += [Heading("Blur thresholds", 3), *map(Paragraph, methods_thresholds(thresholds))]
+        body += _shown([_design(thresholds.data, "blur_threshold")], sheets)
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in notes)]
@@ -216,14 +224,16 @@ def make_report(
         files |= report_files(
             reports.table, reports.kept, None if isinstance(reports.result, NotComputed) else reports.result
         )
+    if thresholds is not None:
+        files["blur_threshold_trials.csv"] = safe_csv(thresholds.table)
     files["rules.toml"] = as_toml(stated.rules, used).encode()
     return Report(files, tuple(problems))
 
 
 def _analysed(
     root: Path, bound: float, scale: Scale | None, rules: Rules, problems: list[str], progress: Progress | None
-) -> tuple[Ratings | None, Reports | None]:
-    """Both experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
+) -> tuple[Ratings | None, Reports | None, Thresholds | None]:
+    """The experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
     refused: list[InputError] = []
     ratings: Ratings | None = None
     reports: Reports | None = None
@@ -237,14 +247,23 @@ def _analysed(
             reports = analyse_necker(root, rules=rules)
         except InputError as error:
             refused.append(error)
-    if ratings is None and reports is None:
+    thresholds: Thresholds | None = None
+    if _took_part(root, "blurthreshold"):
+        try:
+            thresholds = analyse_thresholds(root)
+        except InputError as error:
+            refused.append(error)
+    if ratings is None and reports is None and thresholds is None:
         raise (
             refused[0]
             if refused
-            else InputError(f"{root} holds neither depth ratings nor reports on the cube: there is nothing to report.")
+            else InputError(
+                f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds: there is nothing to "
+                "report."
+            )
         )
     problems += map(str, refused)
-    return ratings, reports
+    return ratings, reports, thresholds
 
 
 def _took_part(root: Path, task: str) -> bool:

@@ -8,21 +8,40 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import pandas as pd
 
-from focalgradient.dataset import Files
+from focalgradient.dataset import DataSet, Files
 from focalgradient.dataset.bids import read_description
 from focalgradient.files import read_bytes
-from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.document import Table
 from focalgradient.report.rules import Stated
 from focalgradient.report.tables import Sheet
+from focalgradient.statistics import Quality
 
 __all__ = ["listed", "provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "statsmodels", "matplotlib")
+
+
+@runtime_checkable
+class Judged(Protocol):
+    """An experiment whose subjects are judged by the rules of exclusion."""
+
+    @property
+    def quality(self) -> Quality:
+        """What the rules found."""
+        ...
+
+
+class Analysed(Protocol):
+    """An experiment of a data set, or of a table."""
+
+    @property
+    def data(self) -> DataSet | None:
+        """Its part of the data set."""
+        ...
 
 
 def listed(file: str, caption: str, header: list[str], rows: list[list[str]], *, folded: bool = False) -> Sheet:
@@ -30,7 +49,7 @@ def listed(file: str, caption: str, header: list[str], rows: list[list[str]], *,
     return Sheet(file, Table(caption, header, rows, csv=file, folded=folded), pd.DataFrame(rows, columns=header))
 
 
-def provenance(root: Path, parts: Sequence[Ratings | Reports], bound: float, stated: Stated) -> Iterator[Sheet]:
+def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stated) -> Iterator[Sheet]:
     """Tables of the software, of the data set, and of its files with their hashes."""
     made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made)
@@ -46,7 +65,8 @@ def provenance(root: Path, parts: Sequence[Ratings | Reports], bound: float, sta
         for sitting in sidecar.get("Sittings", ()):
             for name, value in sitting.get("Versions", {}).items():
                 said.setdefault(f"recorded with {name}", {})[str(value)] = None
-    for name, value in asdict(parts[0].quality.rules).items():
+    judged = [part.quality.rules for part in parts if isinstance(part, Judged)]
+    for name, value in asdict((judged or [stated.rules])[0]).items():
         said[f"rule {name}"] = {str(value): None}
     said["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
     said["bound of equivalence"] = {f"{bound:g}": None}

@@ -37,6 +37,13 @@ from focalgradient.statistics.ratings import (
     depth_rating,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
+from focalgradient.statistics.thresholds import (
+    SubjectThreshold,
+    ThresholdFit,
+    ThresholdResult,
+    blur_thresholds,
+    fit_threshold,
+)
 
 __all__ = [
     "ComparisonMean",
@@ -70,12 +77,17 @@ __all__ = [
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
+    "SubjectThreshold",
     "Threshold",
+    "ThresholdFit",
+    "ThresholdResult",
     "as_table",
+    "blur_thresholds",
     "compare_pictures",
     "depth_rating",
     "factor_effects",
     "fit_durations_of_people",
+    "fit_threshold",
     "necker",
     "quality",
     "read_ratings",

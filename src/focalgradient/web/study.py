@@ -139,7 +139,8 @@ class Study:
                 depth_trial(design, self._set, trial)
         elif not isinstance(design, NeckerDesign):
             raise InputError(
-                f"{design.task} needs things that stand before the participant: it runs in the laboratory."
+                f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
+                "on the fly): it runs in the laboratory, by focalgradient run."
             )
         self._display = self._set.display if self._set else Display()
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page

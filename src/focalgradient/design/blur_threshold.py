@@ -1,0 +1,148 @@
+"""An adaptive experiment: the least blur that is noticed, or that makes a picture look deeper, in two intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from focalgradient.design.draws import Draws
+from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
+
+__all__ = ["BlurThresholdDesign", "BlurTrial", "Judged"]
+
+Judged = Literal["blur", "depth"]
+"""What the two intervals are compared in."""
+
+SAME = 1e-9
+"""Share by which a level may differ from one of the design's for having been written down."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlurTrial(Trial):
+    """Two intervals to be compared.
+
+    Parameters
+    ----------
+    scene
+        Name of the scene that both show.
+    interval
+        1 or 2: the one in which the level is added.
+    """
+
+    scene: str
+    interval: int
+
+    @property
+    def condition(self) -> tuple[Hashable, ...]:
+        """The scene, and in which interval the level is added."""
+        return (self.scene, self.interval)
+
+
+class BlurThresholdDesign(Plan):
+    """The design of a threshold: scenes x intervals x repetitions, one adaptive procedure for all.
+
+    Examples
+    --------
+    >>> design = BlurThresholdDesign()
+    >>> [trial.phase for trial in design.trials("01") if not trial.catch].count("main"), design.unit
+    (60, 'D')
+    """
+
+    task: Literal["blurthreshold"] = "blurthreshold"
+    judged: Annotated[Judged, Field(description="'blur' or 'depth'")] = "blur"
+    scenes: Annotated[Names, Field(description="a list of names of scenes, like ['spheres-01']")] = (
+        "spheres-01",
+        "spheres-02",
+    )
+    fixation: Annotated[Literal["nearest", "farthest"], Field(description="'nearest' or 'farthest'")] = "nearest"
+    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 15
+    least_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 0.02")] = 0.02
+    most_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 2.0")] = 2.0
+    level_steps: Annotated[int, Field(ge=5, le=100, description="a whole number from 5 to 100")] = 41
+    pedestal: Annotated[float, Field(ge=0, le=100, description="a number of 0 or more")] = 0.0
+    pupil_mm: Annotated[float, Field(gt=0, le=100, description="a positive number of millimetres")] = 4.0
+    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 6
+    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 4
+    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 0.75
+    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 33
+    least_break_s: OrNone = 10.0
+    mark_s: Seconds = 0.5
+    picture_s: Seconds = 0.5
+    blank_s: OrNone = 0.5
+    pause_s: OrNone = 0.3
+
+    shortened: ClassVar = {
+        "repetitions": 2,
+        "scenes": 1,
+        "catch_trials": 1,
+        "practice_trials": 2,
+        "practice_rounds": 1,
+        "least_break_s": 1.0,
+    }
+
+    @model_validator(mode="after")
+    def _check(self) -> BlurThresholdDesign:
+        no_repeats("scenes", self.scenes)
+        if self.most_level < 2 * self.least_level:
+            raise ValueError(
+                f"most_level is {self.most_level:g}, but must be twice least_level, here {self.least_level:g}, or more."
+            )
+        self.check_counts(2 * len(self.scenes))
+        self.trials("01")
+        return self
+
+    @property
+    def unit(self) -> str:
+        """Of the levels: dioptres of defocus, or millimetres of aperture."""
+        return "D" if self.judged == "blur" else "mm"
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The levels that the procedure chooses from, in equal steps of their logarithm.
+
+        >>> BlurThresholdDesign(least_level=0.1, most_level=1.6, level_steps=5).levels
+        (0.1, 0.2, 0.4, 0.8, 1.6)
+        """
+        ratio = math.log(self.most_level / self.least_level) / (self.level_steps - 1)
+        return tuple(round(self.least_level * math.exp(ratio * step), 6) for step in range(self.level_steps))
+
+    def is_level(self, level: float) -> bool:
+        """Whether it is one of the levels."""
+        return any(math.isclose(level, one, rel_tol=SAME) for one in self.levels)
+
+    @property
+    def shown_s(self) -> float:
+        """Seconds from when the first picture appears to the question."""
+        return 2 * (self.picture_s + self.blank_s)
+
+    def trials(self, participant: str, session: str | None = None) -> tuple[BlurTrial, ...]:
+        """Make the list of one participant: all but the levels, which depend on the answers.
+
+        Raises
+        ------
+        InputError
+            If a label is not alphanumeric.
+        """
+        shown = [BlurTrial(scene=scene, interval=interval) for scene, interval in product(self.scenes, (1, 2))]
+        return tuple(
+            self.listed(
+                participant,
+                session,
+                blocks=[shown * self.repetitions],
+                factors=lambda trial: (trial.interval,),
+                catches=lambda draws: [replace(one, catch=True) for one in self._easy(self.catch_trials, draws)],
+                practice=lambda draws: self._easy(self.practice_trials, draws),
+            )
+        )
+
+    def _easy(self, count: int, draws: Draws) -> list[BlurTrial]:
+        """Trials that are shown with the greatest level: either interval as often as the other."""
+        return draws.shuffled(
+            BlurTrial(scene=self.scenes[number % len(self.scenes)], interval=1 + number % 2) for number in range(count)
+        )

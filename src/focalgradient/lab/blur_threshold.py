@@ -1,0 +1,156 @@
+"""Adaptive experiment: how much blur is just noticed, or just makes a picture look deeper.
+
+Each trial shows one scene twice, blurred further in one of two intervals, and asks in which. How much is chosen by
+QUEST+ from all answers so far; the pictures are blurred while the screen is grey. Needs the extra `thresholds`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.dataset import Chosen
+from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure
+from focalgradient.design.procedure import check_questplus
+from focalgradient.display import Display
+from focalgradient.lab.experiment import GREY, Experiment, Sitting
+from focalgradient.lab.questions import ask_which
+from focalgradient.optics import Lens
+from focalgradient.render import blur_picture
+from focalgradient.stimuli import StimulusSet
+
+__all__ = ["BLUR_THRESHOLD", "answers", "blurred"]
+
+
+def blurred(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str, amount: float) -> NDArray[np.uint8]:
+    """Blur a scene's pinhole picture for the set's display.
+
+    Parameters
+    ----------
+    stimuli
+        The set of pictures.
+    design
+        Whether the whole picture is defocused (`judged` is "blur"), or seen by its depth through a lens focused on the
+        fixated object ("depth").
+    scene
+        Its name.
+    amount
+        Dioptres of defocus for the design's pupil, or millimetres of aperture; 0: as it is.
+
+    Returns
+    -------
+    ndarray
+        8-bit values, H x W x 3.
+
+    Raises
+    ------
+    InputError
+        If the set lacks the picture or, to judge depth, its depth.
+    """
+    picture = stimuli.picture(scene, "pinhole", design.fixation)
+    light = stimuli.linear(picture)
+    if amount > 0:
+        angle = math.radians(1 / stimuli.display.pixels_per_degree)
+        if design.judged == "blur":
+            # A lens as short as its aperture is wide, focused 1 / amount away; what it sees is at infinity.
+            lens = Lens(1e-3 * design.pupil_mm, 1.0, 1 / amount)
+            distance = np.full(light.shape[:2], math.inf)
+        else:
+            distance = stimuli.depth(scene).astype(float)
+            x, y = stimuli.scene(scene).target(design.fixation).position_px
+            lens = Lens(1e-3 * amount, 1.0, float(distance[int(y), int(x)]))
+        light = blur_picture(light, distance, lens, pixel_angle=angle)
+    return stimuli.display.encode(light)
+
+
+def answers(recorded: Sequence[Mapping[str, Any]]) -> list[tuple[float, bool]]:
+    """What the procedure learns from recorded trials: level and whether the answer was right, of those that count."""
+    return [(one["level"], one["correct"]) for one in recorded if one["phase"] == "main" and not one["catch"]]
+
+
+def _instructions(sitting: Sitting) -> Sequence[str]:
+    words = sitting.words
+    return [
+        words(f"blur.instructions_{sitting.design.judged}"),
+        words("blur.trial", escape=words("common.escape")),
+    ]
+
+
+def _pictures(design: BlurThresholdDesign) -> Sequence[tuple[str, str, str, dict[str, str]]]:
+    """All that the design can show."""
+    return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
+
+
+def _check(design: BlurThresholdDesign, display: Display, room: tuple[int, int]) -> None:
+    check_questplus()
+
+
+def _before(sitting: Sitting) -> None:
+    """Make the procedure, and blur one picture, for what is compiled once."""
+    sitting.screen.text(sitting.words("common.moment")).draw()
+    sitting.screen.frame()
+    assert sitting.stimuli is not None
+    sitting.procedure = Procedure(sitting.design)
+    blurred(sitting.stimuli, sitting.design, sitting.design.scenes[0], sitting.design.levels[-1])
+
+
+def _draw(image: Any, since: float) -> None:
+    image.draw()
+
+
+def _trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
+    design: BlurThresholdDesign = sitting.design
+    screen, words, stimuli = sitting.screen, sitting.words, sitting.stimuli
+    assert stimuli is not None
+    picture = stimuli.picture(trial.scene, "pinhole", design.fixation)
+    mark = sitting.mark(picture)
+    levels: list[float] = []
+    shown: list[tuple[str, Any]] = []
+
+    def prepare() -> None:
+        if trial.phase == "practice" or trial.catch:
+            levels.append(design.levels[-1])
+        else:
+            sitting.procedure.learn(answers(sitting.recorded))
+            levels.append(sitting.procedure.level())
+        for number in (1, 2):
+            added = levels[0] if number == trial.interval else 0.0
+            image = screen.picture(blurred(stimuli, design, trial.scene, design.pedestal + added))
+            shown.append(("picture" if number == trial.interval else "reference", image))
+        screen.warm(mark, *(image for _, image in shown))
+
+    screen.empty(design.pause_s, "pause", prepare)
+    screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
+    onsets = []
+    for event, image in shown:
+        onsets.append(screen.play(partial(_draw, image), design.picture_s, event))
+        screen.empty(design.blank_s, "off")
+    given = ask_which(screen, words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
+    chosen = int(given.value)
+    return Chosen(
+        onset=sitting.since_start(onsets[0]),
+        level=levels[0],
+        answer=chosen,
+        correct=chosen == trial.interval,
+        response_time=given.seconds,
+        stimulus=picture.png,
+    )
+
+
+BLUR_THRESHOLD = Experiment(
+    task="blurthreshold",
+    about=__doc__,
+    instructions=_instructions,
+    trial=_trial,
+    pictures=_pictures,
+    check=_check,
+    background=GREY,
+    before=_before,
+    right=lambda sitting, trial, answer: answer.correct,
+    words="blur",
+)

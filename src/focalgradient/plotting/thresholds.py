@@ -1,0 +1,100 @@
+"""Figures of thresholds: each participant's psychometric function, and all thresholds with their intervals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+from focalgradient.plotting.figures import BLUE, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, ThresholdResult
+
+__all__ = ["draw_functions", "draw_thresholds", "threshold_figure"]
+
+MOST_ROWS = 40
+"""Participants whose names stand beside the axis; of more every second one has a row, and so on."""
+
+STEPS = (1, 2, 5)
+"""Of the ticks of a logarithmic axis, in each decade."""
+
+
+def threshold_figure(result: ThresholdResult, *, simulated: bool) -> Figure:
+    """The functions of all participants, and their thresholds."""
+    with style():
+        figure = new_figure(180, 90, layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
+        draw_functions(left, result)
+        draw_thresholds(right, result)
+        if simulated:
+            figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
+    return figure
+
+
+def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFit]]:
+    return [(one, one.fit) for one in result.subjects if isinstance(one.fit, ThresholdFit)]
+
+
+def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
+    """Draw each participant's function thin, and the shares of right answers as discs, larger for more trials."""
+    fitted = _fitted(result)
+    levels = [level for _, fit in fitted for level in fit.levels]
+    if levels:
+        x = np.geomspace(min(levels) / 1.2, max(levels) * 1.2, 200)
+        for one, fit in fitted:
+            colour = BLUE if one.kept else GREY
+            share = np.array(fit.right) / np.array(fit.shown)
+            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=colour, alpha=0.25, linewidth=0)
+            ax.plot(x, fit.correct(x), color=colour, linewidth=0.8, linestyle="-" if one.kept else ":")
+    ax.axhline(0.75, color=GREY, linewidth=0.6, linestyle="--")
+    ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="share of right answers")
+    ax.set_title("Psychometric functions")
+    _logarithmic(ax, levels)
+    return ax
+
+
+def draw_thresholds(ax: Axes, result: ThresholdResult) -> Axes:
+    """Draw each threshold with its 95 % interval, the known one of simulated observers, and the mean bold."""
+    fitted = _fitted(result)
+    values: list[float] = []
+    for row, (one, fit) in enumerate(fitted):
+        colour = BLUE if one.kept else GREY
+        ax.plot([fit.low, fit.high], [row, row], color=colour, linewidth=1)
+        ax.plot(fit.threshold, row, "o", color=colour, markersize=4, markerfacecolor=colour if one.kept else "white")
+        if one.known is not None:
+            ax.plot(one.known, row, "|", color=ORANGE, markersize=9, label="true" if not row else None)
+        values += [fit.low, fit.high]
+    names = [f"{one.participant.removeprefix('sub-')} {one.session}".strip() for one, _ in fitted]
+    every = math.ceil(len(fitted) / MOST_ROWS) if fitted else 1
+    if isinstance(result.mean, Interval):
+        low, high = result.mean.low, result.mean.high
+        if low is not None and high is not None:
+            ax.plot([low, high], [len(fitted)] * 2, color="black", linewidth=2.5)
+        ax.plot(result.mean.estimate, len(fitted), "D", color="black", markersize=5)
+        names.append("mean")
+    ax.set_yticks(range(0, len(names), every), names[::every])
+    ax.set(ylim=(len(names) - 0.4, -0.6), xlabel=_axis(result))
+    ax.set_title("Thresholds, 95 % intervals")
+    _logarithmic(ax, values)
+    if any(one.known is not None for one, _ in fitted):
+        ax.legend(loc="best", handlelength=0.8)
+    return ax
+
+
+def _axis(result: ThresholdResult) -> str:
+    return "added defocus (D)" if result.unit == "D" else "added aperture (mm)"
+
+
+def _logarithmic(ax: Axes, values: list[float]) -> None:
+    """A logarithmic axis with ticks at 1, 2 and 5 of each decade."""
+    ax.set_xscale("log")
+    if values:
+        low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
+        ticks = [step * 10.0**power for power in range(low, high + 1) for step in STEPS]
+        ax.set_xlim(min(values) / 1.25, max(values) * 1.25)
+        ax.xaxis.set_major_locator(FixedLocator(ticks))
+        ax.xaxis.set_minor_locator(NullLocator())
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))

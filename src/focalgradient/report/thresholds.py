@@ -1,0 +1,170 @@
+"""The part of the report on thresholds of blur."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from focalgradient.dataset import DataSet, read_dataset
+from focalgradient.errors import InputError
+from focalgradient.plotting.subjects import as_files
+from focalgradient.plotting.thresholds import threshold_figure
+from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet, number
+from focalgradient.statistics import Interval, NotComputed, ThresholdFit, ThresholdResult, blur_thresholds
+from focalgradient.statistics.thresholds import ATTENDING
+
+__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "threshold_part"]
+
+CAPTION = (
+    "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
+    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean bold; grey and open: left "
+    "out of the mean."
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thresholds:
+    """The adaptive experiment, analysed.
+
+    Parameters
+    ----------
+    data
+        Its part of the data set.
+    table
+        All trials.
+    result
+        The thresholds.
+    design
+        As it was recorded.
+    simulated
+        Whether observers were simulated.
+    """
+
+    data: DataSet
+    table: pd.DataFrame
+    result: ThresholdResult
+    design: Mapping[str, Any]
+    simulated: bool
+
+
+def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
+    """Read and fit the thresholds of a data set; damaged sessions are left out, and named in `data`.
+
+    Raises
+    ------
+    InputError
+        If there are none, psignifit is not installed, or sessions differ in what was judged or in their levels.
+    """
+    data = read_dataset(root, ["blurthreshold"], damaged="leave out")
+    table = data.blur_threshold
+    if table.empty:
+        raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of blur thresholds.")
+    designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
+    first = designs[0]
+    for key in ("judged", "least_level", "most_level", "pedestal", "pupil_mm"):
+        if len({str(design.get(key)) for design in designs}) > 1:
+            raise InputError(f"{root} has sessions that differ in {key}: keep designs in data sets of their own.")
+    known = {
+        f"sub-{files.participant}": float(sidecar["Participant"]["threshold"])
+        for files, sidecar in data.sidecars.items()
+        if sidecar.get("Simulated") and "threshold" in sidecar.get("Participant", {})
+    }
+    result = blur_thresholds(
+        table,
+        least=float(first["least_level"]),
+        most=float(first["most_level"]),
+        unit="D" if first["judged"] == "blur" else "mm",
+        known=known,
+    )
+    return Thresholds(data, table, result, first, data.simulated)
+
+
+def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, bytes]) -> Iterator[Block]:
+    """What was found: sentences, figure and table."""
+    result = part.result
+    yield Heading("Blur thresholds")
+    kept = sum(one.kept for one in result.subjects)
+    people = "simulated observers" if part.simulated else "sessions"
+    what = "of blur" if part.design["judged"] == "blur" else "of depth from blur"
+    yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}; {kept} count for the mean.")
+    for one in result.subjects:
+        if not one.kept:
+            yield Notice(
+                f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of {one.catch_trials} "
+                f"trials with the greatest level, fewer than {ATTENDING:.0%}, and is left out of the mean."
+            )
+        if isinstance(one.fit, NotComputed):
+            yield Notice(f"{one.participant}: {one.fit.reason}")
+        elif one.fit.low < 1.1 * part.design["least_level"] or one.fit.high > part.design["most_level"] / 1.1:
+            yield Notice(
+                f"{one.participant}: the interval reaches the end of the levels, which go from "
+                f"{part.design['least_level']:g} to {part.design['most_level']:g} {result.unit}: the threshold may lie "
+                "beyond."
+            )
+    if isinstance(result.mean, NotComputed):
+        yield Notice(result.mean.reason)
+    else:
+        yield Paragraph(f"Geometric mean: {_interval(result.mean, result.unit)}.")
+    if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
+        pictures = as_files(threshold_figure(result, simulated=part.simulated))
+        figures |= {f"blur_thresholds.{kind}": content for kind, content in pictures.items()}
+        yield Figure("blur_thresholds.png", figures["blur_thresholds.png"], CAPTION)
+    sheet = _sheet(result)
+    sheets.append(sheet)
+    assert sheet.table is not None
+    yield sheet.table
+
+
+def _interval(found: Interval, unit: str) -> str:
+    ends = "" if found.low is None else f" (95 % interval {number(found.low)} to {number(found.high)} {unit})"
+    return f"{number(found.estimate)} {unit}{ends}"
+
+
+def _sheet(result: ThresholdResult) -> Sheet:
+    """Every session's threshold as a row."""
+    head = ["participant", "session", f"threshold ({result.unit})", "low", "high", "slope", "lapses", "trials"]
+    head += ["catch trials right", "counts", "known"]
+    rows = []
+    for one in result.subjects:
+        fit = one.fit
+        values = [""] * 5 + ["0"]
+        if isinstance(fit, ThresholdFit):
+            values = [f"{value:.4g}" for value in (fit.threshold, fit.low, fit.high, fit.slope, fit.lapse)]
+            values.append(str(fit.trials))
+        caught = f"{one.catch_right} of {one.catch_trials}"
+        known = "" if one.known is None else f"{one.known:.4g}"
+        rows.append([one.participant, one.session, *values, caught, "yes" if one.kept else "no", known])
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    return listed("blur_thresholds.csv", "Thresholds with 95 % intervals", head, rows)
+
+
+def methods_thresholds(part: Thresholds) -> Iterator[str]:
+    """How thresholds were measured and fitted, for a paper."""
+    design, unit = part.design, part.result.unit
+    question = "which of the two was more blurred" if design["judged"] == "blur" else "which of the two looked deeper"
+    how = (
+        f"the whole picture was defocused for a pupil of {design['pupil_mm']:g} mm"
+        if design["judged"] == "blur"
+        else "it was seen through a lens focused on the fixated object, by the depth of its scene"
+    )
+    yield (
+        f"Each trial showed one scene in two intervals of {design['picture_s']:g} s and asked {question}; in one of "
+        f"them {how}, by a level above the {design['pedestal']:g} {unit} of both. The level was chosen before each "
+        f"trial by QUEST+ (Watson, 2017; questplus) from {design['level_steps']} between {design['least_level']:g} and "
+        f"{design['most_level']:g} {unit}. {design['catch_trials']} trials showed the greatest level; participants "
+        f"with less than {ATTENDING:.0%} of them right are left out of the mean."
+    )
+    yield (
+        "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): Weibull’s "
+        "function of the logarithm of the level, from one half upwards, threshold evenly distributed over the levels, "
+        "slope log-normal about 3.5 (0.5), lapse rate beta (1, 20) up to 10 %, no overdispersion. Given are the median "
+        "of the posterior and its central 95 %. At threshold 75 % are right, without lapses. The mean is "
+        "geometric, its interval by Student’s t over participants."
+    )

@@ -1,0 +1,294 @@
+"""Thresholds of an adaptive two-alternative experiment: each participant's psychometric function, fitted by psignifit.
+
+psignifit (Schütt, Harmeling, Macke & Wichmann 2016, Vision Res. 122:105) gives the posterior over threshold, slope and
+lapse rate on a grid. The function is Weibull's over the logarithm of the level, from one half upwards.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.records import Interval, NotComputed
+
+__all__ = [
+    "ATTENDING",
+    "SubjectThreshold",
+    "ThresholdFit",
+    "ThresholdResult",
+    "blur_thresholds",
+    "check_psignifit",
+    "fit_threshold",
+]
+
+SLOPE, SLOPES = 3.5, 0.5
+"""Median of the prior of Weibull's slope, that of QUEST (Watson & Pelli 1983), and the standard deviation of its
+logarithm: two thirds of all slopes lie between 2.1 and 5.8."""
+
+SLOPE_RANGE = (1.0, 10.0)
+
+LAPSE_PRIOR = 20.0
+"""Second parameter of the beta prior of the lapse rate (the first is 1): a mean of 5 %, Wichmann & Hill's (2001) upper
+end for trained people."""
+
+LAPSE_MOST = 0.1
+
+WIDTH = math.log10(math.log(0.05) / math.log(0.95))
+"""Width of Weibull's function of slope 1, from 5 to 95 %, in decades."""
+
+STEADY = 1e-4
+"""Overdispersion: none, as single trials cannot show any."""
+
+GRID = {"threshold": 100, "width": 25, "lambda": 8}
+"""Nodes of the posterior."""
+
+LEAST_TRIALS = 20
+"""Without them no threshold is fitted: its interval would be that of the prior."""
+
+ATTENDING = 0.8
+"""Share of catch trials, which show the greatest level, that must be right: five of six. Who guesses passes 1 in 9
+times."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdFit:
+    """A psychometric function.
+
+    Parameters
+    ----------
+    threshold, low, high
+        The level that is told in half of the trials in which it is not guessed, 75 % right without lapses: median of
+        the posterior of its logarithm and its 95 % interval; in the unit of the levels.
+    slope
+        Of Weibull's function, posterior mean.
+    lapse
+        Share of trials answered without looking, posterior mean.
+    levels, right, shown
+        The levels, how often each was answered rightly, and how often shown.
+    """
+
+    threshold: float
+    low: float
+    high: float
+    slope: float
+    lapse: float
+    levels: tuple[float, ...]
+    right: tuple[int, ...]
+    shown: tuple[int, ...]
+
+    @property
+    def trials(self) -> int:
+        """How many it rests on."""
+        return sum(self.shown)
+
+    def correct(self, level: ArrayLike) -> NDArray[np.float64]:
+        """Probability of a right answer at levels.
+
+        >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
+        >>> fit.correct([0.01, 0.2, 2.0]).round(3).tolist()
+        [0.5, 0.75, 1.0]
+        """
+        told = 1 - 0.5 ** ((np.asarray(level, float) / self.threshold) ** self.slope)
+        return np.asarray(0.5 + (0.5 - self.lapse) * told, float)
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectThreshold:
+    """One participant's threshold in one session.
+
+    Parameters
+    ----------
+    participant, session
+        Whose; "" where sessions have no label.
+    catch_right, catch_trials
+        Of trials with the greatest level.
+    kept
+        Whether enough of these were right (`ATTENDING`): the others count for no mean.
+    fit
+        The function, or why there is none.
+    known
+        The threshold that a simulated observer was given.
+    """
+
+    participant: str
+    session: str
+    catch_right: int
+    catch_trials: int
+    kept: bool
+    fit: ThresholdFit | NotComputed
+    known: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdResult:
+    """Thresholds of all participants.
+
+    Parameters
+    ----------
+    unit
+        Of the levels: "D" or "mm".
+    subjects
+        Each.
+    mean
+        Geometric mean over those kept, its 95 % interval by Student's t on the logarithms.
+    """
+
+    unit: str
+    subjects: tuple[SubjectThreshold, ...]
+    mean: Interval | NotComputed
+
+
+def check_psignifit() -> None:
+    """Say how to install what fits thresholds, where it is missing.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    if importlib.util.find_spec("psignifit") is None:
+        raise InputError(
+            "thresholds are fitted by psignifit, which is not installed: pip install 'focalgradient[thresholds]'."
+        )
+
+
+def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: float) -> ThresholdFit:
+    """Fit the psychometric function of two alternatives.
+
+    Parameters
+    ----------
+    levels
+        Of each trial, above 0.
+    right
+        Whether each was answered rightly.
+    least, most
+        Between which the threshold is sought, every one as likely on a logarithmic scale: those of the design.
+
+    Raises
+    ------
+    InputError
+        If psignifit is not installed, or levels and answers do not agree.
+
+    Examples
+    --------
+    >>> levels = np.repeat([0.05, 0.1, 0.2, 0.4], 20)
+    >>> right = np.concatenate([np.arange(20) < count for count in (10, 12, 15, 20)])
+    >>> fit = fit_threshold(levels, right, least=0.02, most=2.0)
+    >>> bool(fit.low < 0.18 < fit.threshold < 0.21 < fit.high)
+    True
+    """
+    check_psignifit()
+    import psignifit
+    from scipy.stats import beta
+
+    level, answered = np.asarray(levels, float), np.asarray(right, bool)
+    if level.ndim != 1 or level.shape != answered.shape or not level.size:
+        raise InputError(f"levels has shape {level.shape} and right {answered.shape}, but both must be one list.")
+    if not ((level > 0).all() and 0 < least < most):
+        raise InputError("levels, least and most must be above 0, and most above least.")
+    there, place = np.unique(level, return_inverse=True)
+    shown = np.bincount(place)
+    hits = np.bincount(place, weights=answered).astype(int)
+
+    def width_prior(width: ArrayLike) -> NDArray[np.float64]:
+        wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit's search may leave the bounds
+        return np.asarray(np.exp(-0.5 * (np.log(WIDTH / wide / SLOPE) / SLOPES) ** 2) / wide)
+
+    ends = (math.log10(least), math.log10(most))
+    with np.errstate(all="ignore"):
+        found = psignifit.psignifit(
+            np.column_stack([np.log10(there), hits, shown]),
+            experiment_type="2AFC",
+            sigmoid="gumbel",  # Weibull's, on a logarithmic scale
+            stimulus_range=ends,
+            bounds={
+                "threshold": ends,
+                "width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0]),
+                "lambda": (0.0, LAPSE_MOST),
+            },
+            priors={"width": width_prior, "lambda": lambda lapse: beta.pdf(np.asarray(lapse, float), 1, LAPSE_PRIOR)},
+            fixed_parameters={"eta": STEADY},
+            grid_steps=GRID,
+            verbose=False,
+        )
+    low, high = (10.0**end for end in found.confidence_intervals["threshold"]["0.95"])
+    means = found.parameter_estimate_mean
+    return ThresholdFit(
+        threshold=10.0 ** _median(found.parameter_values["threshold"], found.marginal_posterior_values["threshold"]),
+        low=float(low),
+        high=float(high),
+        slope=float(WIDTH / means["width"]),
+        lapse=float(means["lambda"]),
+        levels=tuple(there.tolist()),
+        right=tuple(hits.tolist()),
+        shown=tuple(shown.tolist()),
+    )
+
+
+def _median(values: Any, density: Any) -> float:
+    """The middle of a posterior on a grid."""
+    share = np.cumsum(np.asarray(density, float))
+    return float(np.interp(0.5, (share - np.asarray(density, float) / 2) / share[-1], np.asarray(values, float)))
+
+
+def blur_thresholds(
+    table: pd.DataFrame, *, least: float, most: float, unit: str = "D", known: Mapping[str, float] | None = None
+) -> ThresholdResult:
+    """Fit each participant's threshold, and average them.
+
+    Parameters
+    ----------
+    table
+        One row a trial, with participant_id, session, level, correct and catch, as
+        `focalgradient.dataset.DataSet.blur_threshold` has them.
+    least, most, unit
+        Of the design's levels.
+    known
+        The thresholds that simulated observers were given, by participant.
+
+    Raises
+    ------
+    InputError
+        If psignifit is not installed.
+    """
+    check_psignifit()
+    subjects = []
+    for (participant, session), rows in table.groupby(["participant_id", "session"], sort=True):
+        catch = rows["catch"].to_numpy(bool)
+        right = rows["correct"].to_numpy(bool)
+        caught, catches = int(right[catch].sum()), int(catch.sum())
+        counted = int((~catch).sum())
+        fit: ThresholdFit | NotComputed = NotComputed(
+            f"There are {counted} trials, but must be {LEAST_TRIALS} for a threshold."
+        )
+        if counted >= LEAST_TRIALS:
+            fit = fit_threshold(rows["level"].to_numpy(float)[~catch], right[~catch], least=least, most=most)
+        kept = not catches or caught >= ATTENDING * catches
+        name = str(participant)
+        subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))
+    return ThresholdResult(unit, tuple(subjects), _mean(subjects))
+
+
+def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
+    """Geometric mean over participants; sessions of one participant count as one."""
+    by_participant: dict[str, list[float]] = {}
+    for one in subjects:
+        if one.kept and isinstance(one.fit, ThresholdFit):
+            by_participant.setdefault(one.participant, []).append(math.log(one.fit.threshold))
+    logs = np.array([np.mean(values) for values in by_participant.values()])
+    if not logs.size:
+        return NotComputed("No participant has a threshold that counts.")
+    if logs.size == 1:
+        return Interval(math.exp(logs[0]), None, None)
+    from scipy import stats
+
+    half = stats.t.ppf(0.975, logs.size - 1) * logs.std(ddof=1) / math.sqrt(logs.size)
+    return Interval(*(math.exp(logs.mean() + way * half) for way in (0, -1, 1)))

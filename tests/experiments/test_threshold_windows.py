@@ -1,0 +1,142 @@
+"""The threshold of blur in real windows: levels chosen trial by trial, a session that was cut off, and the report."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from headless import Headless, Running, headless, make_set, psychopy_here
+from PIL import Image
+
+from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
+from focalgradient.errors import InputError
+from focalgradient.lab import EXPERIMENTS, run
+from focalgradient.lab.blur_threshold import answers, blurred
+from focalgradient.stimuli import read_set
+
+LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
+"""A folder to keep what each screen looked like in."""
+
+DESIGN = """
+task = "blurthreshold"
+scenes = ["spheres-01"]
+repetitions = 5
+catch_trials = 2
+practice_trials = 2
+break_every = 8
+least_break_s = 0.1
+mark_s = 0.1
+picture_s = 0.1
+blank_s = 0.1
+pause_s = 0.1
+"""
+
+
+def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop: int, folder: Path) -> None:
+    """Answer rightly, but in every third trial that counts; kill it at the question of trial `stop`."""
+    count = 0
+    for number, event in enumerate(running.events()):
+        if LOOK:
+            time.sleep(0.08)
+            Image.fromarray(screen.pixels()).save(Path(LOOK) / f"{folder.name}-{number:03}-{event.strip('?')}.png")
+        if event == "question":
+            if count == stop:
+                running.process.kill()
+                break
+            trial = trials[count]
+            wrong = trial.phase == "main" and not trial.catch and trial.trial % 3 == 0
+            screen.keys("Left" if (trial.interval == 1) != wrong else "Right")
+            count += 1
+        elif event in ("instructions", "ready", "break", "thanks", "debriefing", "example", "feedback"):
+            screen.keys("space")
+
+
+@psychopy_here
+@pytest.mark.slow
+@pytest.mark.parametrize("judged", ["blur", "depth"])
+def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_give(judged, tmp_path):
+    folder = tmp_path / judged
+    folder.mkdir()
+    make_set(folder / "set", ["spheres-01"])
+    language = {"blur": "en", "depth": "de"}[judged]
+    more = f'judged = "{judged}"\nlanguage = "{language}"\n' + ("most_level = 20.0\n" if judged == "depth" else "")
+    (folder / "mine.toml").write_text(DESIGN + more)
+    design = load_design(folder / "mine.toml")
+    assert isinstance(design, BlurThresholdDesign)
+    trials = list(design.trials("01"))
+    given = ["--data", folder / "data", "--stimuli", folder / "set", "--uncalibrated", "--participant", "01"]
+    with headless(folder / "x") as screen:
+        first = Running(screen, "blur-threshold", *given, "--design", folder / "mine.toml")
+        answer_all(first, screen, trials, 7, folder)
+        first.end()
+        recorded = read_journal(first.journal()).of("trial")
+        assert 6 <= len(recorded) <= 7
+        second = Running(screen, "blur-threshold", *given, "--resume")
+        answer_all(second, screen, trials[len(recorded) :], -1, folder)
+        assert second.end() == 0, second.errors
+    found = validate(folder / "data", folder / "set")
+    assert found.problems == ()
+    table = read_dataset(folder / "data").blur_threshold
+    assert len(table) == 12
+    assert set(table["sitting"]) == {1, 2}
+    counted = table[~table["catch"]]
+    assert counted["correct"].tolist() == [number % 3 != 0 for number in counted["trial"]]
+    assert (table["level"][table["catch"]] == design.levels[-1]).all()
+    # Another procedure, given the same answers from the first, chooses the same levels: the cut left no trace.
+    procedure = Procedure(design)
+    for level, right in zip(counted["level"], counted["correct"], strict=True):
+        assert procedure.level() == pytest.approx(level)
+        procedure.learn([*procedure.learnt, (level, right)])
+    assert counted["level"].nunique() > 3
+
+
+def test_pictures_are_blurred_by_so_many_dioptres_as_the_level_says(tmp_path):
+    make_set(tmp_path / "set", ["spheres-01"], (96, 96), gamma=1.0)
+    stimuli = read_set(tmp_path / "set")
+    design = BlurThresholdDesign(scenes=["spheres-01"], pupil_mm=4.0)
+    sharp = blurred(stimuli, design, "spheres-01", 0.0)
+    assert (sharp == stimuli.pixels(stimuli.picture("spheres-01", "pinhole", "nearest"))).all()
+    # White noise under a disc of radius r pixels keeps 1 / (pi r^2) of its variance, less what pixels take.
+    level = 4.0
+    radius = 0.002 * level * np.degrees(1) * stimuli.display.pixels_per_degree
+    inner = blurred(stimuli, design, "spheres-01", level)[24:-24, 24:-24].astype(float)
+    kept = inner.var(axis=(0, 1)).mean() / sharp.astype(float).var(axis=(0, 1)).mean()
+    assert kept == pytest.approx(1 / (np.pi * radius**2), rel=0.15)
+
+
+def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_path):
+    make_set(tmp_path / "set", ["spheres-01"], (160, 121))
+    far = np.ones((121, 160), np.float32)
+    far[:, 80:] = 4.0
+    np.save(tmp_path / "set" / "spheres-01" / "depth.npy", far)
+    stimuli = read_set(tmp_path / "set")
+    design = BlurThresholdDesign(scenes=["spheres-01"], judged="depth", most_level=20.0)
+    sharp, seen = (blurred(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
+    assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
+    assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()
+
+
+def test_what_counts_for_the_procedure_are_neither_practice_nor_catch_trials():
+    one = {"phase": "main", "catch": False, "level": 0.1, "correct": True}
+    assert answers([one | {"phase": "practice"}, one | {"catch": True}, one]) == [(0.1, True)]
+
+
+def test_without_the_library_the_procedure_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"needs questplus, which is not installed: pip install 'focalgradient\[thr"):
+        Procedure(BlurThresholdDesign())
+
+
+@psychopy_here
+def test_pictures_without_depth_are_refused_before_the_window_where_depth_is_judged(tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    make_set(tmp_path / "set", ["spheres-01"], (40, 30))
+    (tmp_path / "set" / "spheres-01" / "depth.npy").unlink()
+    (tmp_path / "mine.toml").write_text(DESIGN + 'judged = "depth"\n')
+    options = ["--design", tmp_path / "mine.toml", "--stimuli", tmp_path / "set", "--data", tmp_path / "data"]
+    assert run(EXPERIMENTS["blur-threshold"], list(map(str, options))) == 2
+    assert "depth.npy cannot be read: make the set anew" in capsys.readouterr().err

@@ -1,0 +1,255 @@
+"""The adaptive experiment without a window: its list, the procedure, records, damages, recovery and the report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from focalgradient.cli import main
+from focalgradient.dataset import Apparatus, Chosen, Session, export, read_dataset, read_journal, validate
+from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
+from focalgradient.errors import InputError
+from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
+from focalgradient.statistics import NotComputed, ThresholdFit, blur_thresholds, fit_threshold
+
+SHORT = BlurThresholdDesign(scenes=["spheres-01"], repetitions=3, catch_trials=2, practice_trials=2, level_steps=9)
+
+
+def ran(*words: object) -> str:
+    result = CliRunner().invoke(main, list(map(str, words)))
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_the_file_of_the_design_is_what_is_usual_and_says_every_setting():
+    import tomllib
+
+    found = tomllib.loads(design_text("blur-threshold"))
+    design = check_design("file", found)
+    assert design == BlurThresholdDesign()
+    assert set(found) == set(design.model_dump())
+
+
+def test_both_intervals_come_equally_often_and_no_one_too_often_in_a_row():
+    trials = [trial for trial in BlurThresholdDesign().trials("07") if trial.phase == "main"]
+    counted = [trial.interval for trial in trials if not trial.catch]
+    assert (counted.count(1), counted.count(2), len(trials) - len(counted)) == (30, 30, 6)
+    assert all(len(set(counted[at : at + 4])) == 2 for at in range(len(counted) - 3))
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"judged": "colour"}, "judged is 'colour', but must be 'blur' or 'depth'"),
+        ({"most_level": 0.03}, "most_level is 0.03, but must be twice least_level, here 0.02, or more"),
+        ({"least_level": 0.0}, "least_level is 0.0, but must be a number above 0"),
+        ({"level_steps": 4}, "level_steps is 4, but must be a whole number from 5 to 100"),
+        ({"scenes": ["a", "a"]}, "scenes names 'a' more than once"),
+    ],
+)
+def test_impossible_designs_are_refused_in_one_sentence(given, sentence):
+    with pytest.raises(InputError) as caught:
+        check_design("mine", {"task": "blurthreshold", **given})
+    assert sentence in str(caught.value)
+
+
+def test_the_procedure_depends_on_nothing_but_its_answers():
+    design = BlurThresholdDesign()
+    one, other = Procedure(design), Procedure(design)
+    given: list[tuple[float, bool]] = []
+    for number in range(12):
+        given.append((one.level(), number % 3 != 0))
+        one.learn(given)
+    other.learn(given)  # all at once
+    assert other.level() == one.level()
+    assert all(design.is_level(level) for level, _ in given)
+    with pytest.raises(InputError, match=r"level is 0\.123, but must be one of the design's"):
+        other.learn([*given, (0.123, True)])
+
+
+def test_recorded_answers_are_of_the_design_and_do_not_contradict_themselves(tmp_path):
+    with Session.begin(tmp_path / "data", SHORT, "01", apparatus=Apparatus("seconds")) as session:
+        trial = session.remaining()[0]
+        fine = Chosen(onset=1.0, level=2.0, answer=trial.interval, correct=True, response_time=1.0, stimulus="a.png")
+        with pytest.raises(InputError, match=r"level is 0\.5, but must be one of the design's levels"):
+            session.record(trial, replace(fine, level=0.5))
+        with pytest.raises(InputError, match="correct is False, which contradicts the answer"):
+            session.record(trial, replace(fine, correct=False))
+        with pytest.raises(InputError, match="answer is 3, but must be 1 or 2"):
+            replace(fine, answer=3)
+        session.record(trial, fine)
+        assert [one["level"] for one in session.recorded] == [2.0]
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four observers of short sessions."""
+    folder = tmp_path_factory.mktemp("thresholds")
+    (folder / "mine.toml").write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
+    ran(
+        "simulate",
+        "blur-threshold",
+        "--observers",
+        4,
+        "--seed",
+        3,
+        "--design",
+        folder / "mine.toml",
+        "--out",
+        folder / "data",
+    )
+    return folder / "data"
+
+
+def test_simulated_sessions_are_valid_and_go_on_where_they_were_cut_off(simulated, tmp_path):
+    assert validate(simulated).problems == ()
+    table = read_dataset(simulated).blur_threshold
+    assert len(table) == 4 * (24 + 6)
+    # Cut the second's journal after its twelfth line, and simulate again: the same answers.
+    import shutil
+
+    copy = tmp_path / "data"
+    shutil.copytree(simulated, copy)
+    journal = next(copy.rglob("sub-02*.jsonl"))
+    whole = journal.read_bytes()
+    journal.write_bytes(b"\n".join(whole.split(b"\n")[:12]) + b"\n")
+    next(copy.glob("sub-02/beh/*.tsv")).unlink()
+    (tmp_path / "mine.toml").write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
+    ran("simulate", "blur-threshold", "--observers", 4, "--seed", 3, "--design", tmp_path / "mine.toml", "--out", copy)
+    again = read_dataset(copy).blur_threshold
+    assert (
+        again.drop(columns="sitting")
+        .reset_index(drop=True)
+        .equals(table.drop(columns="sitting").reset_index(drop=True))
+    )
+
+
+DAMAGES = {
+    "another level": ("level", "0.123", "none of the design's levels"),
+    "an easy catch trial": ("catch", None, "catch trials have the greatest"),
+    "a right answer": ("correct", None, "correct is "),
+    "a third answer": ("answer", "3", "answer is 3, but must be 1 or 2"),
+    "no time": ("response_time", "0.0", "response_time is 0 s"),
+    "the other interval": ("interval", None, "in the design"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damages_to_its_table_are_named(damage, simulated, tmp_path):
+    import shutil
+
+    column, value, sentence = DAMAGES[damage]
+    shutil.copytree(simulated, tmp_path / "data")
+    path = next((tmp_path / "data").glob("sub-03/beh/*.tsv"))
+    header, *rows = (line.split("\t") for line in path.read_text().splitlines())
+    place = header.index(column)
+    catch = header.index("catch")
+    row = next(row for row in rows if (row[catch] == "true") == (damage == "an easy catch trial"))
+    if damage == "an easy catch trial":
+        row[header.index("level")] = "0.02"
+    elif value is None:
+        row[place] = {"true": "false", "false": "true", "1": "2", "2": "1"}[row[place]]
+    else:
+        row[place] = value
+    path.write_text("\n".join("\t".join(row) for row in [header, *rows]) + "\n")
+    problems = validate(tmp_path / "data").problems
+    assert any(sentence in problem for problem in problems), problems
+    assert any("it does not say what its journal says" in problem for problem in problems)
+
+
+def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
+    import shutil
+
+    shutil.copytree(simulated, tmp_path / "data")
+    path = next((tmp_path / "data").glob("sub-01/beh/*.tsv"))
+    text = path.read_text()
+    path.unlink()
+    export(next((tmp_path / "data").rglob("sub-01*.jsonl")))
+    assert path.read_text() == text
+    assert read_journal(next((tmp_path / "data").rglob("sub-01*.jsonl"))).head["about"]["threshold"] > 0
+
+
+def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
+    ran("report", simulated, "--out", tmp_path / "report")
+    lines = (tmp_path / "report" / "blur_thresholds.csv").read_text().splitlines()
+    assert lines[0].startswith("participant,session,threshold (D),low,high,slope,lapses,trials,catch trials right")
+    for line in lines[1:]:
+        cells = line.split(",")
+        threshold, low, high, known = (float(cells[place]) for place in (2, 3, 4, -1))
+        assert low < threshold < high
+        assert known == pytest.approx(known_threshold(BlurThresholdDesign(), cells[0][4:], 3), rel=1e-3)
+    page = (tmp_path / "report" / "report.md").read_text()
+    for words in ("Geometric mean: ", "QUEST+", "psignifit", "Simulated observers, not people"):
+        assert words in page
+    assert (tmp_path / "report" / "blur_thresholds.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_fit_finds_a_threshold_from_many_trials_by_a_formula_of_its_own():
+    """Constant stimuli, 400 at each of eight levels; the share expected at each, so that no chance is left."""
+    threshold, slope = 0.25, 3.0
+    levels = 0.25 * np.array([0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.6, 3.0])
+    share = 0.5 + 0.49 * (1 - np.exp(-math.log(2) * (levels / threshold) ** slope))
+    right = np.concatenate([np.arange(400) < round(400 * one) for one in share])
+    fit = fit_threshold(np.repeat(levels, 400), right, least=0.02, most=2.0)
+    assert fit.threshold == pytest.approx(threshold, rel=0.02)
+    assert fit.slope == pytest.approx(slope, rel=0.1)
+    assert fit.low < threshold < fit.high < 1.15 * fit.low
+    assert fit.correct(threshold) == pytest.approx(0.75, abs=0.02)
+
+
+def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
+    """Logarithms of the fitted over the true threshold, and how many intervals hold the true one."""
+    design = BlurThresholdDesign(catch_trials=0, practice_trials=0)
+    found, covered = [], 0
+    for seed in seeds:
+        true = 0.08 * 1.25 ** (seed % 9)
+        answers = choose(design, OBSERVERS["default"], "01", seed, true, slope)
+        fit = fit_threshold([one.level for one in answers], [one.correct for one in answers], least=0.02, most=2.0)
+        found.append(math.log(fit.threshold / true))
+        covered += fit.low <= true <= fit.high
+    return found, covered
+
+
+def test_known_thresholds_are_recovered():
+    """Six sessions of 60 trials; their spread is about 15 % each (`benchmarks/blur_thresholds.py`)."""
+    found, covered = errors(range(6))
+    assert abs(np.mean(found)) < 0.15
+    assert np.std(found) < 0.3
+    assert covered >= 4
+
+
+@pytest.mark.slow
+def test_known_thresholds_are_recovered_without_bias_and_covered():
+    found, covered = errors(range(100, 160))
+    assert abs(np.mean(found)) < 0.07
+    assert 0.08 < np.std(found) < 0.22
+    assert covered >= 53
+
+
+def test_who_guesses_is_left_out_and_too_few_trials_have_no_threshold(tmp_path):
+    ran("simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d")
+    table = read_dataset(tmp_path / "d").blur_threshold
+    result = blur_thresholds(table, least=0.02, most=2.0)
+    assert [one.kept for one in result.subjects] == [False, False]
+    assert isinstance(result.mean, NotComputed)
+    few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
+    assert isinstance(few, NotComputed)
+    assert "but must be 20" in few.reason
+    assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_without_psignifit_it_is_said_how_to_get_it(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"psignifit, which is not installed: pip install 'focalgradient\[thr"):
+        fit_threshold([0.1], [True], least=0.02, most=2.0)
+
+
+def test_the_share_of_right_answers_goes_from_half_to_all_but_lapses():
+    assert right_share(1e-6, 0.2, lapses=0.02) == pytest.approx(0.5)
+    assert right_share(0.2, 0.2, lapses=0.02) == pytest.approx(0.74)
+    assert right_share(9.0, 0.2, lapses=0.02) == pytest.approx(0.98)
