@@ -7,7 +7,8 @@ within 10 pixels of the true outlines (where distance changes by 5 % from one pi
 frame, in percent: the pixels for which depth is claimed, and of these those off by more than 10 %, those off by more
 than 5 stated standard deviations, and those within 2; then the median and the 90th percentile of the error of distance,
 and seconds of processor. The scenes of `--held-back` were not looked at while the method was made. Those of
-`--controls` have no outlines: there the two results must be one, and what they differ by is printed.
+`--controls` have no outlines: there depth and its validity must be the same, and what they differ by is printed; the
+standard deviation may grow where noise bends depth.
 """
 
 from __future__ import annotations

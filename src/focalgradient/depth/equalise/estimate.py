@@ -17,7 +17,7 @@ from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
 from focalgradient.depth.equalise.optics_check import judge_optics
-from focalgradient.depth.equalise.outlines import Outlines, find_outlines, join_outlines
+from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
@@ -81,7 +81,7 @@ def estimate(problem: Problem) -> Estimate:
         moved = np.interp(nodes.level, np.arange(search.levels), shift_by_gain(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
-    vergence, vergence_sd, known = _to_pixels(equalised, nodes, search, split, registered.shape)
+    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, search, split, registered.shape)
     informative = _informative(nodes, gains is None)
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     explained = float(informative[textured].mean()) if textured.any() else 0.0
@@ -124,11 +124,12 @@ def estimate(problem: Problem) -> Estimate:
 
 
 def _to_pixels(
-    equalised: Equalised, nodes: Nodes, search: Search, split: SplitBand, shape: tuple[int, int]
+    equalised: Equalised, nodes: Nodes, curved: FloatArray, search: Search, split: SplitBand, shape: tuple[int, int]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
 
-    The model's error is part of the sd, but makes no pixel invalid: it is common to all.
+    The model's error, and what is not plane (`curved`: h x w, levels squared), are part of the sd, but make no pixel
+    invalid.
     """
     height, width = shape
     step = equalised.step
@@ -140,11 +141,14 @@ def _to_pixels(
         part = slice(first, last)
         size = (min(height, last * step) - first * step, width)
         cut = slice(top - first * step, min(height, top + rows) - first * step)
-        level, sd = (equalised.to_pixels(v[part], nodes.sd[part], size)[cut] for v in (nodes.level, nodes.sd))
+        level, sd, more = (
+            equalised.to_pixels(v[part], nodes.sd[part], size)[cut] for v in (nodes.level, nodes.sd, curved)
+        )
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
         known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
+        sd = np.sqrt(sd**2 + more)
         vergence_sd[band] = np.hypot(sd * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
     return vergence, vergence_sd, known
 
@@ -183,6 +187,7 @@ class _Frame:
 
     equalised: Equalised  # of the last tile: its step and window are all tiles'
     nodes: Nodes
+    curved: FloatArray  # h x w: variance of depth where it is not plane, in levels squared
     agrees: NDArray[np.bool_]  # H x W
     split: SplitBand
     noise_sd: list[float]  # of each view
@@ -228,10 +233,14 @@ def _by_tiles(
                 robust.split.tau,
             )
             outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
-    nodes = equalised.beside_jumps(join_nodes(found, registered.shape, step))
+    nodes = join_nodes(found, registered.shape, step)
+    curved = np.zeros(nodes.level.shape)
+    if settings.outlines and shared is None:
+        curved = curvature_variance(nodes, _informative(nodes), blurs.radius, equalised, levels_per_pixel)
+    nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     ends = join_outlines(outlines, registered.shape)
-    return _Frame(equalised, nodes, agrees, join_splits(splits), noise_sd, ends)
+    return _Frame(equalised, nodes, curved, agrees, join_splits(splits), noise_sd, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,10 +29,13 @@ from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 
-__all__ = ["Outlines", "find_outlines", "join_outlines"]
+__all__ = ["Outlines", "curvature_variance", "find_outlines", "join_outlines"]
 
 GAP = 0.5
 """Difference of blur radius, in pixels of the widest view, from which depth jumps."""
+
+SAME = 0.75
+"""Difference of blur radius, in pixels, up to which depths may belong to one curved surface."""
 
 ONSET = 0.75
 """Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
@@ -67,6 +70,10 @@ FEW = 2
 OUTLINE_SD = 3.0
 """Standard deviation in pixels of an outline's place."""
 
+UNDECIDED = 0.5
+"""Share, of what the band between the two surfaces is wider or narrower than blur explains, that the outline's place is
+uncertain by: where it is narrower, both surfaces explain the views."""
+
 REJECTED = 3.0
 """Pixels to either side of an outline where no depth is claimed."""
 
@@ -100,6 +107,7 @@ class _Located:
     planes: FloatArray
     near: NDArray[np.bool_]  # H x W: the near side
     distance: FloatArray  # pixels from the nearest outline
+    place_sd: FloatArray  # standard deviation in pixels of the nearest outline's place
     reach: FloatArray  # how far residuals reach from the outline on each pixel's side
     clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
 
@@ -152,8 +160,9 @@ def find_outlines(
         clear = _clear(good, located, step)
     assert located is not None
     zone, near, distance = located.zone, located.near, located.distance
-    own, own_sd = surfaces.continued(zone, near, located.planes, nodes, clear, step, gap)
-    wrong = special.ndtr(-distance / OUTLINE_SD)
+    curved = np.sqrt(nodes.sd**2 + curvature_variance(nodes, good, radii, equalised, levels_per_pixel))
+    own, own_sd = surfaces.continued(zone, near, located.planes, nodes, curved, clear, step, gap)
+    wrong = special.ndtr(-distance / located.place_sd)
     replaced = zone.inside & (distance <= located.reach + BEYOND * equalised.window)
     # What a window clear of outlines gives is better than any continuation.
     alone = (np.abs(level - own) < gap) | (distance > located.reach)
@@ -166,6 +175,15 @@ def find_outlines(
         own_sd.astype(np.float32),
         (np.sqrt(wrong * (1 - wrong)) * (zone.near - zone.far)).astype(np.float32),
     )
+
+
+def curvature_variance(
+    nodes: Nodes, good: NDArray[np.bool_], radii: FloatArray, equalised: Equalised, levels_per_pixel: float
+) -> FloatArray:
+    """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
+    blur = np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0))
+    reach = (equalised.window + blur) / equalised.step
+    return surfaces.curvature_variance(nodes.level, nodes.sd, good, reach, SAME * levels_per_pixel)
 
 
 def join_outlines(parts: Sequence[tuple[Tile, Outlines | None]], shape: tuple[int, int]) -> Outlines | None:
@@ -217,18 +235,23 @@ def _locate(
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
     side = inward > 0
+    distance, nearest = _distance(side, zone, known)
+    undecided = to_near + to_far - ONSET * (reach_near + reach_far)
     return _Located(
         zone,
         planes,
         side,
-        _distance(side, zone, known),
+        distance,
+        np.hypot(OUTLINE_SD, UNDECIDED * undecided)[nearest],
         np.where(side, reach_near, reach_far),
         np.where(side, clean_near, clean_far),
     )
 
 
-def _distance(near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bool_]) -> FloatArray:
-    """Pixels from the nearest outline: a border of the `near` side (H x W) between the two surfaces of one jump.
+def _distance(
+    near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bool_]
+) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
+    """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
 
     No outline runs through what is `known` (H x W) from windows.
     Where three surfaces meet, the middle one is on the far side of one outline and on the near side of another.
@@ -244,8 +267,9 @@ def _distance(near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bo
         beside[first] |= border
         beside[second] |= border
     if not beside.any():
-        return np.full(near.shape, np.inf)
-    return np.asarray(ndimage.distance_transform_edt(~beside)) + 0.5
+        return np.full(near.shape, np.inf), tuple(np.indices(near.shape))
+    distance, nearest = ndimage.distance_transform_edt(~beside, return_indices=True)
+    return distance + 0.5, tuple(nearest)
 
 
 def _supported(located: _Located) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.numerics import repeat_blocks, share_rows
 
-__all__ = ["Zone", "continued", "pairs", "planes", "spread"]
+__all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
 
 REACH = 4
 """Nodes to each side through which a node's plane is laid."""
@@ -27,11 +27,27 @@ STEEP = 1.0
 LEAST_SD = 0.2
 """Standard deviation in levels below which nodes weigh alike."""
 
+EVEN_SD = 0.7
+"""The same, where depth's departure from a plane is taken."""
+
 SURE = 6.0
 """Standard deviations by which depths must differ to jump."""
 
-SPAN = 1.0
-"""Nodes over which a plane is continued for its variance to double."""
+WIDEST = 8.0
+"""Widest standard deviation of these weights, in nodes: windows double while a plane fits."""
+
+CURVED = 1.5
+"""Standard deviation of the window in which depth's departure from a plane is taken, over that of what blur and window
+reach together."""
+
+STRAIGHT = 2
+"""Nodes to either side from which the greatest departure is taken: the middle of a blurred jump is straight."""
+
+CLEARLY = 1.25
+"""Variance about that plane, over what noise explains, from which a surface is clearly not plane."""
+
+FITS = 1.0
+"""Mean square of nodes' distance from a plane, over their variance, up to which it fits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,12 +62,13 @@ class Zone:
 
 
 def planes(level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> FloatArray:
-    """Planes through `good` nodes (h x w) and those about them on one surface: value, slope down, slope right.
+    """Planes through `good` nodes (h x w) and those about them on one surface.
 
-    Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. The slopes
-    are by node; 3 x h x w, 0 where a node is not good.
+    Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
+    laid through ever wider windows while it goes on to fit. Returns 4 x h x w, 0 where a node is not good: value, slope
+    down, slope right (by node), and the nodes over which it is continued for its variance to double.
     """
-    found = np.zeros((3, *level.shape))
+    found = np.zeros((4, *level.shape))
     share_rows(len(level), lambda first, last: _planes(level, sd, good, gap / 2, first, last, found))
     return found
 
@@ -64,28 +81,107 @@ def _planes(level, sd, good, off, first, last, found):  # type: ignore[no-untype
         for j in range(columns):
             if not good[i, j]:
                 continue
-            value, down, right = level[i, j], 0.0, 0.0
-            for reach in (1.5, float(REACH)):
-                a[:] = 0
-                b[:] = 0
-                a[1, 1] = a[2, 2] = STEEP**-2
-                for k in range(max(0, i - REACH), min(rows, i + REACH + 1)):
-                    for m in range(max(0, j - REACH), min(columns, j + REACH + 1)):
-                        y, x = float(k - i), float(m - j)
-                        apart = y * y + x * x
-                        if not good[k, m] or apart > reach * reach:
-                            continue
-                        if abs(level[k, m] - value - down * y - right * x) > off + 3 * sd[k, m]:
-                            continue
-                        weight = np.exp(-apart / (2 * WIDTH**2)) / (sd[k, m] ** 2 + LEAST_SD**2)
-                        term[0], term[1], term[2] = 1.0, y, x
-                        for p in range(3):
-                            b[p] += weight * term[p] * (level[k, m] - level[i, j])
-                            for q in range(3):
-                                a[p, q] += weight * term[p] * term[q]
-                fitted = np.linalg.solve(a, b)
-                value, down, right = level[i, j] + fitted[0], fitted[1], fitted[2]
-            found[0, i, j], found[1, i, j], found[2, i, j] = value, down, right
+            value, down, right, width = level[i, j], 0.0, 0.0, WIDTH
+            while True:
+                total = squares = 0.0
+                new, new_down, new_right = value, down, right
+                for narrow in (True, False):
+                    if narrow and width > WIDTH:
+                        continue
+                    reach = 1.5 if narrow else REACH * width / WIDTH
+                    a[:] = 0
+                    b[:] = 0
+                    a[1, 1] = a[2, 2] = STEEP**-2
+                    total = squares = 0.0
+                    for k in range(max(0, i - int(reach)), min(rows, i + int(reach) + 1)):
+                        for m in range(max(0, j - int(reach)), min(columns, j + int(reach) + 1)):
+                            y, x = float(k - i), float(m - j)
+                            apart = y * y + x * x
+                            if not good[k, m] or apart > reach * reach:
+                                continue
+                            error = level[k, m] - new - new_down * y - new_right * x
+                            if abs(error) > off + 3 * sd[k, m]:
+                                continue
+                            weight = np.exp(-apart / (2 * width**2)) / (sd[k, m] ** 2 + LEAST_SD**2)
+                            total += np.exp(-apart / (2 * width**2))
+                            term[0], term[1], term[2] = 1.0, y, x
+                            for p in range(3):
+                                b[p] += weight * term[p] * (level[k, m] - level[i, j])
+                                for q in range(3):
+                                    a[p, q] += weight * term[p] * term[q]
+                            squares += weight * (level[k, m] - level[i, j]) ** 2
+                    fitted = np.linalg.solve(a, b)
+                    squares -= fitted[0] * b[0] + fitted[1] * b[1] + fitted[2] * b[2]
+                    new, new_down, new_right = level[i, j] + fitted[0], fitted[1], fitted[2]
+                if width > WIDTH and (
+                    squares > FITS * total or (new - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2)
+                ):
+                    width /= 2
+                    break
+                value, down, right = new, new_down, new_right
+                if width >= WIDEST:
+                    break
+                width *= 2
+            found[0, i, j], found[1, i, j], found[2, i, j], found[3, i, j] = value, down, right, width / 2
+
+
+def curvature_variance(
+    level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], reach: FloatArray, gap: float
+) -> FloatArray:
+    """Variance of depth about its plane as far as blur and window reach, over what noise explains; h x w, 0 on planes.
+
+    A small jump, over which near and far blur into each other, looks like a steep stretch of one surface, and windows
+    give what lies between: nothing in the views tells the two apart, so what is not plane there is uncertain.
+
+    Parameters
+    ----------
+    level, sd, good
+        h x w: depth at nodes in levels, its standard deviation, and whether it counts.
+    reach
+        h x w: how far blur and window reach, in nodes.
+    gap
+        Levels from which a difference is a jump: nodes beyond it are on another surface.
+    """
+    variance = np.zeros(level.shape)
+    width = CURVED * reach
+    share_rows(len(level), lambda first, last: _curvature(level, sd, good, width, gap, first, last, variance))
+    return np.asarray(ndimage.maximum_filter(variance, 2 * STRAIGHT + 1))
+
+
+@njit(nogil=True, cache=True)
+def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
+    rows, columns = level.shape
+    a, b, term = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(first, last):
+        for j in range(columns):
+            if not good[i, j]:
+                continue
+            reach = int(2 * width[i, j])
+            a[:] = 0
+            b[:] = 0
+            a[1, 1] = a[2, 2] = 1e-3  # for a line of nodes to be enough
+            squares = total = noise = 0.0
+            for k in range(max(0, i - reach), min(rows, i + reach + 1)):
+                for m in range(max(0, j - reach), min(columns, j + reach + 1)):
+                    y, x = float(k - i), float(m - j)
+                    apart, off = y * y + x * x, level[k, m] - level[i, j]
+                    if not good[k, m] or apart > reach * reach:
+                        continue
+                    if abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
+                        continue
+                    weight = np.exp(-apart / (2 * width[i, j] ** 2)) / (sd[k, m] ** 2 + EVEN_SD**2)
+                    term[0], term[1], term[2] = 1.0, y, x
+                    for p in range(3):
+                        b[p] += weight * term[p] * off
+                        for q in range(3):
+                            a[p, q] += weight * term[p] * term[q]
+                    squares += weight * off * off
+                    total += weight
+                    noise += weight * sd[k, m] ** 2
+            fitted = np.linalg.solve(a, b)
+            left = squares - fitted[0] * b[0] - fitted[1] * b[1] - fitted[2] * b[2]
+            if left > CLEARLY * noise:
+                variance[i, j] = (left - noise) / total
 
 
 def pairs(planes: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: float) -> NDArray[np.intp] | None:
@@ -130,9 +226,9 @@ def spread(
     return Zone(
         np.asarray(distance <= reach),
         _value(planes, near, place),
-        _sd(sd, near, place),
+        _sd(planes, sd, near, place),
         _value(planes, far, place),
-        _sd(sd, far, place),
+        _sd(planes, sd, far, place),
     )
 
 
@@ -141,6 +237,7 @@ def continued(
     near: NDArray[np.bool_],
     planes: FloatArray,
     nodes: Nodes,
+    node_sd: FloatArray,
     good: NDArray[np.bool_],
     step: int,
     gap: float,
@@ -162,7 +259,7 @@ def continued(
         own = tuple(repeat_blocks(part, step, shape) for part in index)
         value = _value(planes, own, place)
         use = (near == side) & (np.abs(value - level) < gap)
-        level[use], sd[use] = value[use], _sd(nodes.sd, own, place)[use]
+        level[use], sd[use] = value[use], _sd(planes, node_sd, own, place)[use]
     return level, sd
 
 
@@ -180,5 +277,6 @@ def _value(planes: FloatArray, node: Place, place: FloatArray | NDArray[np.intp]
     return np.maximum(planes[0][node] + planes[1][node] * down + planes[2][node] * right, 0)
 
 
-def _sd(sd: FloatArray, node: Place, place: FloatArray) -> FloatArray:
-    return sd[node] * np.sqrt(1 + ((place[0] - node[0]) ** 2 + (place[1] - node[1]) ** 2) / SPAN**2)
+def _sd(planes: FloatArray, sd: FloatArray, node: Place, place: FloatArray) -> FloatArray:
+    span = np.maximum(planes[3][node], 1)
+    return sd[node] * np.sqrt(1 + ((place[0] - node[0]) ** 2 + (place[1] - node[1]) ** 2) / span**2)
