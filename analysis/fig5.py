@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import warnings
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,10 +11,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
-from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import focal_disparity
-from focalgradient.plotting import draw_distance, draw_view, new_figure, style
+from focalgradient.plotting import BLUE, GREY, ORANGE, draw_distance, draw_uncertainty, draw_view, new_figure, style
 from focalgradient.render import Rendered, noisy, render, render_series
 from focalgradient.scenes import bottle
 from focalgradient.scenes.bottle import BODY_RADIUS
@@ -58,10 +59,43 @@ def content(view: View) -> NDArray[np.float32]:
     return ratio * np.float32(4 * 0.5)  # its Laplacian is 4 x its contrast about a mean of 1
 
 
+@dataclass(frozen=True)
+class Read:
+    """Depth from both views, and where it is that of a reflection, or of what is seen directly."""
+
+    depth: DepthMap
+    mirrored: NDArray[np.bool_]
+    direct: NDArray[np.bool_]
+    error: NDArray[np.float64]  # D
+
+    @classmethod
+    def of(cls, depth: DepthMap, seen: NDArray[np.float64], surface: NDArray[np.float64]) -> Read:
+        """`seen` is the vergence of what is seen, through the mirror, and `surface` that of what is nearest (D)."""
+        scored = depth.valid & np.isfinite(seen)
+        behind = np.where(scored, surface - seen, 0)
+        return cls(depth, behind > MIRRORED, scored & (np.abs(behind) < 1e-3), depth.vergence - seen)
+
+    def scores(self, seen: NDArray[np.float64], surface: NDArray[np.float64]) -> dict[str, float]:
+        """Medians in dioptres, and shares in percent."""
+        at, vergence = self.mirrored, self.depth.vergence
+        within = np.abs(self.error) < 2 * self.depth.vergence_sd
+        return {
+            "surface_where_a_reflection_is_read_D": float(np.median(surface[at])),
+            "reflection_traced_D": float(np.median(seen[at])),
+            "reflection_read_D": float(np.median(vergence[at])),
+            "reflections_read_behind_their_surface_percent": 100 * float(np.mean(vergence[at] < surface[at])),
+            "median_error_of_reflections_D": float(np.median(np.abs(self.error[at]))),
+            "median_error_of_the_rest_D": float(np.median(np.abs(self.error[self.direct]))),
+            "reflections_within_2_sd_percent": 100 * float(within[at].mean()),
+            "rest_within_2_sd_percent": 100 * float(within[self.direct].mean()),
+            "valid_percent": 100 * float(self.depth.valid.mean()),
+        }
+
+
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
     shape = (800, 600) if full else (400, 300)
-    views, again, truth = views_and_truth(shape=shape, progress=lambda share: report(0.9 * share))
+    views, again, truth = views_and_truth(shape=shape, progress=lambda share: report(0.85 * share))
     assert truth.vergence is not None
     # What a blur tells is where the light comes from: of a curved mirror, by two meridians, the mean.
     seen = (truth.vergence[..., 0, 0] + truth.vergence[..., 1, 1]) / 2
@@ -72,47 +106,30 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     disparity, valid = focal_disparity(images[0], images[1], noise=noise, window=WINDOW)
     control, control_valid = focal_disparity(images[0], images[2], noise=noise, window=WINDOW)
     depth = recover_depth(views, method="ratio", near=FOCUS, far=FAR, window=WINDOW)
-    # The control's second view is told to be the large aperture's, which it is not.
+    # The control's second view is said to be the large aperture's, which it is not.
     flat = recover_depth([views[0], replace(again, optics=LARGE)], method="ratio", near=FOCUS, far=FAR, window=WINDOW)
-    scored = depth.valid & np.isfinite(seen)
-    mirrored = scored & (surface - seen > MIRRORED)
-    direct = scored & (np.abs(surface - seen) < 1e-3)
-    error = depth.vergence - seen
+    report(0.9)
+    ratio = Read.of(depth, seen, surface)
+    with warnings.catch_warnings():  # of the mirror, which is at no one distance: the caption says it
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        default = Read.of(recover_depth(views, near=FOCUS, far=FAR), seen, surface)
+    differ = float(default.depth.details["split_band"]["tau"])
+    on, better = ratio.scores(seen, surface), default.scores(seen, surface)
     grid = seen[2::4, 2::4][: valid.shape[0], : valid.shape[1]]
     known = valid & np.isfinite(grid)
     return Shown(
         title="Fig. 5: the focal disparity",
-        caption=(
-            f"The mirrored bottle on a checkered plane, rendered through f/{SMALL.f_number:g} and f/{LARGE.f_number:g} "
-            f"with focus on the bottle's front, at {FOCUS:.3g} m, with {100 * NOISE:g} % noise. (a, b) Normalised "
-            "high-frequency content: the root mean square Laplacian over 4 × 4 pixels, divided by the local "
-            f"brightness. (c) The focal disparity, b over a, gathered in a Gaussian of {WINDOW:g} pixels: bright is "
-            "near focus. Black: too little detail in the sharper view.",
-            "The reflections in the bottle read farther than the surface that they are seen in: where a reflection is "
-            f"read, the surface lies at {np.median(surface[mirrored]):.3g} D, traced rays put what is seen in it at "
-            f"{np.median(seen[mirrored]):.3g} D, and the blur says {np.median(depth.vergence[mirrored]):.3g} D "
-            "(medians).",
-            "(d) The control: both views through the small aperture, with different rays. The disparity is about one, "
-            "and the depth that it would give is that of focus: what (c) shows came out of the blur.",
-            "(e) Depth from all four bands by the table of the optics, against (f) the distance of what is seen, "
-            "through the mirror, by traced rays. Refused: hatched. Detail is gathered over a window, in which the "
-            "sharper of two surfaces has most of the detail: near surfaces read wider than they are.",
-        ),
-        figure=_draw(views, disparity, valid, depth, 1 / np.where(seen > 0, seen, np.nan), control, control_valid),
+        caption=_caption(on, better, differ),
+        figure=_draw(views, (disparity, valid), (control, control_valid), ratio, default, seen),
         summary={
-            "surface_where_a_reflection_is_read_D": float(np.median(surface[mirrored])),
-            "reflection_traced_D": float(np.median(seen[mirrored])),
-            "reflection_read_D": float(np.median(depth.vergence[mirrored])),
-            "reflections_read_behind_their_surface_percent": 100
-            * float(np.mean(depth.vergence[mirrored] < surface[mirrored])),
-            "median_error_of_reflections_D": float(np.median(np.abs(error[mirrored]))),
-            "median_error_of_the_rest_D": float(np.median(np.abs(error[direct]))),
-            "valid_percent": 100 * float(depth.valid.mean()),
-            "disparity_told_percent": 100 * float(valid.mean()),
+            **on,
+            "disparity_valid_percent": 100 * float(valid.mean()),
             "rank_correlation_of_disparity_and_vergence": _rank_correlation(disparity[known], grid[known]),
             "control_disparity_median": float(np.median(control[control_valid])),
             "control_disparity_10th_and_90th_percentile": np.percentile(control[control_valid], [10, 90]).tolist(),
             "control_depth_median_m": float(np.median(flat.distance[flat.valid])) if flat.valid.any() else float("nan"),
+            **{f"default_method_{name}": value for name, value in better.items()},
+            "default_method_coarse_and_fine_detail_differ_percent_of_blur": 100 * differ,
         },
         plotted={
             "down_the_middle": {
@@ -122,6 +139,34 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
                 "control": control[:, disparity.shape[1] // 2],
             },
         },
+    )
+
+
+def _caption(on: dict[str, float], better: dict[str, float], differ: float) -> tuple[str, ...]:
+    return (
+        f"The mirrored bottle on a checkered plane, rendered through f/{SMALL.f_number:g} and f/{LARGE.f_number:g} "
+        f"with focus on the bottle's front, at {FOCUS:.3g} m, with {100 * NOISE:g} % noise. (a, b) Normalised "
+        "high-frequency content: the root mean square Laplacian over 4 × 4 pixels, divided by the local "
+        f"brightness. (c) The focal disparity, b over a, gathered in a Gaussian of {WINDOW:g} pixels: bright is "
+        "near focus. Black: too little detail in the sharper view.",
+        "The reflections in the bottle read farther than the surface that they are seen in: where a reflection is "
+        f"read, the surface lies at {on['surface_where_a_reflection_is_read_D']:.3g} D, traced rays put what is seen "
+        f"in it at {on['reflection_traced_D']:.3g} D, and the blur says {on['reflection_read_D']:.3g} D (medians).",
+        "(d) The control: both views through the small aperture, with different rays. The disparity is about one, "
+        "and the depth that it would give is that of focus: what (c) shows came out of the blur.",
+        "(e) Depth from all four bands of the ratio by the table of the optics, against (f) the distance of what is "
+        "seen, through the mirror, by traced rays. Rejected: hatched. Detail is gathered over a window, in which the "
+        "sharper of two surfaces has most of the detail: near surfaces read wider than they are.",
+        "(g) Depth from the same two views by the default method, which equalises their blur, and (h) its stated "
+        f"standard deviation: {better['valid_percent']:.0f} % of the pixels are valid (by the ratio "
+        f"{on['valid_percent']:.0f} %), the median error of what is seen directly is "
+        f"{better['median_error_of_the_rest_D']:.3f} D ({on['median_error_of_the_rest_D']:.3f} D), and "
+        f"{better['rest_within_2_sd_percent']:.0f} % of it lies within two standard deviations. (i) Read against "
+        f"traced: {better['reflections_read_behind_their_surface_percent']:.0f} % of the reflections are read behind "
+        f"their surface, but only {better['reflections_within_2_sd_percent']:.0f} % of them within two standard "
+        "deviations: a curved mirror has two distances, one a meridian, and what it shows changes within a window. "
+        f"The method warns of it: depth from coarse and from fine detail differ by {differ:.0%} of the blur. The "
+        "checkered plane is rejected: of detail so strong the model leaves more than the noise explains.",
     )
 
 
@@ -136,33 +181,51 @@ def _rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) ->
 
 def _draw(
     views: list[View],
-    disparity: NDArray[np.float32],
-    valid: NDArray[np.bool_],
-    depth: DepthMap,
-    truth: NDArray[np.float64],
-    control: NDArray[np.float32],
-    control_valid: NDArray[np.bool_],
+    disparity: tuple[NDArray[np.float32], NDArray[np.bool_]],
+    control: tuple[NDArray[np.float32], NDArray[np.bool_]],
+    ratio: Read,
+    default: Read,
+    seen: NDArray[np.float64],
 ) -> Figure:
     contents = [content(view) for view in views]
     top = float(np.percentile(contents[0], 99))
     limits = 1 / FAR, 1 / FOCUS
     with style():
-        figure = new_figure(180, 104)
+        figure = new_figure(180, 157)
         axes = [
-            [figure.add_axes(((2 + 45 * column) / 180, y / 104, 27.5 / 180, 36.7 / 104)) for column in range(4)]
-            for y in (57, 4)
+            [figure.add_axes(((2 + 45 * column) / 180, y / 157, 27.5 / 180, 36.7 / 157)) for column in range(4)]
+            for y in (110, 57)
         ]
+        last = [figure.add_axes(((2 + 45 * column) / 180, 4 / 157, 27.5 / 180, 36.7 / 157)) for column in range(2)]
         for ax, view in zip(axes[0], views, strict=False):
             draw_view(ax, view, f"f/{view.optics.f_number:g}")  # type: ignore[attr-defined]
         _map(axes[0][2], contents[0], "(a) content,\nf/22", (0, top))
         _map(axes[0][3], contents[1], "(b) content,\nf/5.6", (0, top))
-        _map(axes[1][0], np.where(valid, disparity, 0), "(c) disparity,\nb / a", DISPARITIES)
-        _map(axes[1][1], np.where(control_valid, control, 0), "(d) control,\nf/22 twice", DISPARITIES)
-        found = np.where(depth.valid, depth.distance, np.nan)
-        draw_distance(axes[1][2], found, limits=limits, title="(e) recovered\ndepth")
-        draw_distance(axes[1][3], np.clip(truth, FOCUS, FAR), limits=limits, title="(f) true depth,\nmirrored too")
+        _map(axes[1][0], np.where(disparity[1], disparity[0], 0), "(c) disparity,\nb / a", DISPARITIES)
+        _map(axes[1][1], np.where(control[1], control[0], 0), "(d) control,\nf/22 twice", DISPARITIES)
+        traced = np.clip(1 / np.where(seen > 0, seen, np.nan), FOCUS, FAR)
+        draw_distance(axes[1][2], _distance(ratio), limits=limits, title="(e) depth by\nthe ratio")
+        draw_distance(axes[1][3], traced, limits=limits, title="(f) true depth,\nmirrored too")
+        draw_distance(last[0], _distance(default), limits=limits, title="(g) depth by the\ndefault method")
+        draw_uncertainty(last[1], default.depth, "(h) its standard\ndeviation")
+        _scatter(figure.add_axes((112 / 180, 12 / 157, 64 / 180, 32 / 157)), default, seen)
         figure.draw_without_rendering()
     return figure
+
+
+def _distance(read: Read) -> NDArray[np.float64]:
+    return np.where(read.depth.valid, read.depth.distance, np.nan)
+
+
+def _scatter(ax: Axes, read: Read, seen: NDArray[np.float64]) -> None:
+    """Vergence read against vergence traced, of every 25th pixel."""
+    ax.plot([1 / FAR, 1 / FOCUS], [1 / FAR, 1 / FOCUS], color=GREY, linewidth=0.6, zorder=3)
+    for chosen, colour, name in ((read.direct, BLUE, "seen directly"), (read.mirrored, ORANGE, "reflections")):
+        some = np.flatnonzero(chosen)[::25]
+        ax.plot(seen.flat[some], read.depth.vergence.flat[some], ".", color=colour, markersize=2, label=name)
+    ax.set(xlim=(0.2, 1.1), ylim=(0.2, 1.1), xlabel="traced (D)", ylabel="read (D)")
+    ax.set_title("(i) default method, read against traced", loc="left")
+    ax.legend(loc="lower right", markerscale=3)
 
 
 def _map(ax: Axes, values: NDArray[np.float32], title: str, limits: tuple[float, float]) -> None:

@@ -205,6 +205,7 @@ DAMAGES = {
     "rating infinite": (cell(4, "rating", "inf"), "row 4: rating is 'inf'"),
     "rating not a number": (cell(4, "rating", "nan"), "row 4: rating is 'nan'"),
     "rating missing": (cell(4, "rating", "n/a"), "row 4: rating is 'n/a'"),
+    "trial too large a number": (cell(4, "trial", "1e300"), "row 4: trial is .1e300."),
     "rating off the scale": (cell(4, "rating", "9"), "trial 3: rating is 9, but the scale of the design goes"),
     "time in ms": (cell(4, "response_time", "1500"), "trial 4: it begins 20 s after the one before it, whose"),
     "last time in ms": (cell(10, "response_time", "1700"), r"trial 9: response_time is 1700 s, \d+ times the median"),

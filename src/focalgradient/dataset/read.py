@@ -186,7 +186,7 @@ def _converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int 
     with np.errstate(invalid="ignore"):
         bad = ~np.isfinite(numbers)
         if column.form == "integer":
-            bad |= numbers % 1 != 0
+            bad |= (numbers % 1 != 0) | (np.abs(numbers) >= 2.0**63)
         if column.least is not None:
             bad |= numbers < column.least
         if column.above is not None:
