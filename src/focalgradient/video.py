@@ -385,20 +385,23 @@ class VideoFile:
 
 
 def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
-    """Write grey frames, H x W, uint8, as a video without loss (FFV1), at `fps` frames a second.
+    """Write frames, uint8, grey (H x W) or red, green and blue (H x W x 3), as a video at `fps` frames a second.
+
+    Without loss (FFV1), but for names that end in .mp4, which common players show.
 
     Raises
     ------
     InputError
         If the encoder refuses, or frames were lost.
     """
-    height, width = frames[0].shape
-    writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), fps, (width, height))
+    height, width = frames[0].shape[:2]
+    code = cv2.VideoWriter.fourcc(*(CODECS[".mp4"] if path.suffix.lower() == ".mp4" else "FFV1"))
+    writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, fps, (width, height))
     if not writer.isOpened():
-        raise InputError(f"{printable(path)} cannot be written as a video: choose a name that ends in .mkv or .avi.")
+        raise InputError(f"{printable(path)} cannot be written as a video: choose a name in .mkv, .avi or .mp4.")
     try:
         for frame in frames:
-            writer.write(np.repeat(frame[..., None], 3, axis=2))
+            writer.write(np.repeat(frame[..., None], 3, axis=2) if frame.ndim == 2 else frame[..., ::-1].copy())
     finally:
         writer.release()
     check_frames(path, len(frames))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, Lens, View
-from focalgradient.depth.equalise.patch import POWERS, RINGS, vergence_likelihood
+from focalgradient.depth.equalise.patch import POWERS, RINGS, WEIGHTS, vergence_likelihood
 from focalgradient.eye import Cones, Eye, Target
 
 LEVELS = np.arange(0.0, 4.0, 0.04)
@@ -55,7 +55,7 @@ def test_against_the_multivariate_normal():
             fits = np.einsum("fi,fij,fj->f", both.conj(), np.linalg.inv(covariance), both).real
             # A frequency and its mirror image are one.
             of_powers.append(-(fits + np.log(np.linalg.det(covariance))).sum() / 2)
-        values.append(np.logaddexp.reduce(of_powers))
+        values.append(np.logaddexp.reduce(np.array(of_powers) + np.log(WEIGHTS)))
     found = vergence_likelihood(views, levels, noise=noise, correlation=correlation, wraps=True)
     assert found == pytest.approx(np.array(values) - max(values), abs=1e-6)
     assert np.ptp(found) > 3

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from focalgradient.eye import Band, Cones, TimeCourse
+    from focalgradient.eye.accommodation import Cue
     from focalgradient.render import Rendered
     from focalgradient.scenes import Scene
 
@@ -42,6 +43,9 @@ ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_
 SAMPLES, WAVELENGTHS = 64, 5
 NAMES = ("spheres", "slant", "step", "plane")
 STAGES = 8
+CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "both"}
+"""What an accommodating eye estimates depth from, by the name of the views."""
+
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
 
 
@@ -58,7 +62,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
 
 
 @click.command(short_help="See the depth of a scene as an eye could.")
-@click.argument("scene", metavar="SCENE")
+@click.argument("scene", metavar="[SCENE]", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option(
     "--pupil", type=float, default=4.0, show_default=True, metavar="MM", callback=_pupil, help="Diameter of the pupil."
@@ -89,16 +93,23 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     help="Amplitude of the fluctuation of focus, from the mean to an extreme.",
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Of scene and noise.")
+@click.option(
+    "--accommodate",
+    metavar="TARGET",
+    help="In place of SCENE: let the eye focus a target by its own estimate of depth. TARGET is step:FROM,TO[,SECOND] "
+    "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
+)
 @shared_options
 @json_option
 def eye(
-    scene: str,
+    scene: str | None,
     out: Path,
     pupil: float,
     accommodation: float,
     views: str,
     amplitude: float,
     seed: int,
+    accommodate: str | None,
     workers: int | None,
     scheduler: str | None,
 ) -> None:
@@ -113,11 +124,27 @@ def eye(
 
     Takes about 20 s on two cores.
 
+    With --accommodate there is no SCENE, but a textured target: the eye focuses it by the estimate of its vergence that
+    the depth core makes of what falls on the retina, with two bands (--views bands), one band at several moments
+    (oscillation) or both. That writes DIR/course.csv (time, target, accommodation, estimate and its standard
+    deviation), DIR/course.png, DIR/retina.mp4 (what the retina gets, in colour) and DIR/summary.json, in
+    about 5 s for 10 s.
+
     \b
-    Example:
+    Examples:
       focalgradient eye spheres --out results --views both --pupil 4 --accommodation 1
+      focalgradient eye --accommodate step:1,3 --views both --out results
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
+    if accommodate is not None:
+        if scene is not None:
+            raise InputError(f"SCENE {scene!r} and --accommodate are both given: leave out one.")
+        from focalgradient.cli.accommodate import accommodate as follow
+
+        follow(accommodate, out, pupil, CUES[views], seed)
+        return
+    if scene is None:
+        raise InputError(f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET.")
     if scene not in NAMES:
         raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
     writable(out, FILES)

@@ -27,8 +27,14 @@ FloatArray = NDArray[np.float64]
 RINGS = 2
 """Rings of frequency to one step of the spectrum, in which the views' powers are summed."""
 
-POWERS = np.geomspace(1 / 4, 8, 27)
-"""Powers of the scene, in units of what the least blurred view shows at low frequencies, that are averaged over."""
+POWERS: FloatArray = np.concatenate([np.geomspace(1e-3, 0.2, 8), np.geomspace(0.25, 8, 27)])
+"""Powers of the scene that are averaged over, in units of what the least blurred view shows at low frequencies.
+
+From next to none, as in an empty field, where what is shown is noise alone.
+"""
+
+WEIGHTS: FloatArray = np.gradient(np.log(POWERS)) / np.gradient(np.log(POWERS)).sum()
+"""Their probabilities: even over the logarithm."""
 
 
 def vergence_likelihood(
@@ -97,7 +103,7 @@ def vergence_likelihood(
     natural = passed / radii**2
     level = float(np.max(_levels(radii, counts, power) * noises**2))
     each = [_marginal(met, size, natural * level * factor, counts) for factor in POWERS]
-    total: FloatArray = np.logaddexp.reduce(each, axis=0)
+    total: FloatArray = np.logaddexp.reduce(np.array(each) + np.log(WEIGHTS)[:, None], axis=0)
     return total - total.max()
 
 

@@ -1,0 +1,128 @@
+"""An eye that focuses by its own estimate: the linear plant, and other optics than it takes for granted."""
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import (
+    Accommodation,
+    Course,
+    Microfluctuations,
+    Oscillation,
+    Stimulus,
+    Target,
+    accommodate,
+    target_course,
+)
+
+STEADY = Accommodation(fluctuation=None)
+
+
+def step(to: float, at: float = 0.5):
+    return lambda t: to if t >= at else 2.0
+
+
+def moved(stimulus: Stimulus, to: float, cue="bands", seconds=2.5, seed=1) -> float:
+    """How far focus has gone towards `to`, from 2 D."""
+    course = accommodate(step(to, 0.05), seconds, Accommodation(cue=cue, fluctuation=None), stimulus, seed=seed)
+    return float(course.accommodation[-5:].mean() - course.accommodation[0]) * np.sign(to - 2)
+
+
+@pytest.mark.parametrize("cue", ["bands", "both"])
+def test_a_step_is_the_plants_where_the_estimate_is_good(cue):
+    """With little noise the estimate is the target, and the course the plant's own step response."""
+    eye = Accommodation(cue=cue, fluctuation=None, noise=0.03)
+    course = accommodate(step(3.0), 3.0, eye, seed=2)
+    assert course.estimate[8:] == pytest.approx(3.0, abs=0.1)
+    expected = eye.plant.step_response(course.times - 0.5, 2.0, 3.0)
+    assert course.accommodation == pytest.approx(expected, abs=0.06)
+    assert course.lag(0.5) == pytest.approx(3.0 - eye.plant.steady(3.0), abs=0.06)
+
+
+def test_a_sine_is_followed_with_the_plants_gain_and_phase():
+    course = accommodate(lambda t: 2 + 0.5 * np.sin(0.8 * np.pi * t), 6.0, Accommodation(fluctuation=None, noise=0.05))
+    found = course.response(0.4, skip=1.0)
+    expected = complex(STEADY.plant.sine_response(0.4))
+    # The estimate lags too, by part of a fixation: 0.1 to 0.2 s.
+    assert 0.65 * abs(expected) < abs(found) < 1.1 * abs(expected)
+    assert -0.55 < np.angle(found) - np.angle(expected) < 0
+
+
+def test_response_of_a_course_by_its_definition():
+    t = np.arange(0, 10, 0.1)
+    zero = np.zeros_like(t)
+    course = Course(t, np.sin(0.4 * np.pi * t), 1 + 0.7 * np.sin(0.4 * np.pi * t - 0.5), zero, zero)
+    assert abs(course.response(0.2)) == pytest.approx(0.7)
+    assert np.angle(course.response(0.2)) == pytest.approx(-0.5)
+
+
+def test_one_waveband_finds_the_side_by_its_wavering_focus():
+    eye = Accommodation(cue="moments", noise=0.1, fluctuation=Oscillation())
+    for to in (1.0, 3.0):
+        course = accommodate(step(to), 4.0, eye, seed=1)
+        assert course.accommodation[-10:].mean() == pytest.approx(eye.plant.steady(to), abs=0.2)
+
+
+def test_an_empty_field_lets_focus_return_to_rest():
+    eye = Accommodation(fluctuation=None, rate=4.0)
+    course = accommodate(lambda t: 4.0, 15.0, eye, Stimulus(target=Target(contrast=0.0)), seed=1)
+    assert course.accommodation[0] > 3.0
+    assert course.accommodation[-16:].mean() == pytest.approx(eye.plant.rest, abs=0.7)
+
+
+def test_reversed_chromatic_aberration_drives_focus_the_wrong_way():
+    """By bands alone; the same with real aberration drives it the right way, to either side."""
+    for to in (1.3, 2.7):
+        assert moved(Stimulus(), to) > 0.4
+    assert moved(Stimulus(chromatic_scale=-1.0), 1.3) + moved(Stimulus(chromatic_scale=-1.0), 2.7) < 0.6
+
+
+def test_rendered_blur_drives_focus_only_with_chromatic_aberration():
+    """The sum over both sides, so that a bias to one side is no response."""
+    for_each = {
+        kind: sum(moved(Stimulus(rendering=kind), to, seconds=1.5) for to in (1.3, 2.7))
+        for kind in ("defocus", "chromatic")
+    }
+    assert for_each["chromatic"] > 0.5
+    assert for_each["defocus"] < 0.5 * for_each["chromatic"]
+
+
+def test_the_same_seed_is_the_same_course():
+    first, again, other = (accommodate(step(3.0), 0.6, seed=seed) for seed in (4, 4, 5))
+    assert np.array_equal(first.accommodation, again.accommodation)
+    assert not np.array_equal(first.estimate, other.estimate)
+
+
+def test_courses_from_tables():
+    course = target_course([0, 1, 1, 3], [1, 2, 4, 0])
+    assert [course(t) for t in (-1, 0.5, 1.0, 2.0, 9.0)] == [1, 1.5, 4, 2, 0]
+    with pytest.raises(InputError, match="none before the last"):
+        target_course([1, 0], [1, 1])
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: Accommodation(cue="colour"), "cue is 'colour', but must be one of bands, moments, both"),
+        (lambda: Accommodation(pupil_diameter=0.02), "pupil_diameter is 0.02"),
+        (lambda: Accommodation(rate=0), "rate is 0"),
+        (lambda: Stimulus(rendering="blue"), "rendering is 'blue'"),
+        (lambda: Stimulus(light_nm=900), "must lie between 380 and 780"),
+        (lambda: Target(contrast=-1), "contrast is -1"),
+        (lambda: Target(correlation=2), "correlation is 2"),
+        (lambda: Target(finest_cpd=0), "finest_cpd is 0"),
+        (lambda: Target(shape=(4, 4)), "at least 16 x 16"),
+        (lambda: accommodate(lambda t: 9.0, 1.0), "the lens goes from 0 to 8 D only"),
+        (lambda: accommodate(lambda t: 1.0, 0.0), "duration is 0.0"),
+    ],
+)
+def test_bad_input(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
+
+
+def test_fluctuations_of_two_seeds_differ():
+    courses = [
+        accommodate(lambda t: 2.0, 1.0, Accommodation(fluctuation=Microfluctuations(0.3)), seed=s) for s in (1, 2)
+    ]
+    assert np.abs(courses[0].accommodation - courses[1].accommodation).max() > 0.05

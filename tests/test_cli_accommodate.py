@@ -1,0 +1,86 @@
+"""`focalgradient eye --accommodate`: an eye that focuses by what it sees, from the command line."""
+
+import csv
+import json
+import re
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli.accommodate import target_of
+from focalgradient.cli.eye import eye
+from focalgradient.cli.program import Program
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys.modules["focalgradient.cli.accommodate"], "SECONDS", 3.0)
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(Program("focalgradient", commands=[eye]), ["eye", *args])
+
+
+def test_a_course_from_a_table():
+    Path("target.csv").write_text("time,dioptres\n0,1\n0.5,1\n0.5,3\n3,3\n", encoding="utf-8")
+    result = run("--accommodate", "target.csv", "--out", "out", "--views", "both", "--seed", "2", "--json")
+    assert result.exit_code == 0, result.output
+    summary = json.loads(result.stdout)
+    assert summary["simulated"] is True
+    assert summary["settings"]["target"] == "target.csv"
+    assert summary["found"]["estimate_rms_error_D"] < 0.3
+    rows = list(csv.DictReader(Path("out/course.csv").read_text(encoding="utf-8").splitlines()))
+    assert len(rows) == 30
+    assert [float(rows[i]["target_D"]) for i in (0, 29)] == [1, 3]
+    assert float(rows[29]["accommodation_D"]) > 2
+    assert cv2.VideoCapture("out/retina.mp4").get(cv2.CAP_PROP_FRAME_COUNT) == 30
+    assert cv2.imread("out/course.png") is not None
+    frame = cv2.VideoCapture("out/retina.mp4").read()[1].astype(float)
+    assert np.ptp(frame, axis=2).max() > 10  # it is in colour
+
+
+def test_short_forms():
+    step, sine = target_of("step:1,3,0.7"), target_of("sine:2,0.5,0.25")
+    assert [step.at(t) for t in (0.6, 0.7)] == [1, 3]
+    assert sine.at(3.0) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["spheres", "--accommodate", "step:1,3"], "SCENE 'spheres' and --accommodate are both given"),
+        ([], "SCENE is missing: give one of spheres"),
+        (["--accommodate", "jump"], "--accommodate is 'jump', but must be step:FROM,TO"),
+        (["--accommodate", "step:1"], "--accommodate is 'step:1', but must be step:FROM,TO"),
+        (["--accommodate", "step:1,nan"], "--accommodate is 'step:1,nan'"),
+        (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
+        (["--accommodate", "step:1,3,500"], "steps at 500 s"),
+        (["--accommodate", "sine:2,1,0"], "the frequency must be positive"),
+        (["--accommodate", "missing.csv"], "missing.csv"),
+        (["--accommodate", "words.csv"], "must hold two or more lines of time,dioptres"),
+        (["--accommodate", "back.csv"], "sort its lines by time"),
+        (["--accommodate", "long.csv"], "must end within 120 s"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(args, said):
+    Path("words.csv").write_text("time,dioptres\n0,near\n1,far\n", encoding="utf-8")
+    Path("back.csv").write_text("1,1\n0,1\n", encoding="utf-8")
+    Path("long.csv").write_text("0,1\n9999,1\n", encoding="utf-8")
+    result = run(*args, "--out", "out")
+    assert result.exit_code == 2
+    assert re.search(said, result.stderr)
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert not Path("out").exists()
+
+
+def test_the_table_is_not_overwritten():
+    Path("course.csv").write_text("0,1\n1,1\n", encoding="utf-8")
+    result = run("--accommodate", "course.csv", "--out", ".")
+    assert result.exit_code == 2
+    assert "course.csv" in result.stderr
+    assert Path("course.csv").read_text(encoding="utf-8") == "0,1\n1,1\n"
