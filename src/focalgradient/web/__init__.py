@@ -5,7 +5,8 @@ is the only room that imports the server's libraries (extra `web`).
 """
 
 from focalgradient.web.application import application, page_is_built, run
+from focalgradient.web.lists import Consent
 from focalgradient.web.people import People
-from focalgradient.web.study import Consent, Study
+from focalgradient.web.study import Study
 
 __all__ = ["Consent", "People", "Study", "application", "page_is_built", "run"]

@@ -24,8 +24,9 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from focalgradient.errors import InputError
+from focalgradient.web.answers import first_problem
 from focalgradient.web.messages import Begin, Given, Join, Who
-from focalgradient.web.study import Refused, Study, first_problem
+from focalgradient.web.study import Refused, Study
 
 __all__ = ["application", "page_is_built", "run"]
 
@@ -138,12 +139,12 @@ class _Pages:
         return Response(_static(name), media_type=STATIC[name], headers={"Cache-Control": "no-cache"})
 
     async def picture(self, request: Request) -> Response:
-        name, study = request.path_params["name"], self._study
-        if name in study.drawings:
-            return Response(study.drawings[name], media_type="image/png")
-        if study.folder is None or name not in study.files or not name.endswith(".png"):
+        name, lists = request.path_params["name"], self._study.lists
+        if name in lists.drawings:
+            return Response(lists.drawings[name], media_type="image/png")
+        if lists.folder is None or name not in lists.files or not name.endswith(".png"):
             raise Refused(404, "There is no such picture.")
-        return FileResponse(study.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
+        return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
     def _allow(self, request: Request) -> None:
         """Refuse whoever does not give the experimenter's password."""

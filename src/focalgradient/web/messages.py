@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = ["Begin", "Depth", "Frames", "Given", "Join", "Necker", "Who"]
+__all__ = ["Answer", "Begin", "Depth", "Frames", "Given", "Join", "Necker", "Sitting", "Who"]
 
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
@@ -33,8 +33,8 @@ class Who(Message):
     tab: Label
 
 
-class Begin(Who):
-    """The participant agrees, the screen is measured: the session begins or goes on."""
+class Sitting(Message):
+    """The participant agrees, the screen is measured."""
 
     consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
@@ -47,6 +47,10 @@ class Begin(Who):
     refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]
     browser: Annotated[str, Field(max_length=500)]
     now_ms: Milliseconds
+
+
+class Begin(Sitting, Who):
+    """The session begins or goes on."""
 
 
 class Shown(Message):
@@ -89,10 +93,14 @@ class Necker(Message):
     frames: Frames
 
 
-class Given(Who):
+class Answer(Message):
     """An answer: `phase` and `trial` are its key, `attempt` tells one sending from another of the same."""
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]
     attempt: Label
     answer: dict[str, Any]
+
+
+class Given(Answer, Who):
+    """An answer of a session's page."""

@@ -6,7 +6,6 @@ acknowledged and not recorded twice, so that the page may send it as often as th
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -17,36 +16,20 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from focalgradient.dataset import (
-    Apparatus,
-    Files,
-    Press,
-    Rated,
-    Session,
-    Watched,
-    check_stimuli,
-    read_journal,
-    withdraw,
-)
-from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
-from focalgradient.design.words import Words, load_words
-from focalgradient.display import Display
+from focalgradient.dataset import Files, Session, read_journal, withdraw
+from focalgradient.design import Design
 from focalgradient.errors import InputError
-from focalgradient.stimuli import StimulusSet, read_set
-from focalgradient.stimuli.drawings import DRAWINGS
-from focalgradient.web import texts
-from focalgradient.web.messages import Begin, Depth, Given, Necker, Who
+from focalgradient.web.answers import apparatus_of, first_problem, read_answer
+from focalgradient.web.lists import Consent, Lists
+from focalgradient.web.messages import Begin, Given, Who
 from focalgradient.web.people import People
-from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png, picture_file
 
-__all__ = ["Consent", "Refused", "Study", "first_problem"]
+__all__ = ["Refused", "Study"]
 
 SILENT_S = 20.0
 """A tab that has given no sign of life for so long no longer holds its session: pages give one every 5 s."""
-
-CLOCK = "seconds from when the page of this sitting was ready, of the browser's performance.now()"
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
@@ -57,14 +40,6 @@ class Refused(Exception):  # noqa: N818  an answer to the page, not an error of 
     def __init__(self, status: int, sentence: str, **content: Any):
         super().__init__(sentence)
         self.status, self.content = status, {"error": sentence, **content}
-
-
-@dataclass(frozen=True, slots=True)
-class Consent:
-    """A text to agree to, and its digest, which a journal keeps."""
-
-    text: str
-    sha256: str
 
 
 @dataclass
@@ -122,27 +97,8 @@ class Study:
         open_link: bool = True,
     ):
         self.design, self.data, self.people = design, data, people
-        self.consent, self.completion, self.open_link = consent, completion, open_link
-        self.words: Words = load_words(design.language)
-        self.folder = stimuli
-        self._set: StimulusSet | None = None
-        self.files: frozenset[str] = frozenset()
-        self.drawings: dict[str, bytes] = {}
-        if isinstance(design, DepthRatingDesign):
-            if stimuli is None:
-                raise InputError("depth rating shows pictures: give --stimuli the folder of a set.")
-            texts.check(design)
-            self.files = frozenset(check_stimuli(stimuli).files)
-            self._set = read_set(stimuli)
-            self.drawings = {f"{name}.png": drawing_png(name, self._set) for name in DRAWINGS}
-            for trial in design.trials("001"):
-                depth_trial(design, self._set, trial)
-        elif not isinstance(design, NeckerDesign):
-            raise InputError(
-                f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
-                "on the fly): it runs in the laboratory, by focalgradient run."
-            )
-        self._display = self._set.display if self._set else Display()
+        self.completion, self.open_link = completion, open_link
+        self.lists = Lists(design, stimuli, consent)
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
         self._places: dict[str, _Place] = {}
         self._guard = threading.Lock()
@@ -202,15 +158,13 @@ class Study:
         return {
             "status": status,
             "done": done,
-            "language": self.words.language if len(self.words.language) == 2 else "en",
-            "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
-            "consent": self.consent and {"text": self.consent.text, "sha256": self.consent.sha256},
-            "dark": isinstance(self.design, NeckerDesign),
+            **self.lists.opening(),
         }
 
     def begin(self, given: Begin) -> dict[str, Any]:
         """Begin a session, or go on with one: give all trials that are left."""
-        if self.consent and given.consent != self.consent.sha256:
+        consent = self.lists.consent and self.lists.consent.sha256
+        if consent and given.consent != consent:
             raise Refused(403, "The session begins when the participant agrees to the text that is in force now.")
         with self._held(given) as place:
             status, _ = self._progress(place)
@@ -219,47 +173,19 @@ class Study:
             if place.session is not None:
                 self._close(place)
                 status = "begun"
-            apparatus = _apparatus(given)
+            apparatus = apparatus_of(given, starlette=version("starlette"))
             if status == "new":
                 session = Session.begin(
-                    self.data, self.design, place.participant, apparatus=apparatus, stimuli=self.folder
+                    self.data, self.design, place.participant, apparatus=apparatus, stimuli=self.lists.folder
                 )
             else:
                 session = Session.resume(
-                    self.data, self.design.task, place.participant, apparatus=apparatus, stimuli=self.folder
+                    self.data, self.design.task, place.participant, apparatus=apparatus, stimuli=self.lists.folder
                 )
             place.session = session
-            consent = self.consent and self.consent.sha256
             session.note("sitting", browser=given.browser, pixel_ratio=given.pixel_ratio, consent=consent)
-            return self._listed(session, given)
-
-    def _listed(self, session: Session, given: Begin) -> dict[str, Any]:
-        design: Any = session.design
-        total = sum(trial.phase == "main" for trial in session.trials)
-        content: dict[str, Any] = {"start_ms": given.now_ms}
-        if isinstance(design, DepthRatingDesign):
-            assert self._set is not None
-            content |= depth_session(design, self._set) | texts.depth(design, self.words)
-        else:
-            content |= cube_session(design, self._display) | texts.necker(design, self.words, session.files.participant)
-        trials = []
-        practised = False
-        for trial in session.remaining():
-            entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(design, trial)}
-            if practised and trial.phase == "main":
-                entry["break"] = self.words("session.practice_over")
-            elif trial.break_before:
-                entry["break"] = texts.rest(self.words, trial, total)
-            practised = trial.phase == "practice"
-            trials.append(entry)
-        return content | {"trials": trials}
-
-    def _shown(self, design: Any, trial: Trial) -> dict[str, Any]:
-        if isinstance(trial, DepthTrial):
-            assert self._set is not None
-            return depth_trial(design, self._set, trial)
-        assert isinstance(trial, NeckerTrial)
-        return cube_trial(trial)
+            shown = self.lists.shown(session.trials, session.remaining())
+            return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record an answer, and say so when it is on the disk."""
@@ -276,7 +202,10 @@ class Study:
                 return {"recorded": True, "again": True, "done": done}
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.", done=done)
-            answer, frames = self._answer(session, session.trials[done], given)
+            try:
+                answer, frames = read_answer(self.lists, session.trials[done], given.answer)
+            except ValidationError as error:
+                raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
             place.lost += frames["hidden"] + frames["left_full_screen"] + frames["zoomed"]
             session.note("frames", phase=given.phase, trial=given.trial, **frames)
             session.record(session.trials[done], answer, attempt=given.attempt)
@@ -290,34 +219,6 @@ class Study:
         if (given.phase, given.trial) in keys[:done]:
             return {"recorded": True, "again": True, "done": done}
         raise Refused(425, "The session has to go on before answers are taken.", done=done)
-
-    def _answer(self, session: Session, trial: Trial, given: Given) -> tuple[Rated | Watched, dict[str, Any]]:
-        kind: type[BaseModel] = Necker if isinstance(session.design, NeckerDesign) else Depth
-        try:
-            read: Any = kind.model_validate_json(json.dumps(given.answer))
-        except ValidationError as error:
-            raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
-        frames = read.frames.model_dump()
-        if isinstance(read, Necker):
-            presses = sorted(Press(*press) for press in read.presses)
-            watched = Watched(
-                onset=read.onset,
-                presses=presses,
-                trial_duration=read.trial_duration,
-                dropped_frames=read.dropped_frames,
-            )
-            return watched, frames
-        assert isinstance(trial, DepthTrial)
-        assert self._set is not None
-        rated = Rated(
-            onset=read.onset,
-            rating=read.rating,
-            response_time=read.response_time,
-            dropped_frames=read.dropped_frames,
-            stimulus=picture_file(self._set, (trial.scene, trial.aperture, trial.fixation)),
-            start=read.start,
-        )
-        return rated, frames
 
     def here(self, who: Who) -> dict[str, Any]:
         """Take a sign of life of the tab that shows the session; it holds the session from its first on."""
@@ -397,22 +298,3 @@ class Study:
             with place.guard, suppress(InputError):
                 self._close(place)
         self.people.close()
-
-
-def _apparatus(given: Begin) -> Apparatus:
-    wide, high = given.screen_px
-    return Apparatus(
-        clock=CLOCK,
-        screen_px=(wide, high),
-        screen_m=None if given.screen_m is None else (given.screen_m[0], given.screen_m[1]),
-        viewing_distance_m=given.viewing_distance_m,
-        refresh_hz=given.refresh_hz,
-        gamma=None,
-        versions={"starlette": version("starlette"), "browser": given.browser},
-    )
-
-
-def first_problem(error: ValidationError) -> str:
-    """What is wrong with a message, in a few words: nothing of the message itself is repeated."""
-    one = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    return f"{'.'.join(map(str, one['loc']))}: {one['msg']}"[:200]

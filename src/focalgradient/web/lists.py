@@ -1,0 +1,118 @@
+"""What a page shows of a design: the words, the pictures it may fetch, and the trial list of each participant."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from focalgradient.dataset import check_stimuli
+from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
+from focalgradient.design.words import Words, load_words
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.stimuli import StimulusSet, read_set
+from focalgradient.stimuli.drawings import DRAWINGS
+from focalgradient.web import texts
+from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png
+
+__all__ = ["Consent", "Lists"]
+
+
+@dataclass(frozen=True, slots=True)
+class Consent:
+    """A text to agree to, and its digest, which a journal keeps."""
+
+    text: str
+    sha256: str
+
+
+class Lists:
+    """A design as a browser shows it.
+
+    Parameters
+    ----------
+    design
+        Of depth rating or of the cube.
+    stimuli
+        Folder of the pictures, which depth rating needs.
+    consent
+        To be agreed to, where there is one.
+
+    Raises
+    ------
+    InputError
+        If the design cannot be run in a browser, or the pictures are missing or have changed.
+    """
+
+    def __init__(self, design: Design, stimuli: Path | None = None, consent: Consent | None = None):
+        self.design, self.folder, self.consent = design, stimuli, consent
+        self.words: Words = load_words(design.language)
+        self.pictures: StimulusSet | None = None
+        self.manifest: str | None = None
+        self.files: frozenset[str] = frozenset()
+        self.drawings: dict[str, bytes] = {}
+        if isinstance(design, DepthRatingDesign):
+            if stimuli is None:
+                raise InputError("depth rating shows pictures: give --stimuli the folder of a set.")
+            texts.check(design)
+            manifest = check_stimuli(stimuli)
+            self.manifest, self.files = manifest.sha256, frozenset(manifest.files)
+            self.pictures = read_set(stimuli)
+            self.drawings = {f"{name}.png": drawing_png(name, self.pictures) for name in DRAWINGS}
+            for trial in design.trials("001"):
+                depth_trial(design, self.pictures, trial)
+        elif not isinstance(design, NeckerDesign):
+            raise InputError(
+                f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
+                "on the fly): it runs in the laboratory, by focalgradient run."
+            )
+        self._display = self.pictures.display if self.pictures else Display()
+
+    def opening(self) -> dict[str, Any]:
+        """What the page needs before a session begins: words and consent."""
+        return {
+            "language": self.words.language if len(self.words.language) == 2 else "en",
+            "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
+            "consent": self.consent and {"text": self.consent.text, "sha256": self.consent.sha256},
+            "dark": isinstance(self.design, NeckerDesign),
+        }
+
+    def session(self, participant: str) -> dict[str, Any]:
+        """What all trials of a participant share: instructions, scale or keys, sizes."""
+        design: Any = self.design
+        if isinstance(design, DepthRatingDesign):
+            assert self.pictures is not None
+            return depth_session(design, self.pictures) | texts.depth(design, self.words)
+        return cube_session(design, self._display) | texts.necker(design, self.words, participant)
+
+    def shown(self, trials: Sequence[Trial], remaining: Iterable[Trial]) -> list[dict[str, Any]]:
+        """What the trials of a session that remain show, each with the page of its break where it has one."""
+        total = sum(trial.phase == "main" for trial in trials)
+        entries, practised = [], False
+        for trial in remaining:
+            entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
+            if practised and trial.phase == "main":
+                entry["break"] = self.words("session.practice_over")
+            elif trial.break_before:
+                entry["break"] = texts.rest(self.words, trial, total)
+            practised = trial.phase == "practice"
+            entries.append(entry)
+        return entries
+
+    def _shown(self, trial: Trial) -> dict[str, Any]:
+        design: Any = self.design
+        if isinstance(trial, DepthTrial):
+            assert self.pictures is not None
+            return depth_trial(design, self.pictures, trial)
+        assert isinstance(trial, NeckerTrial)
+        return cube_trial(trial)
+
+    def made(self, participant: str) -> tuple[list[dict[str, Any]], str]:
+        """A participant's whole list, and its digest (SHA-256 of it as JSON)."""
+        trials = self.design.trials(participant)
+        entries = self.shown(trials, trials)
+        return entries, hashlib.sha256(json.dumps(entries, sort_keys=True).encode()).hexdigest()
