@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
 from contextlib import suppress
 from pathlib import Path
@@ -15,14 +16,14 @@ from focalgradient.errors import InputError
 from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
-    from focalgradient.web import Study
+    from focalgradient.web import Consent, Study
 
 __all__ = ["serve"]
 
 
 @click.command(short_help="Run an experiment in participants' browsers.")
 @click.argument("design", metavar="DESIGN.toml", type=click.Path(path_type=Path))
-@click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
+@click.option("--data", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
 @click.option(
     "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the pictures, for depth rating."
 )
@@ -43,9 +44,23 @@ __all__ = ["serve"]
 @click.option(
     "--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links."
 )
+@click.option(
+    "--export",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Serve nothing: write the study as files for JATOS, DataPipe and Pavlovia into this new folder.",
+)
+@click.option(
+    "--participants",
+    default="100",
+    show_default=True,
+    metavar="N",
+    help="With --export: trial lists for participants 1 to N, or for A-B, as 101-150.",
+)
+@click.option("--datapipe", metavar="ID", help="With --export: experiment ID of DataPipe, for its page.")
 def serve(
     design: Path,
-    data: Path,
+    data: Path | None,
     stimuli: Path | None,
     port: int,
     host: str,
@@ -55,6 +70,9 @@ def serve(
     consent: Path | None,
     completion: str | None,
     public: str | None,
+    export: Path | None,
+    participants: str,
+    datapipe: str | None,
 ) -> None:
     """Run the experiment of DESIGN.toml (depth rating or the cube) in participants' browsers.
 
@@ -66,10 +84,14 @@ def serve(
     FOCALGRADIENT_PASSWORD, or a new one). Runs as long as it is wanted; Ctrl-C ends it. In the open it runs behind a
     proxy with TLS: docs/web.md.
 
+    With --export it writes the same page, pictures and trial lists made ahead into a folder that JATOS, DataPipe or
+    Pavlovia serve; HOW-TO.txt there says how. 'focalgradient collect' reads back what they give.
+
     \b
     Examples:
       focalgradient serve design.toml --stimuli pictures --data data
       focalgradient serve design.toml --data data --invite 20 --no-open-link --public https://lab.example.org
+      focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     try:
         from focalgradient.web import page_is_built, run
@@ -79,7 +101,16 @@ def serve(
         raise InputError(
             "the page is not built: run 'python hatch_build.py' in the checkout with deno at hand, or install a wheel."
         )
-    study = _study(design, data, stimuli, links, consent, completion, open_link=not no_open_link)
+    agreed = _consent(consent, completion)
+    if export is not None:
+        _refuse_serving(data, links, invite, public, no_open_link=no_open_link)
+        _export(design, stimuli, agreed, completion, export, participants, datapipe)
+        return
+    if data is None:
+        raise InputError("--data is missing: give the folder of the data set, or --export to write the study as files.")
+    if datapipe is not None:
+        raise InputError("--datapipe belongs to --export: give both.")
+    study = _study(design, data, stimuli, links, consent, agreed, completion, open_link=not no_open_link)
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
 
     def ready(address: str) -> None:
@@ -96,12 +127,64 @@ def serve(
     click.echo("Ended; every answer that was acknowledged is on the disk.")
 
 
+def _consent(path: Path | None, completion: str | None) -> Consent | None:
+    from focalgradient.web import Consent
+
+    if completion is not None and not completion.startswith(("https://", "http://")):
+        raise InputError(f"--completion is {completion!r}, but must be an address that begins with https://.")
+    if path is None:
+        return None
+    text = read_text(path, "a text to agree to").strip()
+    return Consent(text, hashlib.sha256(text.encode()).hexdigest())
+
+
+def _refuse_serving(*given: object, no_open_link: bool) -> None:
+    """Refuse what only a server can do."""
+    names = ("--data", "--links", "--invite", "--public", "--no-open-link")
+    for name, value in zip(names, (*given, no_open_link or None), strict=True):
+        if value is not None:
+            raise InputError(f"{name} is of a server, which --export does without: leave one of them out.")
+
+
+def _labels(participants: str) -> list[str]:
+    """Labels of participants, as the server would give them out."""
+    found = re.fullmatch(r"(?:([0-9]{1,5})-)?([0-9]{1,5})", participants)
+    first, last = (int(found[1] or 1), int(found[2])) if found else (0, 0)
+    if not 1 <= first <= last < first + 10_000:
+        raise InputError(f"--participants is {participants!r}, but must be a number up to 10000, or two as 101-150.")
+    return [f"{number:03}" for number in range(first, last + 1)]
+
+
+def _export(
+    design: Path,
+    stimuli: Path | None,
+    agreed: Consent | None,
+    completion: str | None,
+    folder: Path,
+    participants: str,
+    datapipe: str | None,
+) -> None:
+    from focalgradient.design import load_design
+    from focalgradient.web import Lists, export
+
+    labels = _labels(participants)
+    if datapipe is not None and not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", datapipe):
+        raise InputError(f"--datapipe is {datapipe!r}, but must be an ID of letters and digits.")
+    lists = Lists(load_design(design), stimuli, agreed)
+    pictures = export(lists, folder, labels, completion=completion, datapipe=datapipe)
+    click.echo(
+        f"Written: {folder}, with {len(labels)} trial lists ({labels[0]} to {labels[-1]}) and {pictures} pictures."
+    )
+    click.echo(f"How to put it on JATOS, DataPipe or Pavlovia: {folder / 'HOW-TO.txt'}")
+
+
 def _study(
     design: Path,
     data: Path,
     stimuli: Path | None,
     links: Path | None,
     consent: Path | None,
+    agreed: Consent | None,
     completion: str | None,
     *,
     open_link: bool,
@@ -110,14 +193,8 @@ def _study(
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
     from focalgradient.design import load_design
-    from focalgradient.web import Consent, People, Study
+    from focalgradient.web import People, Study
 
-    if completion is not None and not completion.startswith(("https://", "http://")):
-        raise InputError(f"--completion is {completion!r}, but must be an address that begins with https://.")
-    agreed = None
-    if consent is not None:
-        text = read_text(consent, "a text to agree to").strip()
-        agreed = Consent(text, hashlib.sha256(text.encode()).hexdigest())
     place = links or data.with_name(f"{data.name}-links.jsonl")
     # Not Path.resolve, which links in a circle end with a RuntimeError.
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):

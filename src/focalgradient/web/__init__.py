@@ -5,8 +5,9 @@ is the only room that imports the server's libraries (extra `web`).
 """
 
 from focalgradient.web.application import application, page_is_built, run
-from focalgradient.web.lists import Consent
+from focalgradient.web.export import export
+from focalgradient.web.lists import Consent, Lists
 from focalgradient.web.people import People
 from focalgradient.web.study import Study
 
-__all__ = ["Consent", "People", "Study", "application", "page_is_built", "run"]
+__all__ = ["Consent", "Lists", "People", "Study", "application", "export", "page_is_built", "run"]

@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from focalgradient.dataset import Apparatus, Press, Rated, Watched
-from focalgradient.design import DepthTrial, NeckerDesign, Trial
-from focalgradient.web.lists import Lists
+from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.stimuli import StimulusSet
 from focalgradient.web.messages import Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
 
@@ -33,8 +33,10 @@ def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
     )
 
 
-def read_answer(lists: Lists, trial: Trial, answer: Mapping[str, Any]) -> tuple[Rated | Watched, dict[str, Any]]:
-    """Read the answer of a trial, and what was noted of its frames.
+def read_answer(
+    pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
+) -> tuple[Rated | Watched, dict[str, Any]]:
+    """Read the answer of a trial, and what was noted of its frames; `pictures` of depth rating.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def read_answer(lists: Lists, trial: Trial, answer: Mapping[str, Any]) -> tuple[
     InputError
         If its numbers are none of an answer.
     """
-    kind: type[BaseModel] = Necker if isinstance(lists.design, NeckerDesign) else Depth
+    kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
     if isinstance(read, Necker):
@@ -55,13 +57,13 @@ def read_answer(lists: Lists, trial: Trial, answer: Mapping[str, Any]) -> tuple[
         )
         return watched, frames
     assert isinstance(trial, DepthTrial)
-    assert lists.pictures is not None
+    assert pictures is not None
     rated = Rated(
         onset=read.onset,
         rating=read.rating,
         response_time=read.response_time,
         dropped_frames=read.dropped_frames,
-        stimulus=picture_file(lists.pictures, (trial.scene, trial.aperture, trial.fixation)),
+        stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation)),
         start=read.start,
     )
     return rated, frames

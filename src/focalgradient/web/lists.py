@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from focalgradient.stimuli.drawings import DRAWINGS
 from focalgradient.web import texts
 from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png
 
-__all__ = ["Consent", "Lists"]
+__all__ = ["Consent", "Lists", "digest_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +111,8 @@ class Lists:
         assert isinstance(trial, NeckerTrial)
         return cube_trial(trial)
 
-    def made(self, participant: str) -> tuple[list[dict[str, Any]], str]:
-        """A participant's whole list, and its digest (SHA-256 of it as JSON)."""
-        trials = self.design.trials(participant)
-        entries = self.shown(trials, trials)
-        return entries, hashlib.sha256(json.dumps(entries, sort_keys=True).encode()).hexdigest()
+
+def digest_of(trials: Sequence[Trial]) -> str:
+    """SHA-256 of a trial list, by which a list made ahead is known for the same one."""
+    content = [asdict(trial) for trial in trials]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -203,7 +203,7 @@ class Study:
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.", done=done)
             try:
-                answer, frames = read_answer(self.lists, session.trials[done], given.answer)
+                answer, frames = read_answer(self.lists.pictures, session.trials[done], given.answer)
             except ValidationError as error:
                 raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
             place.lost += frames["hidden"] + frames["left_full_screen"] + frames["zoomed"]

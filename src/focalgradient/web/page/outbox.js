@@ -26,17 +26,17 @@ export async function post(path, message) {
   return told;
 }
 
-const asked = (request) =>
+export const asked = (request) =>
   new Promise((resolve, reject) => {
     request.onsuccess = () => resolve(request.result);
     request.onerror = () => reject(request.error);
   });
 
 export class Outbox {
-  // `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where one is, and
-  // `again()` where the server has yet to go on with the session.
-  constructor(token, tab, { waiting, refused, again }) {
-    Object.assign(this, { token, tab, waiting, refused, again, sending: null });
+  // `post` sends; `waiting(count)` is called whenever the number of answers on their way changes, `refused(error)` where
+  // one is, and `again()` where the server has yet to go on with the session.
+  constructor(token, tab, { waiting, refused, again, post }) {
+    Object.assign(this, { token, tab, waiting, refused, again, post, sending: null });
   }
 
   async open() {
@@ -82,7 +82,7 @@ export class Outbox {
       if (!cursor) return;
       const { key, value } = cursor;
       try {
-        await post("/api/answer", { token: this.token, tab: this.tab, ...value });
+        await this.post("/api/answer", { token: this.token, tab: this.tab, ...value });
         await asked(this.store("readwrite").delete(key));
         failed = 0;
       } catch (error) {

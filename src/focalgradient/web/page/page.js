@@ -10,6 +10,7 @@ import Slider from "@jspsych/plugin-html-slider-response";
 import Chinrest from "@jspsych/plugin-virtual-chinrest";
 import { card } from "./card.js";
 import CubePlugin, { Cube } from "./cube.js";
+import { Exported } from "./exported.js";
 import { measureFrame } from "./frames.js";
 import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
@@ -47,8 +48,8 @@ function resizeByKeys(event) {
 }
 
 class Page {
-  constructor(token) {
-    this.token = token;
+  constructor(token, study) {
+    Object.assign(this, { token, study });
     // The tab's own name outlives a reload, and nothing else.
     this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
     sessionStorage.setItem("tab", this.tab);
@@ -57,6 +58,7 @@ class Page {
     this.note.setAttribute("role", "status");
     document.documentElement.append(this.note);
     this.outbox = new Outbox(token, this.tab, {
+      post: (path, message) => study.post(path, message),
       waiting: (count) => this.showWaiting(count),
       refused: (error) => this.lost(error),
       // A server that was started anew takes answers when the sitting goes on, on the same clock.
@@ -73,7 +75,7 @@ class Page {
   }
 
   ask(path, message = {}) {
-    return post(path, { token: this.token, tab: this.tab, ...message });
+    return this.study.post(path, { token: this.token, tab: this.tab, ...message });
   }
 
   showWaiting(count) {
@@ -100,9 +102,7 @@ class Page {
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
     this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
-    addEventListener("pagehide", () =>
-      navigator.sendBeacon("/api/leave", JSON.stringify({ token: this.token, tab: this.tab })),
-    );
+    addEventListener("pagehide", () => this.study.leave({ token: this.token, tab: this.tab }));
     await this.experiment();
     await this.outbox.send();
     await this.finish();
@@ -119,15 +119,13 @@ class Page {
   async finish() {
     const told = await this.ask("/api/finish");
     if (document.fullscreenElement) await document.exitFullscreen();
-    this.say(this.words("session.thanks"));
-    document.getElementById("stage").firstChild.id = "complete";
-    if (told.completion) {
-      const link = document.createElement("a");
-      link.href = told.completion;
-      link.textContent = this.words("web.completion");
-      link.id = "completion";
-      document.getElementById("stage").firstChild.append(link);
-    }
+    this.say(told.error ?? this.words("session.thanks"));
+    const page = document.getElementById("stage").firstChild;
+    page.id = told.error ? "undelivered" : "complete";
+    const link = (id, text, more) => page.append(Object.assign(document.createElement("a"), { id, textContent: text, ...more }));
+    if (told.completion) link("completion", this.words("web.completion"), { href: told.completion });
+    if (told.file) link("file", told.file.name, { href: told.file.address, download: told.file.name });
+    if (!told.error) await this.study.end();
   }
 
   async experiment() {
@@ -414,14 +412,30 @@ class Page {
   }
 }
 
-async function start() {
-  let token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
-  if (!token) {
-    const platform = Object.fromEntries(new URLSearchParams(location.search));
-    ({ token } = await post("/api/join", { platform }));
-    history.replaceState(null, "", `/s/${token}`);
+// A server of ours, at the address that the page came from.
+class Server {
+  post = post;
+
+  leave(who) {
+    navigator.sendBeacon("/api/leave", JSON.stringify(who));
   }
-  const page = new Page(token);
+
+  async join() {
+    const token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
+    if (token) return token;
+    const platform = Object.fromEntries(new URLSearchParams(location.search));
+    const given = await post("/api/join", { platform });
+    history.replaceState(null, "", `/s/${given.token}`);
+    return given.token;
+  }
+
+  async end() {}
+}
+
+async function start() {
+  const study = document.body.dataset.platform ? await Exported.open(document.body.dataset) : new Server();
+  const page = new Page(await study.join(), study);
+  study.waiting = (count) => page.showWaiting(count);
   globalThis.focalgradient = { page, Cube, load }; // for who tests or debugs the page
   await page.run();
 }

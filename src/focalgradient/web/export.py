@@ -1,0 +1,162 @@
+"""A study as a folder of files, for platforms that serve pages and keep answers: JATOS, DataPipe, Pavlovia.
+
+The page is the server's own. Trial lists are made here, ahead, by the design itself: a label and a seed have one list
+wherever it is run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from focalgradient.errors import InputError
+from focalgradient.files import existing, printable, staged
+from focalgradient.web.lists import Lists, digest_of
+
+__all__ = ["PLATFORMS", "export"]
+
+PLATFORMS = {"jatos": "jatos.html", "datapipe": "datapipe.html", "pavlovia": "index.html"}
+"""The page of each platform. Pavlovia opens index.html."""
+
+CONNECT = {"datapipe": " https://pipe.jspsych.org", "pavlovia": " https://pavlovia.org https://*.pavlovia.org"}
+"""Where answers go, beside the page's own address."""
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "connect-src 'self'{connect}; base-uri 'none'; form-action 'none'"
+)
+"""As of the server's page. JATOS has none: its own script is free to do what a version of JATOS needs."""
+
+
+def export(
+    lists: Lists,
+    folder: Path,
+    labels: Sequence[str],
+    *,
+    completion: str | None = None,
+    datapipe: str | None = None,
+) -> int:
+    """Write a study as a folder of files.
+
+    Parameters
+    ----------
+    lists
+        What is shown.
+    folder
+        New or empty.
+    labels
+        Of the participants; each has a trial list of its own.
+    completion
+        Address that a participant is sent to at the end.
+    datapipe
+        Experiment ID of DataPipe, where it is known.
+
+    Returns
+    -------
+    int
+        How many pictures were copied.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something, or cannot be written.
+    """
+    _check_free(folder)
+    try:
+        with staged(existing(folder.absolute().parent)) as hidden:
+            bundle = hidden / "bundle"
+            bundle.mkdir()
+            shown = _write_lists(lists, bundle, labels)
+            _write_pictures(lists, bundle, shown)
+            _write_study(lists, bundle, labels, completion)
+            _write_pages(bundle, datapipe)
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            if folder.is_dir():
+                folder.rmdir()
+            bundle.rename(folder)
+    except OSError as error:
+        raise InputError(
+            f"{printable(folder)} cannot be written ({error.strerror or error}): give --export a folder that can."
+        ) from error
+    return len(shown)
+
+
+def _check_free(folder: Path) -> None:
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise InputError(f"{printable(folder)} is there and no folder: give --export a new folder.")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"{printable(folder)} holds files: give --export a new or an empty folder.")
+
+
+def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
+    """Write all trial lists; gives the names of the pictures that they show."""
+    (bundle / "lists").mkdir()
+    shown: set[str] = set()
+    for label in labels:
+        trials = lists.design.trials(label)
+        entries = lists.shown(trials, trials)
+        for interval in _intervals(entries):
+            name = interval["url"].removeprefix("/pictures/")
+            shown.add(name)
+            interval["url"] = f"pictures/{quote(name)}"
+        content = {"sha256": digest_of(trials), "session": lists.session(label), "trials": entries}
+        (bundle / "lists" / f"{label}.json").write_text(json.dumps(content), encoding="utf-8")
+    return shown
+
+
+def _intervals(entries: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    for entry in entries:
+        yield from entry.get("intervals", ())
+        if "standard" in entry:
+            yield entry["standard"]
+
+
+def _write_pictures(lists: Lists, bundle: Path, shown: set[str]) -> None:
+    for name in sorted(shown):
+        place = bundle / "pictures" / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if name in lists.drawings:
+            place.write_bytes(lists.drawings[name])
+        else:
+            assert lists.folder is not None
+            shutil.copyfile(lists.folder / name, place)
+
+
+def _write_study(lists: Lists, bundle: Path, labels: Sequence[str], completion: str | None) -> None:
+    content = {
+        "opening": lists.opening(),
+        "design": lists.design.model_dump(mode="json"),
+        "stimuli": lists.manifest,
+        "labels": list(labels),
+        "completion": completion,
+    }
+    content["id"] = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    (bundle / "study.json").write_text(json.dumps(content), encoding="utf-8")
+
+
+def _write_pages(bundle: Path, datapipe: str | None) -> None:
+    static = files("focalgradient.web") / "static"
+    for name in ("page.js", "page.css"):
+        (bundle / name).write_bytes((static / name).read_bytes())
+    page = (static / "index.html").read_text(encoding="utf-8").replace("/static/", "")
+    for platform, name in PLATFORMS.items():
+        policy = html.escape(POLICY.format(connect=CONNECT.get(platform, "")), quote=False)
+        head = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+        if platform == "jatos":
+            head = '<script src="jatos.js"></script>'
+        body = f'<body id="stage" data-platform="{platform}">'
+        if platform == "datapipe":
+            body = body.replace(">", f' data-experiment="{html.escape(datapipe or "")}">')
+        made = page.replace("    <title>", f"    {head}\n    <title>").replace('<body id="stage">', body)
+        assert head in made
+        assert body in made
+        (bundle / name).write_text(made, encoding="utf-8")
+    how = (files("focalgradient.web") / "HOW-TO.txt").read_text(encoding="utf-8")
+    (bundle / "HOW-TO.txt").write_text(how, encoding="utf-8")

@@ -1,0 +1,213 @@
+// A study without a server of its own. What the server would do is done here: lists made ahead are handed out, and what
+// is answered stays in the browser's own database until the platform that shows the page has it.
+
+import { asked, Refused } from "./outbox.js";
+import { csv, platforms } from "./platforms.js";
+
+const FORMAT = 1; // of a line
+const WAIT_MS = 3000; // before a delivery is tried again
+
+const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+async function fetched(path) {
+  const response = await fetch(path, { cache: "no-cache" });
+  if (!response.ok) throw new Error(`${path}: ${response.status}`);
+  return response.json();
+}
+
+export class Exported {
+  static async open({ platform, experiment }) {
+    const study = new Exported();
+    study.study = await fetched("study.json");
+    study.platform = await platforms[platform]({ experiment });
+    const request = indexedDB.open("focalgradient-exported", 1);
+    request.onupgradeneeded = () => {
+      request.result.createObjectStore("sessions", { keyPath: "token" });
+      request.result.createObjectStore("lines");
+    };
+    study.database = await asked(request);
+    // A page that is left sends what it has; nothing waits for that.
+    addEventListener("visibilitychange", () => document.hidden && study.flush(true).catch(() => {}));
+    return study;
+  }
+
+  store(name) {
+    return this.database.transaction(name).objectStore(name);
+  }
+
+  // The session that this browser has begun and not finished, or a new one. Gives its name.
+  async join() {
+    const place = `focalgradient ${this.study.id}`;
+    const wanted = this.wanted();
+    const kept = await asked(this.store("sessions").get(localStorage.getItem(place) ?? ""));
+    const goesOn = kept && !kept.finished && (!wanted || wanted === kept.participant);
+    this.session = goesOn ? kept : { token: crypto.randomUUID(), participant: wanted ?? (await this.newcomer()), lines: 0, done: 0 };
+    this.list = await fetched(`lists/${this.session.participant}.json`);
+    await this.put(this.session);
+    localStorage.setItem(place, this.session.token);
+    this.owned = await this.own();
+    return this.session.token;
+  }
+
+  // The list that the link names, by label or by number.
+  wanted() {
+    const given = this.platform.parameters.participant;
+    if (given === undefined) return null;
+    const { labels } = this.study;
+    const found = labels.find((label) => label === given || (/^\d+$/.test(given) && Number(label) === Number(given)));
+    if (!found) throw new Error(`There is no list for participant ${given}: lists are ${labels[0]} to ${labels.at(-1)}.`);
+    return found;
+  }
+
+  async newcomer() {
+    const { labels } = this.study;
+    return this.platform.choose ? this.platform.choose(labels) : labels[Math.floor(Math.random() * labels.length)];
+  }
+
+  // Whether this tab, and no other, has the session; a page that is loaded again waits for the one before to be gone.
+  async own() {
+    if (!navigator.locks) return true;
+    const once = () =>
+      new Promise((resolve) =>
+        navigator.locks.request(`focalgradient ${this.session.token}`, { ifAvailable: true }, (lock) => {
+          resolve(Boolean(lock));
+          return lock && new Promise(() => {});
+        }),
+      );
+    return (await once()) || (await pause(1000), once());
+  }
+
+  // What the server's addresses do.
+  async post(path, { token, tab, ...message }) {
+    const act = { state: "state", begin: "begin", answer: "answer", here: "here", finish: "finish" }[path.split("/").at(-1)];
+    return this[act](message);
+  }
+
+  leave() {
+    this.flush(true).catch(() => {});
+  }
+
+  async here() {
+    return {};
+  }
+
+  async state() {
+    const { done, lines } = this.session;
+    const status = this.owned ? (done === this.list.trials.length ? "complete" : lines ? "begun" : "new") : "busy";
+    return { ...this.study.opening, status, done };
+  }
+
+  async begin(sitting) {
+    const { study, list, session } = this;
+    const { participant } = session;
+    const about = { participant, design: study.design, stimuli: study.stimuli, list: list.sha256, study: study.id };
+    const event = session.lines ? { kind: "resumed" } : { kind: "begun", ...about };
+    await this.add({ ...event, platform: this.platform.name, sitting });
+    await this.flush(true).catch((error) => {
+      if (error instanceof Refused) throw error; // better now than after an hour
+    });
+    return { start_ms: sitting.now_ms, ...list.session, trials: list.trials.slice(session.done) };
+  }
+
+  async answer(given) {
+    const { done } = this.session;
+    const place = this.list.trials.findIndex(({ phase, trial }) => phase === given.phase && trial === given.trial);
+    if (place < 0 || place > done) throw new Refused(409, { error: `Trial ${given.trial} (${given.phase}) is not the next.` });
+    if (place < done) return { recorded: true, again: true, done };
+    await this.add({ kind: "answer", given }, done + 1);
+    this.flush().catch(() => {});
+    return { recorded: true, done: done + 1 };
+  }
+
+  // All has to be delivered before the end; what the platform refuses for good is offered as a file.
+  async finish() {
+    for (;;) {
+      try {
+        await this.flush(true);
+        break;
+      } catch (error) {
+        if (error instanceof Refused) return this.offered(error);
+        this.waiting(await asked(this.store("lines").count(this.range())));
+        await pause(WAIT_MS);
+      }
+    }
+    this.waiting(0);
+    await this.put({ ...this.session, finished: true });
+    const kept = this.platform.kept ?? [];
+    return { completion: this.study.completion, done: this.session.done, file: kept.length ? this.file(kept) : null };
+  }
+
+  async offered(error) {
+    return { completion: null, done: this.session.done, error: error.message, file: this.file(await this.pending()) };
+  }
+
+  file(lines) {
+    const address = URL.createObjectURL(new Blob([csv(lines)], { type: "text/csv" }));
+    return { address, name: `${this.name(0, lines.length - 1)}.csv` };
+  }
+
+  async end() {
+    await this.platform.end(this.study.completion);
+  }
+
+  range() {
+    return IDBKeyRange.bound(`${this.session.token}/`, `${this.session.token}/\uffff`);
+  }
+
+  pending() {
+    return asked(this.store("lines").getAll(this.range()));
+  }
+
+  name(first, last) {
+    return `${this.session.participant}_${this.session.token}_${first}-${last}`;
+  }
+
+  async put(session) {
+    this.session = session;
+    await this.written((transaction) => transaction.objectStore("sessions").put(session));
+  }
+
+  // A line and what it makes of the session, both or neither.
+  async add(content, done = this.session.done) {
+    const { token, lines } = this.session;
+    const line = JSON.stringify({
+      focalgradient: FORMAT,
+      session: token,
+      line: lines,
+      time: new Date().toISOString(),
+      ...content,
+    });
+    const session = { ...this.session, lines: lines + 1, done };
+    await this.written((transaction) => {
+      transaction.objectStore("lines").put(line, `${token}/${String(lines).padStart(6, "0")}`);
+      transaction.objectStore("sessions").put(session);
+    });
+    this.session = session;
+  }
+
+  written(act) {
+    const transaction = this.database.transaction(["sessions", "lines"], "readwrite", { durability: "strict" });
+    act(transaction);
+    return new Promise((resolve, reject) => {
+      transaction.oncomplete = resolve;
+      transaction.onerror = transaction.onabort = () => reject(transaction.error);
+    });
+  }
+
+  // Deliver what is kept: once enough has come together, or all; one delivery at a time.
+  flush(all = false) {
+    this.flushing = (this.flushing ?? Promise.resolve()).catch(() => {}).then(() => this.#flush(all));
+    return this.flushing;
+  }
+
+  async #flush(all) {
+    if (!this.session || !this.owned) return;
+    const lines = await this.pending();
+    if (!lines.length || (!all && lines.length < this.platform.batch)) return;
+    const first = JSON.parse(lines[0]).line;
+    const last = first + lines.length - 1;
+    await this.platform.send(lines, this.name(first, last));
+    const sent = `${this.session.token}/${String(last).padStart(6, "0")}`;
+    await this.written((transaction) => transaction.objectStore("lines").delete(IDBKeyRange.bound(this.range().lower, sent)));
+  }
+}
