@@ -31,6 +31,8 @@ TEXTS = {
     "serve, design": ("serve {} --data out --port 0", ".toml"),
     "serve, consent": ("serve necker.toml --consent {} --data out --port 0", ".txt"),
     "serve, links": ("serve necker.toml --links {} --data out --port 0", ".jsonl"),
+    "serve, design to export": ("serve {} --export out", ".toml"),
+    "collect, results": ("collect {} --data out", ".txt"),
     "import, table": ("stimuli import . --table {} --out out", ".csv"),
 }
 PICTURES = {

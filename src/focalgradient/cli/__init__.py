@@ -9,6 +9,7 @@ import click
 from focalgradient import __version__
 from focalgradient.cli.blur import blur
 from focalgradient.cli.calibrate import calibrate
+from focalgradient.cli.collect import collect
 from focalgradient.cli.demo import demo
 from focalgradient.cli.depth import depth
 from focalgradient.cli.doctor import doctor
@@ -48,6 +49,7 @@ def main() -> None:
 
 main.add_command(blur)
 main.add_command(calibrate)
+main.add_command(collect)
 main.add_command(demo)
 main.add_command(depth)
 main.add_command(doctor)

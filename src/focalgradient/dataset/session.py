@@ -268,8 +268,10 @@ class Session:
         *,
         apparatus: Apparatus,
         kind: Kind = "human",
-        stimuli: Path | None = None,
+        stimuli: Path | Manifest | None = None,
         about: Mapping[str, Any] | None = None,
+        time: datetime | None = None,
+        durable: bool = True,
     ) -> Session:
         """Begin a session, and the data set where it is missing.
 
@@ -286,9 +288,13 @@ class Session:
         kind
             Whether a person answers. What is simulated can be computed again, and is not waited for on the disk.
         stimuli
-            Folder of the pictures, which are checked against their manifest.
+            Folder of the pictures, which are checked against their manifest; or that, once checked.
         about
             Of the participant, for ``participants.tsv``: age (years), sex, handedness.
+        time
+            When it began, where that is not now.
+        durable
+            Whether each answer of a person is waited for on the disk.
 
         Raises
         ------
@@ -308,6 +314,7 @@ class Session:
         head = _event(
             "begun",
             apparatus,
+            time,
             participant=participant,
             session=session,
             kind=kind,
@@ -317,7 +324,7 @@ class Session:
             about=dict(about or {}),
         )
         try:
-            journal = Journal.begin(files.journal, head, durable=kind == "human")
+            journal = Journal.begin(files.journal, head, durable=durable and kind == "human")
         except FileExistsError as error:
             raise _taken(files, files.journal) from error
         try:
@@ -337,7 +344,9 @@ class Session:
         session: str | None = None,
         *,
         apparatus: Apparatus,
-        stimuli: Path | None = None,
+        stimuli: Path | Manifest | None = None,
+        time: datetime | None = None,
+        durable: bool = True,
     ) -> Session:
         """Go on with a session that was cut off, by the design that it began with, after its last finished trial.
 
@@ -350,7 +359,9 @@ class Session:
         apparatus
             What this sitting is run with.
         stimuli
-            Folder of the pictures, which must still be the same.
+            Folder of the pictures, which must still be the same; or their manifest, once checked.
+        time, durable
+            As for `begin`.
 
         Raises
         ------
@@ -365,7 +376,7 @@ class Session:
             kind = log.head["kind"]
             with writing(root):  # a kill may have come before the row
                 add_participant(root, participant, {"kind": kind, **log.head.get("about", {})})
-            journal.resume(log, _event("resumed", apparatus), durable=kind == "human")
+            journal.resume(log, _event("resumed", apparatus, time), durable=durable and kind == "human")
         except BaseException:
             journal.close()
             raise
@@ -430,12 +441,12 @@ class Session:
             make_table(self.files.journal)
 
 
-def _new(files: Files, stimuli: Path | None) -> Manifest | None:
+def _new(files: Files, stimuli: Path | Manifest | None) -> Manifest | None:
     """Make sure that a session is not there yet, and that its pictures are as they were made."""
     there = next((path for path in (files.journal, files.table) if path.exists()), None)
     if there is not None:
         raise _taken(files, there)
-    return None if stimuli is None else check_stimuli(stimuli)
+    return check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
 
 
 def _taken(files: Files, there: Path) -> InputError:
@@ -445,7 +456,7 @@ def _taken(files: Files, there: Path) -> InputError:
     )
 
 
-def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, list[Event]]:
+def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Design, list[Event]]:
     """Read what a session has recorded whose journal is ours, its design, and the trials that are done."""
     log = read_journal(files.journal)
     if log.changed:
@@ -462,17 +473,22 @@ def _to_resume(files: Files, stimuli: Path | None) -> tuple[Log, Design, list[Ev
             f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
         )
     began_with = log.head["stimuli"]
-    if (None if stimuli is None else check_stimuli(stimuli).sha256) != began_with:
+    manifest = check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
+    if (None if manifest is None else manifest.sha256) != began_with:
         raise InputError(
-            f"{stimuli or 'no folder'} is given for the pictures, which is not what the session began with "
+            f"{_folder_of(stimuli)} is given for the pictures, which is not what the session began with "
             f"({'none' if began_with is None else f'the set whose manifest is {began_with[:12]}'}): give that."
         )
     return log, design, recorded
 
 
-def _event(event: str, apparatus: Apparatus, **content: Any) -> Event:
+def _folder_of(stimuli: Path | Manifest | None) -> str:
+    return str(stimuli) if isinstance(stimuli, Path) else "no folder" if stimuli is None else "another manifest"
+
+
+def _event(event: str, apparatus: Apparatus, at: datetime | None, **content: Any) -> Event:
     versions = {name: version(name) for name in ("focalgradient", "numpy")}
     machine = {"python": platform.python_version(), "system": platform.platform()}
     content["apparatus"] = {key: value for key, value in asdict(apparatus).items() if key != "versions"}
     content["versions"] = versions | machine | dict(apparatus.versions)
-    return {"event": event, "time": datetime.now(UTC).isoformat(timespec="milliseconds"), **content}
+    return {"event": event, "time": (at or datetime.now(UTC)).isoformat(timespec="milliseconds"), **content}

@@ -5,9 +5,22 @@ is the only room that imports the server's libraries (extra `web`).
 """
 
 from focalgradient.web.application import application, page_is_built, run
+from focalgradient.web.collect import Collected, LeftOut, collect
 from focalgradient.web.export import export
 from focalgradient.web.lists import Consent, Lists
 from focalgradient.web.people import People
 from focalgradient.web.study import Study
 
-__all__ = ["Consent", "Lists", "People", "Study", "application", "export", "page_is_built", "run"]
+__all__ = [
+    "Collected",
+    "Consent",
+    "LeftOut",
+    "Lists",
+    "People",
+    "Study",
+    "application",
+    "collect",
+    "export",
+    "page_is_built",
+    "run",
+]

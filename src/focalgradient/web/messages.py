@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-__all__ = ["Answer", "Begin", "Depth", "Frames", "Given", "Join", "Necker", "Sitting", "Who"]
+__all__ = [
+    "Answer",
+    "Answered",
+    "Begin",
+    "Begun",
+    "Depth",
+    "Frames",
+    "Given",
+    "Join",
+    "Necker",
+    "Note",
+    "Resumed",
+    "Sitting",
+    "Who",
+]
 
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
@@ -104,3 +118,50 @@ class Answer(Message):
 
 class Given(Answer, Who):
     """An answer of a session's page."""
+
+
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class Line(Message):
+    """Something that the page of an exported study notes: `line` counts those of its session, from 0."""
+
+    focalgradient: Literal[1]
+    session: Label
+    line: Count
+    time: AwareDatetime
+
+
+class Opened(Line):
+    """A sitting begins."""
+
+    platform: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
+    sitting: Sitting
+
+
+class Begun(Opened):
+    """The first line of a session: whose it is, and what it shows."""
+
+    kind: Literal["begun"]
+    participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9]{1,32}$")]
+    design: dict[str, Any]
+    stimuli: Sha256 | None
+    list: Sha256
+    study: Sha256
+
+
+class Resumed(Opened):
+    """The page was loaded again."""
+
+    kind: Literal["resumed"]
+
+
+class Answered(Line):
+    """An answer."""
+
+    kind: Literal["answer"]
+    given: Answer
+
+
+Note = Annotated[Begun | Resumed | Answered, Field(discriminator="kind")]
+"""A line of an exported study."""

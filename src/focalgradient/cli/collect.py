@@ -1,0 +1,57 @@
+"""``focalgradient collect``: what platforms kept of an exported study, brought into a data set."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from focalgradient.cli.program import json_option, show
+from focalgradient.errors import InputError
+
+__all__ = ["collect"]
+
+
+@click.command(short_help="Bring answers from JATOS, DataPipe or Pavlovia into a data set.")
+@click.argument("files", metavar="FILES...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
+@click.option(
+    "--stimuli",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the pictures that the study was made with, for depth rating.",
+)
+@json_option
+def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None) -> None:
+    """Bring the answers of a study that 'serve --export' made into a data set: the journals and tables of 'serve'.
+
+    FILES are what the platform gave, as it is: JATOS's results as plain text, ZIP or results archive; the CSV or JSON
+    files of DataPipe at the OSF, and of Pavlovia, one by one or as ZIP. What is in the data set already is not added
+    twice. A session that was left is there as far as it went, and goes on when more of it is collected.
+
+    All is checked before anything is written: trial lists against the design, every answer against its scale. Exit code
+    1 where a session, or the end of one, was left out.
+
+    \b
+    Examples:
+      focalgradient collect jatos_results.txt --stimuli pictures --data data
+      focalgradient collect osf-files.zip --data data
+      focalgradient collect data/*.csv --stimuli pictures --data study
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    try:
+        from focalgradient.web import collect as bring
+    except ImportError as error:
+        raise InputError("the server's libraries are not installed: pip install 'focalgradient[web]'.") from error
+    sessions, left = bring(files, data, stimuli)
+    lines = [
+        f"sub-{one.participant}: {one.answered} of {one.trials} trials"
+        f"{'' if one.answered == one.trials else ' (incomplete)'}, {one.added} new"
+        for one in sessions
+    ]
+    lines += [f"Left out: session {one.session}: {one.why}" for one in left]
+    lines.append(f"Sessions in {data}: {len(sessions)}; answers added: {sum(one.added for one in sessions)}.")
+    content = {"data": str(data), "sessions": [*map(asdict, sessions)], "left_out": [*map(asdict, left)]}
+    show(content, *lines)
+    if left:
+        click.get_current_context().exit(1)
