@@ -18,7 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
 
-__all__ = ["HasOpticalTransfer", "HasTransfer", "HasWaveband", "Lens", "Optics", "Side", "check_optics"]
+__all__ = [
+    "HasOpticalTransfer",
+    "HasThroughFocus",
+    "HasTransfer",
+    "HasWaveband",
+    "Lens",
+    "Optics",
+    "Side",
+    "check_optics",
+]
 
 Side = Literal["beyond", "nearer"]
 """On which side of the plane of focus a point lies."""
@@ -61,6 +70,20 @@ class HasOpticalTransfer(Optics, Protocol):
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
     ) -> NDArray[np.float64] | NDArray[np.complex128]:
         """Transfer of the blur of points at `vergence` (D) at frequencies in cycles per radian; broadcasts."""
+
+
+@runtime_checkable
+class HasThroughFocus(HasOpticalTransfer, Protocol):
+    """Optics that give the same for many vergences at once, and know whether their blur is round."""
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether blur is alike in all directions, its transfer real and a function of the radial frequency."""
+
+    def through_focus(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Transfer at frequencies in cycles per radian for each of the `vergences` (D): L x the frequencies' shape."""
 
 
 @runtime_checkable

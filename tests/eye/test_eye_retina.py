@@ -63,8 +63,6 @@ def test_cones_are_optics_that_say_their_blur_and_light() -> None:
     assert not isinstance(EYE, HasTransfer)
 
 
-def test_aberrations_are_refused() -> None:
-    with pytest.raises(InputError, match="clear pupil"):
-        Cones.of(Eye(0.004, 1.0, stiles_crawford=0.05), "S")
+def test_a_resolution_that_is_none_is_refused() -> None:
     with pytest.raises(InputError, match="finest_cpd"):
         Cones.of(EYE, "S", finest_cpd=-1)

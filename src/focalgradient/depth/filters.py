@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
+from scipy import fft, sparse
+from scipy.interpolate import CubicSpline
 
 from focalgradient.depth.numerics import share_rows
 
@@ -15,11 +19,14 @@ __all__ = [
     "FINE_PASS",
     "RADIAL",
     "RADII",
+    "ROUND",
+    "Frequencies",
     "Spectra",
     "disc_pass",
     "mirrored_spectra",
     "natural_levels",
     "natural_power",
+    "plane",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -34,9 +41,6 @@ RADII: FloatArray = np.linspace(0, np.sqrt(0.5), RADIAL)
 FINEST = 0.47
 """Cycles per pixel up to which images are compared: finer detail is aliased by the pixels, and lost in resampling."""
 
-FINE_PASS: FloatArray = np.exp(-((RADII / FINEST) ** 16) / 2)
-"""Amplitude of the pass band that ends there."""
-
 FINE = 8
 """Parts of a radial sample to which filters are interpolated."""
 
@@ -44,12 +48,111 @@ LOW = (0.01, 0.08)
 """Cycles per pixel between which the level of a scene's power is measured: no moderate blur takes anything there."""
 
 
-def disc_pass(radius: FloatArray | float, *, limit: float, power: int) -> FloatArray:
-    """Pass band (amplitude at RADII) of a disc of `radius` pixels that ends where 2 pi radius f is `limit`; broadcasts.
+FINEST_STEP, GROWTH = 1 / 320, 0.06
+"""Cycles per pixel between the middle frequencies of a plane, and the share of its own frequency by which steps grow:
+blur passes little beyond 1.3 cycles per radius, over which cubic splines then err by less than 1e-3."""
+
+
+SPLINE_END = 1e-4
+"""Weight below which a value is left out of a spline: each has all values in it, but far ones next to nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frequencies:
+    """Where filters are worked out: at radial frequencies, or, for blur that is not round, over half the plane.
+
+    The plane's frequencies are those of a column by those of a row, close together in the middle.
+    """
+
+    radius: FloatArray  # F: cycles per pixel
+    down: FloatArray | None = None  # of the plane, cycles per pixel, rising
+    right: FloatArray | None = None
+
+    @property
+    def areas(self) -> FloatArray:
+        """Share of all frequencies that each stands for, in any unit: rings f df, or cells of the plane."""
+        if self.down is None or self.right is None:
+            return self.radius
+        down, right = (np.convolve(np.diff(axis), [0.5, 0.5]) for axis in (self.down, self.right))
+        return np.outer(down, right).ravel()
+
+    def fine_pass(self) -> FloatArray:
+        """Amplitude of the pass band that ends at `FINEST`."""
+        band: FloatArray = np.exp(-((self.radius / FINEST) ** 16) / 2)
+        return band
+
+    def to_radial(self, values: FloatArray) -> FloatArray:
+        """`values` (... x F) at RADII: of the plane the mean over all directions."""
+        if self.down is None:
+            return values
+        flat = values.reshape(-1, values.shape[-1])
+        return np.asarray((_circles() @ flat.T).T).reshape(*values.shape[:-1], RADIAL)
+
+
+ROUND = Frequencies(RADII)
+"""The radial frequencies."""
+
+FINE_PASS: FloatArray = ROUND.fine_pass()
+"""Amplitude at RADII of the pass band that ends at `FINEST`."""
+
+
+@cache
+def plane() -> Frequencies:
+    """Frequencies of the plane.
+
+    >>> plane().right[:2].round(4).tolist(), plane().radius.size
+    ([0.0, 0.0031], 4851)
+    """
+    count = math.ceil(math.asinh(0.5 * GROWTH / FINEST_STEP) / GROWTH)
+    steps = math.asinh(0.5 * GROWTH / FINEST_STEP) * np.arange(-count, count + 1) / count
+    down = FINEST_STEP / GROWTH * np.sinh(steps)
+    right = down[count:]
+    return Frequencies(np.hypot(down[:, None], right).ravel(), down, right)
+
+
+@cache
+def _circles(directions: int = 48) -> sparse.csr_array:
+    """The matrix that takes values at the plane's frequencies to their means over circles (RADIAL x F)."""
+    at = plane()
+    assert at.down is not None
+    assert at.right is not None
+    angle = np.pi * (np.arange(directions) + 0.5) / directions - np.pi / 2
+    places = []
+    for axis, way in ((at.down, np.sin(angle)), (at.right, np.cos(angle))):
+        wanted = np.clip(np.multiply.outer(RADII, way).ravel(), axis[0], axis[-1])
+        before = np.clip(np.searchsorted(axis, wanted) - 1, 0, axis.size - 2)
+        places.append((before, (wanted - axis[before]) / (axis[before + 1] - axis[before])))
+    (row, down), (column, right) = places
+    parts = [
+        ((down if i else 1 - down) * (right if j else 1 - right) / directions, (row + i) * at.right.size + column + j)
+        for i in (0, 1)
+        for j in (0, 1)
+    ]
+    ring = np.repeat(np.arange(RADIAL), directions)
+    return sparse.csr_array(
+        (np.concatenate([w for w, _ in parts]), (np.tile(ring, 4), np.concatenate([n for _, n in parts]))),
+        (RADIAL, at.radius.size),
+    )
+
+
+@lru_cache(maxsize=16)
+def _splines(rows: int, columns: int) -> tuple[sparse.csr_array, sparse.csr_array]:
+    """Matrices that take values at the plane's frequencies to those of a real image's spectrum, by cubic splines."""
+    at = plane()
+    assert at.down is not None
+    assert at.right is not None
+    both = zip((at.down, at.right), (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)
+    down, right = (CubicSpline(axis, np.eye(axis.size))(wanted) for axis, wanted in both)
+    local = (np.where(np.abs(one) > SPLINE_END, one, 0).astype(np.float32) for one in (down, right))
+    return sparse.csr_array(next(local)), sparse.csr_array(next(local))
+
+
+def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequencies: Frequencies = ROUND) -> FloatArray:
+    """Pass band (amplitude) of a disc of `radius` pixels that ends where 2 pi radius f is `limit`; broadcasts.
 
     The disc's transfer has its first zeros at 3.8 and 7.0. The larger `power`, the steeper the band's end.
     """
-    band: FloatArray = np.exp(-((2 * np.pi * radius * RADII / limit) ** power) / 2)
+    band: FloatArray = np.exp(-((2 * np.pi * radius * frequencies.radius / limit) ** power) / 2)
     return band
 
 
@@ -64,9 +167,9 @@ def natural_levels(power: FloatArray, occupied: NDArray[np.bool_] | None = None)
     return np.median(power[:, low] * RADII[low] ** 2, axis=1)
 
 
-def natural_power(level: float) -> FloatArray:
-    """Power at RADII of a natural scene whose power at frequency 1 is `level`: level / f^2."""
-    return level / np.maximum(RADII, RADII[1]) ** 2
+def natural_power(level: float, frequencies: Frequencies = ROUND) -> FloatArray:
+    """Power of a natural scene whose power at frequency 1 is `level`: level / f^2."""
+    return level / np.maximum(frequencies.radius, RADII[1]) ** 2
 
 
 def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> list[NDArray[np.complex64]]:
@@ -114,25 +217,41 @@ class Spectra:
         ]
         return counts / counts.sum(), np.stack(power) / (self.size[0] * self.size[1])
 
-    def filtered(self, filters: FloatArray) -> Image:
+    def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
+        """The same at the `frequencies`, where filters are worked out; of the plane power is its radial mean."""
+        measure, power = self.measure_and_power()
+        if frequencies.down is None:
+            return measure, power
+        some = measure > 0
+        everywhere = np.stack([np.interp(frequencies.radius, RADII[some], row[some]) for row in power])
+        return frequencies.areas / frequencies.areas.sum(), everywhere
+
+    def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
-        samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
         total = np.zeros(self.position.shape, np.complex64)
         for row, spectrum in zip(filters, self.values, strict=True):
             if row.any():  # a comparison of early views leaves out those after
-                gain = np.interp(samples, np.arange(RADIAL), row).astype(np.float32)
-                total += gain.take(self.position) * spectrum
+                total += self._gain(row, frequencies) * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
         image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
         return image
 
-    def stack(self, filters: FloatArray) -> Image:
+    def _gain(self, row: NDArray[Any], frequencies: Frequencies) -> NDArray[Any]:
+        """A filter (F) at the images' own frequencies."""
+        if frequencies.down is None:
+            samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
+            return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
+        down, right = _splines(*self.size)
+        across = (right @ row.reshape(down.shape[1], -1).astype(np.complex64).T).T
+        return np.asarray(down @ across)
+
+    def stack(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """One filtered image for each of `filters` (r x n x F): r x H x W."""
         images = np.empty((len(filters), *self.shape), np.float32)
 
         def some(first: int, last: int) -> None:
             for number in range(first, last):
-                images[number] = self.filtered(filters[number])
+                images[number] = self.filtered(filters[number], frequencies)
 
         share_rows(len(filters), some)
         return images

@@ -238,7 +238,8 @@ def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """What the user is warned of."""
     texts: list[str] = []
-    if len(set(problem.search.wavebands)) == 1:  # a texture that is not quite the same seems displaced
+    # A texture that is not quite the same seems displaced, and so does what coma blurs.
+    if len(set(problem.search.wavebands)) == 1 and problem.search.isotropic:
         texts += problem.registered.warnings
     if not problem.search.side_known:
         texts.append(problem.search.side_text)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import RADII, FloatArray, disc_pass
+from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
 from focalgradient.depth.settings import BlurSource
-from focalgradient.optics import HasTransfer, HasWaveband, Optics
+from focalgradient.optics import HasThroughFocus, HasTransfer, HasWaveband, Optics
 from focalgradient.psf import transfer
 
 __all__ = ["Blurs", "Search"]
@@ -24,6 +26,9 @@ LEVEL_STEP = 0.125
 OWN_STEP = 0.32
 """The same for optics with a transfer of their own: polychromatic and diffracted, it is less sharp than a disc's."""
 
+PLANE_STEP = 0.2
+"""The same for blur that is not round: its phase tells levels apart that its contrast does not."""
+
 ONE_FOCUS = 1e-9
 """Relative difference of focus vergences up to which they are one: rounding."""
 
@@ -33,8 +38,9 @@ class Blurs:
     """Each view's blur at each candidate level."""
 
     radius: FloatArray  # n x L: of the geometric disc, in pixels
-    transfer: FloatArray  # n x L x F, at RADII
+    transfer: NDArray[Any]  # n x L x F; complex where blur is not round
     edged: bool  # whether blur ends sharply, as a disc does
+    frequencies: Frequencies = ROUND  # F
 
     def pass_band(self) -> FloatArray:
         """Weight (amplitude) of each view at each frequency: of a disc, what lies below its second zero.
@@ -43,12 +49,13 @@ class Blurs:
         transfer is exactly 0 its weight is 0.
         """
         if not self.edged:
-            return np.ones_like(self.transfer)
-        return disc_pass(self.radius[:, :, None], limit=8.0, power=8) * (self.transfer != 0)
+            return np.ones(self.transfer.shape)
+        band = disc_pass(self.radius[:, :, None], limit=8.0, power=8, frequencies=self.frequencies)
+        return band * (self.transfer != 0)
 
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""
-        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged)
+        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged, self.frequencies)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +96,8 @@ class Search:
                     "taken to lie beyond it; limit the search (near, far) or focus one view elsewhere"
                 )
         step = OWN_STEP if all(isinstance(one, HasTransfer) for one in optics) else LEVEL_STEP
+        if not all(one.isotropic for one in optics if isinstance(one, HasThroughFocus)):
+            step = PLANE_STEP
         levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
         return cls(lowest, highest, levels, focus, pixels, tuple(optics), pixel_angle, side_known, side_text)
 
@@ -116,11 +125,19 @@ class Search:
         """Name of the waveband of each view; one for all whose optics name none."""
         return [one.light if isinstance(one, HasWaveband) else "" for one in self.optics]
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether the blur of all views is alike in all directions."""
+        return all(one.isotropic for one in self.optics if isinstance(one, HasThroughFocus))
+
     def blurs(self, psf: BlurSource, k: float) -> Blurs:
         """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`)."""
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
         if psf == "disc" or psf == "gaussian" or psf == "blend":
             return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
+        if not self.isotropic:
+            transfers = [_over_plane(one, own, self) for one, own in zip(self.optics, radius, strict=True)]
+            return Blurs(radius, np.stack(transfers), True, plane())
         of_each = [
             one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
             if isinstance(one, HasTransfer)
@@ -128,6 +145,31 @@ class Search:
             for one, own in zip(self.optics, radius, strict=True)
         ]
         return Blurs(radius, np.stack(of_each), True)
+
+
+def _over_plane(optics: Optics, radius: FloatArray, search: Search) -> NDArray[Any]:
+    """Transfer of `optics`, whose disc has the `radius` (L, pixels), over the plane: L x F, complex where not round."""
+    if isinstance(optics, HasThroughFocus) and not optics.isotropic:
+        known: Callable[..., NDArray[Any]] = _through_focus
+        work = known if isinstance(optics, Hashable) else _through_focus.__wrapped__
+        return work(optics, search.pixel_angle, search.lowest, search.highest, search.levels)
+    if isinstance(optics, HasTransfer):
+        return optics.transfer(plane().radius / search.pixel_angle, search.vergences[:, None])
+    return transfer(plane().radius, radius[:, None], "disc")
+
+
+@lru_cache(maxsize=8)
+def _through_focus(
+    optics: HasThroughFocus, pixel_angle: float, lowest: float, highest: float, levels: int
+) -> NDArray[np.complex64]:
+    """Transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
+    down, right = plane().down, plane().right
+    assert down is not None
+    assert right is not None
+    found = optics.through_focus(down[:, None] / pixel_angle, right / pixel_angle, np.linspace(lowest, highest, levels))
+    table = np.asarray(found, np.complex64).reshape(levels, -1)
+    table.setflags(write=False)
+    return table
 
 
 def one_focus(focus: NDArray[np.float64]) -> bool:

@@ -20,7 +20,9 @@ from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.light import Band, Light, band_light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.quadrature import panels
-from focalgradient.eye.transfer import BlurName
+from focalgradient.eye.through_focus import through_focus
+from focalgradient.eye.transfer import BlurName, blur_transfer
+from focalgradient.eye.wavefront import Pupil
 from focalgradient.psf import disc_transfer, gaussian_transfer
 
 __all__ = ["S_FINEST_CPD", "Cones", "few_wavelengths", "sampling"]
@@ -39,7 +41,7 @@ class Cones:
     Parameters
     ----------
     eye
-        Pupil, accommodation and chromatic aberration; without aberrations of other kinds.
+        Pupil, accommodation, chromatic and other aberrations, and the Stiles-Crawford effect.
     light
         Name of the light, such as the band's: views of one name share a texture, views of two need not.
     wavelengths_nm
@@ -52,7 +54,7 @@ class Cones:
     Raises
     ------
     InputError
-        If the eye has aberrations that this does not know, or a number is out of range.
+        If a number is out of range.
 
     Examples
     --------
@@ -73,11 +75,6 @@ class Cones:
     model: BlurName = "wave"
 
     def __post_init__(self) -> None:
-        if self.eye.aberrations or self.eye.stiles_crawford:
-            raise InputError(
-                "the eye has aberrations or the Stiles-Crawford effect, but cones know the blur of a clear pupil only: "
-                "leave both out."
-            )
         if not self.finest_cpd > 0:
             raise InputError(f"finest_cpd is {self.finest_cpd!r}, but must be positive: give it in cycles per degree.")
 
@@ -113,14 +110,25 @@ class Cones:
         """The same cones at a moment of another accommodation (D)."""
         return replace(self, eye=replace(self.eye, accommodation=accommodation))
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
+        return self.model != "wave" or all(m == 0 for _, m, _ in self.eye.aberrations)
+
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
-        The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves it is read off a
-        table, right to about 1e-4.
+        The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves, of a clear pupil,
+        it is read off a table, right to about 1e-4. Blur that is not isotropic is given by `optical_transfer`.
         """
         frequency = check_finite("frequency", frequency, "cycles per radian")
         vergence = check_finite("vergence", vergence, "dioptres")
+        if not self.isotropic:
+            raise InputError(
+                "the eye has aberrations of m other than 0, whose blur depends on direction: ask for optical_transfer."
+            )
+        if self.model == "wave" and not self._clear:
+            return self._radial(frequency, vergence)
         total = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape))
         for eye in self.eyes():
             defocus = np.abs(eye.focus_vergence - vergence)
@@ -132,6 +140,59 @@ class Cones:
                 total += gaussian_transfer(frequency, defocus * eye.pupil_diameter / 2)
         resolved: NDArray[np.float64] = total / len(self.wavelengths_nm) * sampling(frequency, self.finest_cpd)
         return resolved
+
+    def optical_transfer(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """The same at frequencies along y (down) and x (cycles per radian; broadcast), also of blur of any form.
+
+        >>> coma = Eye(0.004, 1.0, aberrations=((3, 1, 0.2),))
+        >>> complex(Cones.of(coma, "L+M").optical_transfer(0, np.degrees(5), 1.0).round(2))
+        (0.84+0.28j)
+        """
+        down = check_finite("frequency_y", frequency_y, "cycles per radian")
+        right = check_finite("frequency_x", frequency_x, "cycles per radian")
+        if self.model != "wave" or self._clear:
+            return self.transfer(np.hypot(down, right), vergence)
+        seen = np.zeros(np.broadcast_shapes(down.shape, right.shape), np.complex128)
+        for eye in self.eyes():
+            seen += blur_transfer(down, right, eye, vergence)
+        seen *= sampling(np.hypot(down, right), self.finest_cpd) / len(self.wavelengths_nm)
+        return seen
+
+    def through_focus(
+        self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """The same for a list of vergences (D): L x the frequencies' shape.
+
+        Right to 1e-3, and for a pupil with aberrations much quicker than one vergence after another.
+        """
+        down = check_finite("frequency_y", frequency_y, "cycles per radian")
+        right = check_finite("frequency_x", frequency_x, "cycles per radian")
+        levels = np.atleast_1d(check_finite("vergences", vergences, "dioptres"))
+        down, right = np.broadcast_arrays(down, right)
+        radial = np.hypot(down, right)
+        if self.model != "wave" or self._clear:
+            return self.transfer(radial, levels.reshape(-1, *(1,) * radial.ndim))
+        resolved = sampling(radial, self.finest_cpd)
+        some = resolved > 0
+        total = np.zeros((len(levels), *radial.shape), np.complex128)
+        for eye in self.eyes():
+            pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.aberrations, eye.stiles_crawford)
+            total[:, some] += through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
+        total *= resolved / len(self.wavelengths_nm)
+        return total
+
+    @property
+    def _clear(self) -> bool:
+        return not (self.eye.aberrations or self.eye.stiles_crawford)
+
+    def _radial(self, frequency: NDArray[np.float64], vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Isotropic transfer of a pupil that is not clear, at each frequency and vergence that there is; broadcasts."""
+        radii, place = np.unique(frequency, return_inverse=True)
+        levels, level = np.unique(vergence, return_inverse=True)
+        table = self.through_focus(np.zeros_like(radii), radii, levels).real
+        return np.asarray(table[level.reshape(vergence.shape), place.reshape(frequency.shape)])
 
 
 def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from focalgradient.eye.light import Light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
-from focalgradient.optics import HasTransfer, Optics, check_optics
+from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
 from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "in_light", "point_spread"]
@@ -92,6 +92,8 @@ def blur_transfer(
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
     if model == "wave" and isinstance(optics, HasTransfer):
         _no_light(optics, wavelength_nm, light)
+        if isinstance(optics, HasOpticalTransfer):
+            return optics.optical_transfer(down, right, vergence)
         return optics.transfer(np.hypot(down, right), vergence)
     transfers = (
         share * _one_transfer(down, right, one, nm, vergence, model, k)

@@ -26,6 +26,9 @@ from focalgradient.view import View
 
 __all__ = ["accommodation_views", "band_views", "eye_views"]
 
+SKIRT = 64
+"""Pixels to which a point spread is followed, beyond four radii of its disc, where a pupil is not clear."""
+
 CONTRAST = 0.2
 """Standard deviation over mean of a wall's texture."""
 
@@ -241,6 +244,11 @@ def _by_rays(
     seed: int,
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
     """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
+    if not cones.isotropic:
+        raise InputError(
+            "the scene is seen by rays, which know no aberrations, but the eye has some: give the distance of a wall, or "
+            "an eye without aberrations."
+        )
     cones = replace(cones, model="disc")
     parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
     image = np.zeros(shape)
@@ -289,10 +297,29 @@ def _by_waves(
     ]
     texture = sum(weight * field / field.std() for weight, field in zip(mix, fields, strict=True))
     radial[0, 0] = 0
-    seen = cones.transfer(radial / pixel_angle, 1 / distance) * pixel_transfer(down, right)
+    seen = _whole_transfer(cones, side, pixel_angle, 1 / distance) * pixel_transfer(down, right)
     whole = 1 + CONTRAST * np.fft.irfft2(np.fft.rfft2(texture) * seen, (side, side))
     top, left = ((side - n) // 2 for n in shape)
     return cones, whole[top : top + shape[0], left : left + shape[1]], np.full(shape, float(distance))
+
+
+def _whole_transfer(
+    cones: Cones, side: int, pixel_angle: float, vergence: float
+) -> NDArray[np.float64] | NDArray[np.complex128]:
+    """Transfer of points at `vergence` (D) at the frequencies of a real image of `side` x `side` pixels.
+
+    Of a pupil that is not clear it is that of its point spread over as many pixels as it needs, or the whole frame.
+    """
+    clear = not (cones.eye.aberrations or cones.eye.stiles_crawford)
+    radius = abs(cones.focus_vergence - vergence) * cones.aperture_diameter / 2 / pixel_angle
+    few = side if clear else min(side, int(2 ** math.ceil(math.log2(4 * radius + SKIRT))))
+    down, right = np.fft.fftfreq(few)[:, None] / pixel_angle, np.fft.rfftfreq(few)[None] / pixel_angle
+    seen = cones.optical_transfer(down, right, vergence)
+    if few == side:
+        return seen
+    spread = np.zeros((side, side))
+    spread[:few, :few] = np.fft.fftshift(np.fft.irfft2(seen, (few, few)))
+    return np.fft.rfft2(np.roll(spread, (-few // 2, -few // 2), (0, 1)))
 
 
 def _filtered(

@@ -11,6 +11,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft2, ifft2, next_fast_len
 
@@ -259,17 +260,33 @@ class Pupil:
         terms = (*aberrations, (2, 0, _defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre
         self.terms = [(n, m, waves * c) for n, m, c in terms if c]
-        self.steepness = sum(abs(c) * math.sqrt((n + 1) * (2 if m else 1)) * n * (n + 2) / 2 for n, m, c in self.terms)
-        """Radians of phase per radius that are nowhere exceeded, as no term is steeper than this at its rim."""
         self.loss = math.log(10) * stiles_crawford * (1e3 * diameter / 2) ** 2
         """Exponent by which light at the rim counts less."""
         self.light = math.pi * (-math.expm1(-self.loss) / self.loss if self.loss > 0 else 1.0)
+        self.steepness = self._steepest()
+        """Radians of phase per radius at its steepest place."""
+
+    def _steepest(self) -> float:
+        """Steepest slope of the phase, found on circles about the middle: terms are steepest towards the rim."""
+        ring = np.exp(2j * np.pi * np.arange(96) / 96) * np.linspace(0.4, 1, 7)[:, None]
+        slopes = [(self.phase(ring + step) - self.phase(ring - step)) / 2e-4 for step in (1e-4, 1e-4j)]
+        return float(np.hypot(*slopes).max())
 
     def phase(self, place: NDArray[np.complex128]) -> NDArray[np.float64]:
         """Phase in radians."""
-        total = np.zeros(place.shape)
-        for n, m, radians in self.terms:
-            total += radians * zernike(n, m, place.real, place.imag)
+        total, square = np.zeros(place.shape), np.abs(place) ** 2
+        for k in sorted({abs(m) for _, m, _ in self.terms}):
+            # All terms of one meridional frequency in two radial polynomials, of the cosine and of the sine.
+            cosine, sine = Polynomial([0.0]), Polynomial([0.0])
+            for n, m, radians in self.terms:
+                if abs(m) == k:
+                    size = radians * math.sqrt((n + 1) * (2 if m else 1))
+                    radial = size * radial_over_power(n, k, Polynomial([0.0, 1.0]))
+                    cosine, sine = (cosine, sine + radial) if m < 0 else (cosine + radial, sine)
+            turned = place**k
+            total += cosine(square) * turned.real
+            if k and np.any(sine.coef):
+                total += sine(square) * turned.imag
         return total
 
     def amplitude(self, place: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -151,11 +151,11 @@ def _own_kernels(optics: Optics, blurs: NDArray[np.float32], scale: float, pixel
         right = np.fft.rfftfreq(side)[None, :] / pixel_angle
         vergence = blur / scale + optics.focus_vergence if scale else optics.focus_vergence
         transfer: NDArray[np.float64] | NDArray[np.complex128]
-        if isinstance(optics, HasTransfer):
-            transfer = optics.transfer(np.hypot(down, right), vergence)
-        else:
-            assert isinstance(optics, HasOpticalTransfer)
+        if isinstance(optics, HasOpticalTransfer):
             transfer = optics.optical_transfer(down, right, vergence)
+        else:
+            assert isinstance(optics, HasTransfer)
+            transfer = optics.transfer(np.hypot(down, right), vergence)
         picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
     return kernels_of(steps, pictures)

@@ -205,7 +205,7 @@ def _by_tiles(
     power = None
     if len(parts) > 1:  # what is common to all tiles
         crop = registered.most_textured_crop(COMMON)
-        power = scene_power(crop.images, noise_sd)
+        power = scene_power(crop.images, noise_sd, blurs.frequencies)
         first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
         if raisable is not None:
             scale = min(raisable, first.noise_found(first.read(crop.usable.astype(np.float32))))

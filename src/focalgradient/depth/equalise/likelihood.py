@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,21 @@ from scipy import integrate, ndimage, optimize, special, stats
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.minima import read_minima
 from focalgradient.depth.equalise.residuals import Residuals, residual_filters
-from focalgradient.depth.filters import FINE_PASS, RADII, FloatArray, Image, Spectra, natural_levels, natural_power
+from focalgradient.depth.filters import (
+    RADII,
+    FloatArray,
+    Frequencies,
+    Image,
+    Spectra,
+    natural_levels,
+    natural_power,
+)
 from focalgradient.depth.search import Blurs
 
 __all__ = ["Equalised", "Nodes", "ResidualStatistics", "SharedPower", "comparing_filters", "equalise"]
+
+LEAST_NOISE = 1e-4
+"""Noise variance, over the one assumed, that is found at least: of views without noise a parabola may lie below 0."""
 
 JUMP = 0.5
 """Share of the local variance of depth about its plane that is added to its variance: a choice."""
@@ -46,14 +58,14 @@ class SharedPower:
     gain: FloatArray  # of each view
     independent: FloatArray  # of each waveband; the first's is 0
 
-    def noises(self, transfer: FloatArray, power: FloatArray) -> FloatArray:
+    def noises(self, transfer: NDArray[Any], power: FloatArray) -> NDArray[Any]:
         """Amplitude of each waveband's independent texture in each view (m x n x L x F), the first waveband left out.
 
         `transfer` is each view's (n x L x F), `power` that of the shared texture (F).
         """
         mine = self.waveband == np.arange(1, len(self.independent))[:, None]
         scale = np.sqrt(self.independent[1:, None] * power)
-        noises: FloatArray = mine[:, :, None, None] * scale[:, None, None, :] * transfer
+        noises: NDArray[Any] = mine[:, :, None, None] * scale[:, None, None, :] * transfer
         return noises
 
 
@@ -157,7 +169,7 @@ class Equalised:
             if some.mean() > 0.02:
                 grid = np.geomspace(1, 1e5, 64)
                 by_chance = np.interp(freedom[some], grid, stats.chi2.ppf(0.25, grid) / grid)
-                return float(np.quantile(nodes.misfit[some] / by_chance, 0.25))
+                return max(LEAST_NOISE, float(np.quantile(nodes.misfit[some] / by_chance, 0.25)))
         return 1.0
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
@@ -316,78 +328,82 @@ def equalise(
     shared
         What the views share where they are in different wavebands.
     power
-        Of the sharp scene at RADII, in the images' unit squared; estimated from the images where it is not given.
+        Of the sharp scene at the blurs' frequencies, in the images' unit squared; estimated from the images where it is
+        not given.
     """
     reach = int(np.clip(2 * blurs.radius.max(), 16, 64))  # pixels of mirrored surround
     spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
-    power = _scene_power(spectra, noise_sd) if power is None else power
+    frequencies = blurs.frequencies
+    power = _scene_power(spectra, noise_sd, frequencies) if power is None else power
     filters, own = comparing_filters(blurs, noise_sd, power, shared)
-    residuals = [Residuals.of(spectra, rows) for rows in filters]
+    residuals = [Residuals.of(spectra, rows, frequencies) for rows in filters]
     change = np.zeros(blurs.radius.shape[1])
     if len(own):
-        both = [_in_noise(residual, rows, own) for residual, rows in zip(residuals, filters, strict=True)]
+        both = [_in_noise(residual, rows, own, frequencies) for residual, rows in zip(residuals, filters, strict=True)]
         residuals, change = [residual for residual, _ in both], np.sum([part for _, part in both], axis=0)
     return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
 
 
-def scene_power(images: Sequence[Image], noise_sd: Sequence[float]) -> FloatArray:
-    """Power at RADII of the sharp scene of `images`, as `equalise` estimates it."""
-    return _scene_power(
-        Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], 16), noise_sd
-    )
+def scene_power(images: Sequence[Image], noise_sd: Sequence[float], frequencies: Frequencies) -> FloatArray:
+    """Power at the `frequencies` of the sharp scene of `images`, as `equalise` estimates it."""
+    over_noise = [image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)]
+    return _scene_power(Spectra.of(over_noise, 16), noise_sd, frequencies)
 
 
 def comparing_filters(
     blurs: Blurs, noise_sd: Sequence[float], power: FloatArray, shared: SharedPower | None
-) -> tuple[list[FloatArray], FloatArray]:
+) -> tuple[list[NDArray[Any]], NDArray[Any]]:
     """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
 
     Also returns the amplitude of wavebands' independent textures over the noise, wavebands x n x L x F.
     """
     view_weight = blurs.pass_band()
     transfers = view_weight * blurs.transfer / np.asarray(noise_sd)[:, None, None]
-    own = np.zeros((0, *transfers.shape))
+    own: NDArray[Any] = np.zeros((0, *transfers.shape))
     if shared is not None:
         own, transfers = shared.noises(transfers, power), transfers * shared.gain[:, None, None]
     transfers = _whitened(transfers, own)
-    signal = power * (transfers**2).sum(axis=0)
+    signal = power * (np.abs(transfers) ** 2).sum(axis=0)
     # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest
     # depend little on blur and much on uneven light, and their filters reach far over the image.
     lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
-    band = (1 - np.exp(-((RADII / lowest[:, None]) ** 2))) * FINE_PASS
+    band = (1 - np.exp(-((blurs.frequencies.radius / lowest[:, None]) ** 2))) * blurs.frequencies.fine_pass()
     weight = np.sqrt(signal / (1 + signal)) * band
-    return [_whitened(rows, own) * view_weight * weight for rows in residual_filters(transfers)], own
+    # Filters meet spectra without a conjugate.
+    return [_whitened(rows, own.conj()) * view_weight * weight for rows in residual_filters(transfers)], own
 
 
-def _whitened(rows: FloatArray, own: FloatArray) -> FloatArray:
-    """Rows (n x L x F) times the root of the inverse of the noise's covariance, 1 + the sum of u u' over `own`."""
+def _whitened(rows: NDArray[Any], own: NDArray[Any]) -> NDArray[Any]:
+    """Rows (n x L x F) times the root of the inverse of the noise's covariance, 1 + the sum of u u^H over `own`."""
     for u in own:
-        size = (u**2).sum(axis=0) + 1e-30
-        rows = rows + u * ((u * rows).sum(axis=0) * (1 / np.sqrt(1 + size) - 1) / size)
+        size = (np.abs(u) ** 2).sum(axis=0) + 1e-30
+        rows = rows + u * ((u.conj() * rows).sum(axis=0) * (1 / np.sqrt(1 + size) - 1) / size)
     return rows
 
 
-def _in_noise(residual: Residuals, filters: FloatArray, own: FloatArray) -> tuple[Residuals, FloatArray]:
+def _in_noise(
+    residual: Residuals, filters: NDArray[Any], own: NDArray[Any], frequencies: Frequencies
+) -> tuple[Residuals, FloatArray]:
     """The residual with what noise leaves of it where wavebands have textures of their `own`; its change by level."""
 
-    def let_through(rows: FloatArray, parts: FloatArray) -> FloatArray:
+    def let_through(rows: NDArray[Any], parts: NDArray[Any]) -> NDArray[Any]:
         """What each source of noise comes to: the views', then the wavebands' own textures."""
         return np.concatenate([rows, *((u * rows).sum(axis=0, keepdims=True) for u in parts)])
 
     passed, slopes = let_through(filters, own), let_through(np.gradient(filters, axis=1), own)
     altered = let_through(filters, np.gradient(own, axis=2))[len(filters) :]
-    gain, slope, measure = (passed**2).sum(axis=0), (slopes**2).sum(axis=0), residual.measure
-    known = replace(residual, noise=gain @ measure, noise_slope=(gain * slope) @ measure, gains=passed**2)
-    return known, 2 * (passed[len(filters) :] * altered).sum(axis=0) @ measure
+    known = residual.with_noise(passed, slopes, frequencies)
+    measure = residual.measure_at(frequencies)
+    return known, 2 * (passed[len(filters) :].conj() * altered).real.sum(axis=0) @ measure
 
 
-def _scene_power(spectra: Spectra, noise_sd: Sequence[float]) -> FloatArray:
-    """Power of the sharp scene at RADII, in the images' units, if natural; its level is that of the view with most.
+def _scene_power(spectra: Spectra, noise_sd: Sequence[float], frequencies: Frequencies) -> FloatArray:
+    """Power of the sharp scene at the `frequencies`, in the images' units, if natural.
 
-    `spectra` are those of the images over their noise.
+    Its level is that of the view with most. `spectra` are those of the images over their noise.
     """
     share, power = spectra.measure_and_power()
-    return natural_power(float(np.max(natural_levels(power, share > 0) * np.square(noise_sd))))
+    return natural_power(float(np.max(natural_levels(power, share > 0) * np.square(noise_sd))), frequencies)
 
 
 def _freedom(spectrum: FloatArray, side: int) -> FloatArray:

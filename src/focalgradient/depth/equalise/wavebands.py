@@ -18,7 +18,7 @@ from scipy import ndimage
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
-from focalgradient.depth.filters import RADII, FloatArray, Image, natural_power
+from focalgradient.depth.filters import FloatArray, Image, natural_power
 from focalgradient.depth.noise import noise_from_spectrum
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
@@ -184,7 +184,8 @@ def shift_by_gain(gains: BandGains, blurs: Blurs) -> FloatArray:
 
     For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """
-    power = natural_power(1.0)
+    power = natural_power(1.0, blurs.frequencies)
+    areas = power * blurs.frequencies.areas
     scene = blurs.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
     filters, _ = comparing_filters(blurs, gains.noise_sd, power, gains.shared)
     variance = np.zeros(blurs.radius.shape[1])
@@ -194,8 +195,7 @@ def shift_by_gain(gains: BandGains, blurs: Blurs) -> FloatArray:
         for here, there in zip(filters, others, strict=True):
             by_level = (np.gradient(here, axis=1) * scene).sum(axis=0)
             by_gain = ((there - here) / STEP * scene).sum(axis=0)
-            # Radial samples stand for rings: f df.
-            both += (by_level * by_gain * power * RADII).sum(axis=1)
-            slope += (by_level**2 * power * RADII).sum(axis=1)
+            both += ((by_level.conj() * by_gain).real * areas).sum(axis=1)
+            slope += (np.abs(by_level) ** 2 * areas).sum(axis=1)
         variance += (both / np.maximum(slope, 1e-12 * slope.max()) * gains.gain_sd[number]) ** 2
     return np.sqrt(variance)
