@@ -246,8 +246,8 @@ def _by_rays(
     """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
     if not cones.isotropic:
         raise InputError(
-            "the scene is seen by rays, which know no aberrations, but the eye has some: give the distance of a wall, or "
-            "an eye without aberrations."
+            "the scene is seen by rays, which know no aberrations, but the eye has some: give the distance of a wall, "
+            "or an eye without aberrations."
         )
     cones = replace(cones, model="disc")
     parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
