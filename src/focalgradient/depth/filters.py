@@ -101,7 +101,7 @@ def plane() -> Frequencies:
     """Frequencies of the plane.
 
     >>> plane().right[:2].round(4).tolist(), plane().radius.size
-    ([0.0, 0.0031], 4851)
+    ([0.0, 0.0031], 5151)
     """
     count = math.ceil(math.asinh(0.5 * GROWTH / FINEST_STEP) / GROWTH)
     steps = math.asinh(0.5 * GROWTH / FINEST_STEP) * np.arange(-count, count + 1) / count

@@ -148,7 +148,7 @@ class Cones:
 
         >>> coma = Eye(0.004, 1.0, aberrations=((3, 1, 0.2),))
         >>> complex(Cones.of(coma, "L+M").optical_transfer(0, np.degrees(5), 1.0).round(2))
-        (0.84+0.28j)
+        (0.54-0.09j)
         """
         down = check_finite("frequency_y", frequency_y, "cycles per radian")
         right = check_finite("frequency_x", frequency_x, "cycles per radian")
