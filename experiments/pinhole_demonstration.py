@@ -1,7 +1,7 @@
 """The demonstration, to copy and change: depth with one eye through a pinhole, without it, and through a tube.
 
-In the real world the participant is guided; in pictures, the pinhole and the tube show the same round field. As it
-stands it is `focalgradient run pinhole`.
+Each block begins with a page and the standard. In the real world the participant is guided; in pictures, the pinhole
+and the tube show the same round field. As it stands it is `focalgradient run pinhole`.
 """
 
 import sys
@@ -10,11 +10,12 @@ from dataclasses import replace
 from focalgradient.dataset import Rated
 from focalgradient.design import PinholeTrial
 from focalgradient.lab import EXPERIMENTS, Sitting, run
-from focalgradient.lab.pinhole import ask_depth, look, show_picture
+from focalgradient.lab.pinhole import ask_depth, begin_block, look, show_picture
 
 
 def trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
     """Let the participant look once, and ask."""
+    begin_block(sitting, trial)
     if trial.form == "real":
         onset, picture = look(sitting, trial.viewing), None
     else:

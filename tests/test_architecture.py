@@ -31,6 +31,7 @@ ROOMS = {
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {"depth", "errors", "files", "optics", "parallel", "progress", "psf", "render", "scenes", "view"},
     "display": {"errors"},
+    "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
         *("progress", "render", "scenes", "video"),
@@ -44,17 +45,17 @@ ROOMS = {
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
     "video": {"errors", "files", "view"},
-    "lab": {"dataset", "design", "display", "errors", "files", "optics", "render", "scenes", "stimuli"},
+    "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "progress"},
     "power": {"design", "errors", "files", "parallel", "statistics"},
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
-    "plotting": {"depth", "errors", "optics", "power", "statistics", "view"},
+    "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),
         *("parallel", "photographs"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "progress", "video", "view", "web"),
+        *("display", "luminance", "progress", "video", "view", "web"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched

@@ -14,7 +14,7 @@ from focalgradient.cli.program import Program
 
 module = importlib.import_module("focalgradient.cli.doctor")  # the package has the command by that name
 
-SAID = '[{"check": "refresh rate", "measured": "60.00 Hz", "well": true, "remedy": "none"}]'
+SAID = '[{"check": "refresh rate", "measured": "60.00 Hz", "well": true, "remedy": "none", "limit": "a tenth"}]'
 
 
 def run(*args: object) -> Result:
@@ -34,8 +34,8 @@ def answered(folder: Path, monkeypatch: pytest.MonkeyPatch, said: str, wrong: st
 def test_the_table_is_markdown_with_remedies_where_something_is_wrong():
     text = table([Check("graphics", "card", True, "buy one"), Check("gamma", "not measured", False, "measure it")])
     assert click.unstyle(text).splitlines()[2:] == [
-        "| ok | graphics | card |  |",
-        "| WRONG | gamma | not measured | measure it |",
+        "| ok | graphics | card |  |  |",
+        "| WRONG | gamma | not measured |  | measure it |",
     ]
     assert text != click.unstyle(text)  # green and red in a terminal
 
@@ -56,7 +56,7 @@ def test_a_sentence_of_the_experiments_becomes_a_line(tmp_path, monkeypatch):
     answered(tmp_path, monkeypatch, "", "PsychoPy is not installed: 'pip install focalgradient[lab]'.\n")
     result = run("--data", tmp_path)
     assert result.exit_code == 1
-    assert "| WRONG | screen | PsychoPy is not installed | 'pip install focalgradient[lab]' |" in result.stdout
+    assert "| WRONG | screen | PsychoPy is not installed |  | 'pip install focalgradient[lab]' |" in result.stdout
 
 
 @pytest.mark.parametrize("said", ["", "[1]", '[{"check": 1}]', "{"])
@@ -64,7 +64,7 @@ def test_experiments_that_break_off_are_told(tmp_path, monkeypatch, said):
     answered(tmp_path, monkeypatch, said)
     result = run("--data", tmp_path)
     assert result.exit_code == 1
-    assert "| WRONG | screen | it ended with 0 |" in result.stdout
+    assert "| WRONG | screen | it ended with 0 |  |" in result.stdout
 
 
 def test_without_psychopy(tmp_path, monkeypatch):

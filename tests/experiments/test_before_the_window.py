@@ -127,10 +127,11 @@ def test_a_display_that_does_not_answer(place):
 
 
 MONITORS = {
-    "lab": (0.531, 0.57, (1920, 1080), 2.2),
-    "bare": (None, None, None, None),
-    "old": (0.4, 0.57, (1280, 1024), None),
-    "far": (0.531, 0.80, (1920, 1080), 1.0),
+    "lab": (0.531, 0.57, (1920, 1080), 2.2, None, None),
+    "bare": (None, None, None, None, None, None),
+    "old": (0.4, 0.57, (1280, 1024), None, None, None),
+    "far": (0.531, 0.80, (1920, 1080), 1.0, None, None),
+    "measured": (0.531, 0.57, (1920, 1080), 2.2, (2.1, 2.2, 2.4), 87.5),
 }
 
 
@@ -139,7 +140,7 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
     screen = types.SimpleNamespace(
         screen_size=lambda number: (1920, 1080),
         calibration_of=lambda name: types.SimpleNamespace(
-            **dict(zip(("width", "distance", "size_px", "gamma"), MONITORS[name], strict=True))
+            **dict(zip(("width", "distance", "size_px", "gamma", "channels", "white"), MONITORS[name], strict=True))
         ),
     )
     options = preparation._arguments(EXPERIMENTS["depth-rating"], given.split())
@@ -174,6 +175,12 @@ def test_screens_that_are_calibrated_give_degrees_and_gamma(tmp_path):
     assert warnings == []
     display, calibrated, warnings = display_of(tmp_path, "--monitor far --uncalibrated")
     assert warnings == ["the pictures were made for a gamma of sRGB, but the screen's is 1.00."]
+    display, calibrated, warnings = display_of(tmp_path, "--monitor measured")
+    assert (display.gamma, display.white) == (2.2, 87.5)
+    assert warnings == [
+        "the gammas of red, green and blue are 2.10, 2.20 and 2.40: they differ by 0.30, more than 0.1, so that greys "
+        "are coloured."
+    ]
     display, calibrated, warnings = display_of(tmp_path, "--pilot")
     assert not calibrated
     assert warnings == ["the screen's gamma has not been measured: light is shown as if its curve were that of sRGB."]
@@ -258,3 +265,40 @@ def test_the_tube_leaves_a_round_field_of_the_right_angle():
     assert field[..., 1].sum() == pytest.approx(math.pi * wide**2 / 4, rel=0.01)
     columns = np.flatnonzero(field.any(axis=(0, 2)))
     assert (columns[0] + columns[-1] + 1) / 2 == pytest.approx(300, abs=0.5)
+
+
+def test_the_round_field_is_never_cut_by_the_border_of_the_picture():
+    for about in ((0.0, 0.0), (40.0, 90.0), (399.0, 20.0), (200.0, 150.0)):
+        middle = demonstration.whole_field(about, (300, 400, 3), 101.0)
+        field = demonstration.through_tube(np.full((300, 400, 3), 9, np.uint8), middle, 101.0) > 0
+        assert field[..., 0].sum() == pytest.approx(math.pi * 101**2 / 4, rel=0.01)
+        assert math.dist(middle, about) <= math.hypot(51, 51)
+    assert demonstration.whole_field((200.0, 150.0), (300, 400, 3), 101.0) == (200.0, 150.0)
+
+
+@psychopy_here
+def test_pictures_smaller_than_the_field_are_refused(place, capsys, monkeypatch):
+    screen = types.SimpleNamespace(screen_size=lambda number: (1920, 1080))
+    monkeypatch.setattr(preparation, "import_screen", lambda: screen)
+    (place / "show.toml").write_text('task = "pinhole"\nforms = ["picture"]\nscenes = ["spheres-01"]\n')
+    given = ["--design", "show.toml", "--stimuli", "set", "--uncalibrated"]
+    said = refused(capsys, "pinhole", *given)
+    assert "pixels, but the pictures of spheres-01 have 40 x 30, whose border would cut the field" in said
+
+
+def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):
+    import wave
+
+    from focalgradient.lab import sound
+
+    monkeypatch.setenv("PATH", str(tmp_path))
+    if os.name == "posix":
+        assert not sound.tone()
+        (tmp_path / "aplay").write_text(f"#!/bin/sh\n/bin/cp $2 {tmp_path}/heard.wav\n")
+        (tmp_path / "aplay").chmod(0o755)
+        assert sound.tone()
+        sound.PLAYING[-1].wait()
+        with wave.open(str(tmp_path / "heard.wav")) as file:
+            samples = np.frombuffer(file.readframes(file.getnframes()), "<i2")
+            strongest = np.abs(np.fft.rfft(samples)).argmax() * file.getframerate() / len(samples)
+        assert strongest == pytest.approx(880, abs=4)

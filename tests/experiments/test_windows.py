@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from headless import Headless, Running, headless, make_set, psychopy_here
+from PIL import Image
 
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
@@ -311,8 +313,12 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
     (tmp_path / "show.toml").write_text(DEMONSTRATION)
     trials, stimuli, done = load_design(tmp_path / "show.toml").trials("02"), read_set(tmp_path / "set"), 0
     given = ["--participant", "02", "--data", tmp_path / "data", "--stimuli", tmp_path / "set"]
-    running = Running(screen, "pinhole_demonstration", *given, "--design", tmp_path / "show.toml", "--monitor", "lab")
+    running = Running(
+        screen, "pinhole_demonstration", *given, "--design", tmp_path / "show.toml", "--monitor", "lab", "--eye", "left"
+    )
+    events = []
     for event in running.events():
+        events.append(event)
         if event in ("instructions", "ready", "thanks"):
             screen.keys("space")
         elif event == "mark":
@@ -324,7 +330,7 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
             pixels = stimuli.pixels(picture)
             if trial.viewing != "natural":
                 wide = 2 * DISPLAY.distance / DISPLAY.pixel_pitch * math.tan(math.radians(4))
-                pixels = through_tube(pixels, (40.0, 90.0), wide)
+                pixels = through_tube(pixels, (wide / 2, wide / 2), wide)  # whole, with (40, 90) in it
             assert until(lambda pixels=pixels: is_shown(screen, pixels), 0.4)
         elif event == "question" and done == 5:
             screen.keys("Escape")
@@ -340,6 +346,9 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
     found = validate(tmp_path / "data", tmp_path / "set")
     assert len(found.problems) == 1
     assert "1 of 6 trials of the design are missing (the first is 6): resume the session" in found.problems[0]
+    assert Counter(events)["block"] == Counter(events)["standard"] == 2  # pictures, then the real world
+    about = json.loads(next((tmp_path / "data").glob("sub-02/beh/*.json")).read_text())["Participant"]
+    assert about == {"eye": "left"}
     assert bids_problems(tmp_path / "data") == []
     ratings = read_dataset(tmp_path / "data").pinhole["rating"]
     half = 0.9 * 768 / 2
@@ -354,7 +363,7 @@ def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
     )
     assert run.returncode == 1, run.stderr
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in run.stdout.splitlines()[2:]]
-    lines = {name: (word, measured) for word, name, measured, _ in rows}
+    lines = {name: (word, measured) for word, name, measured, _, _ in rows}
     assert lines["pixels per degree"] == ("ok", f"{DISPLAY.pixels_per_degree:.2f} (0.300 m wide, seen from 0.570 m)")
     assert lines["gamma"] == ("ok", "1.80")
     assert lines["graphics"][0] == "WRONG"
@@ -362,4 +371,70 @@ def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
     assert lines["keyboard"][0] == lines["safe writing"][0] == lines["disk space"][0] == "ok"
     assert "psychopy 2026.2.5" in lines["versions"][1]
     assert lines["clock"][0] == "ok"
-    assert {"screen", "refresh rate", "dropped frames"} <= set(lines)
+    assert lines["device pixels"] == ("ok", "1024 x 768 for a window of 1024 x 768")
+    assert {"screen", "refresh rate", "dropped frames", "frames"} <= set(lines)
+
+
+@beside_others
+def test_the_doctor_stores_a_photometer_table_times_triggers_and_measures_by_a_card(screen, tmp_path):
+    """The card fills 292 of 1024 pixels of a screen 0.3 m wide: the frame is made as wide by the arrow keys."""
+    table = ["level,red,green,blue,grey"]
+    for level in range(0, 256, 15):
+        light = [white * (level / 255) ** gamma for white, gamma in ((20, 2.0), (60, 2.2), (10, 2.4))]
+        table.append(",".join(f"{value:.5f}" for value in (level, *light, 90 * (level / 255) ** 2.2)))
+    (tmp_path / "photometer.csv").write_text("\n".join(table))
+    (tmp_path / "markers.py").write_text("def mark(code, name, seconds):\n    assert (code, name) == (60, 'test')\n")
+    command = [
+        sys.executable,
+        "-c",
+        "from focalgradient.cli import main; main()",
+        "doctor",
+        "--seconds",
+        "0.3",
+        "--card",
+    ]
+    command += ["--monitor", "lab", "--luminance", str(tmp_path / "photometer.csv")]
+    command += ["--markers", str(tmp_path / "markers.py"), "--json"]
+    environment = screen.environment
+    running = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=screen.folder)
+    wide = round(0.0856 / (0.0254 / 96))
+    deadline = time.monotonic() + 120
+    # The frame's left side, white on black, is there once the card is asked for.
+    while not (screen.pixels()[384, 512 - wide // 2 - 3 : 512 - wide // 2 + 4].max() > 100):
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
+    keep = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
+    if keep:
+        Image.fromarray(screen.pixels()).save(Path(keep) / "doctor-card.png")
+    wanted = round(0.0856 / 0.3 * 1024)
+    tens, ones = divmod(abs(wanted - wide), 10)
+    screen.keys(*["Down" if wanted < wide else "Up"] * tens, *["Left" if wanted < wide else "Right"] * ones, "Return")
+    said, _ = running.communicate(timeout=120)
+    assert running.returncode == 1
+    checks = {one["name"]: one for one in json.loads(said)["checks"]}
+    assert checks["triggers"]["well"]
+    assert checks["size by a card"]["well"], checks["size by a card"]
+    assert "screen 0.300 m wide" in checks["size by a card"]["measured"]
+    assert "red 2.00, green 2.20, blue 2.40" in checks["gamma of the guns"]["measured"]
+    assert not checks["gamma of the guns"]["well"]
+    assert checks["gamma"]["measured"] == "2.20"
+    assert checks["white"]["measured"] == "90.0 cd/m2"
+    assert checks["fit of luminance"]["well"]
+    assert "0.0% of grey" in checks["additivity"]["measured"]
+    assert all(one["limit"] for name, one in checks.items() if name in ("frames", "clock", "triggers", "device pixels"))
+    assert (tmp_path / "photometer-fit.png").read_bytes().startswith(b"\x89PNG")
+    # A display that was made linear has gamma 1: measured, it counts.
+    rows = [f"{level},{90 * level / 255:.4f}" for level in range(0, 256, 15)]
+    (tmp_path / "linear.csv").write_text("\n".join(["level,grey", *rows]))
+    program = (
+        "import sys; from focalgradient.lab import screen; from focalgradient.luminance import read_luminance; "
+        "screen.store_luminance('lab', read_luminance(sys.argv[1])); print(screen.calibration_of('lab').gamma)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path / "linear.csv")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        cwd=screen.folder,
+    )
+    assert float(found.stdout.split()[-1]) == pytest.approx(1.0, abs=1e-3), found.stderr

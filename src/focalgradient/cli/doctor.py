@@ -18,6 +18,7 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.program import json_option, show
+from focalgradient.files import printable, write_whole
 
 __all__ = ["Check", "doctor", "table"]
 
@@ -40,12 +41,15 @@ class Check:
         Whether the experiments can be run with it.
     remedy
         What to do where they cannot.
+    limit
+        Up to where it is well; "" where there is none.
     """
 
     name: str
     measured: str
     well: bool
     remedy: str = ""
+    limit: str = ""
 
 
 @click.command(short_help="Check screen, keyboard and disk for the experiments.")
@@ -67,9 +71,32 @@ class Check:
     help="How long to count dropped frames.",
 )
 @click.option("--windowed", is_flag=True, help="Look at a window, not at the whole screen.")
+@click.option(
+    "--luminance",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A photometer's table (CSV: level, red, green, blue, grey in cd/m2): fitted, drawn beside it as FILE-fit.png, "
+    "and with --monitor stored for the experiments.",
+)
+@click.option(
+    "--markers",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The laboratory's markers, as for run: test pulses of code 60 are sent, and timed.",
+)
+@click.option("--card", is_flag=True, help="Measure the screen's size by a bank card held to it.")
 @json_option
-def doctor(monitor: str | None, screen: int, data: Path, seconds: float, windowed: bool) -> None:
-    """Look at what the experiments need: screen and frames, geometry, gamma, keyboard, disk, versions.
+def doctor(
+    monitor: str | None,
+    screen: int,
+    data: Path,
+    seconds: float,
+    windowed: bool,
+    luminance: Path | None,
+    markers: Path | None,
+    card: bool,
+) -> None:
+    """Look at what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
 
     Prints a table in Markdown, to be pasted into a report: green where all is well, red with a remedy where it is not.
     Exit code 1 where something is not.
@@ -79,11 +106,18 @@ def doctor(monitor: str | None, screen: int, data: Path, seconds: float, windowe
     \b
     Example:
       focalgradient doctor --monitor lab1 --data data
+      focalgradient doctor --monitor lab1 --luminance photometer.csv --card
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     options = ["--screen", str(screen), "--seconds", str(seconds)]
     options += ["--monitor", monitor] if monitor else []
     options += ["--windowed"] if windowed else []
-    checks = [*_screen(options), *_disk(data), _versions()]
+    options += ["--markers", str(markers)] if markers else []
+    options += ["--card"] if card else []
+    light: list[Check] = []
+    if luminance is not None:
+        light = [*_luminance(luminance, monitor)]
+        options += ["--luminance", str(luminance)]
+    checks = [*_screen(options), *light, *_disk(data), _versions()]
     show({"well": all(check.well for check in checks), "checks": [asdict(check) for check in checks]}, table(checks))
     if not all(check.well for check in checks):
         click.get_current_context().exit(1)
@@ -93,13 +127,46 @@ def table(checks: list[Check]) -> str:
     """Markdown, coloured for a terminal.
 
     >>> click.unstyle(table([Check("disk space", "0.2 GB", False, "make room")])).splitlines()[-1]
-    '| WRONG | disk space | 0.2 GB | make room |'
+    '| WRONG | disk space | 0.2 GB |  | make room |'
     """
-    rows = ["| | Check | Measured | What to do |", "|---|---|---|---|"]
+    rows = ["| | Check | Measured | Limit | What to do |", "|---|---|---|---|---|"]
     for check in checks:
         word = click.style("ok", fg="green") if check.well else click.style("WRONG", fg="red", bold=True)
-        rows.append(f"| {word} | {check.name} | {check.measured} | {'' if check.well else check.remedy} |")
+        rows.append(
+            f"| {word} | {check.name} | {check.measured} | {check.limit} | {'' if check.well else check.remedy} |"
+        )
     return "\n".join(rows)
+
+
+def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
+    """Fit and draw a photometer's table: what it says of the screen."""
+    from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
+    from focalgradient.plotting.luminance import luminance_figure
+    from focalgradient.plotting.subjects import as_files
+
+    found = read_luminance(path)
+    drawn = path.with_name(f"{path.stem}-fit.png")
+    write_whole(drawn, as_files(luminance_figure(found))["png"])
+    curves = ", ".join(f"{gun} {curve.gamma:.2f}" for gun, curve in found.curves.items())
+    text = (
+        f"gamma: {curves}; white {found.grey.white:.1f}, black {found.grey.black:.2f} cd/m2; drawn: {printable(drawn)}"
+    )
+    text += f"; stored with {monitor}" if monitor else "; not stored: give --monitor"
+    yield Check(
+        "luminance", text, 1 <= round(found.grey.gamma, 2) <= 4, "see the drawing, and measure again", "gamma 1 to 4"
+    )
+    worst = max(curve.deviation for curve in found.curves.values())
+    remedy = "the screen follows no such curve: switch its picture modes off, and measure again"
+    yield Check(
+        "fit of luminance", f"{worst:.1%} of white off the curve", worst <= DEVIATION, remedy, f"{DEVIATION:.0%}"
+    )
+    if len(found.curves) > 1:
+        remedy = "greys are coloured: set the screen's colours to their defaults, and measure again"
+        yield Check("guns", f"gammas apart by {found.unequal:.2f}", found.unequal <= UNEQUAL, remedy, f"{UNEQUAL:g}")
+    if found.additivity is not None:
+        remedy = "the guns are not independent: switch the screen's picture modes off, and measure again"
+        text = f"red, green and blue make {found.additivity:+.1%} of grey"
+        yield Check("additivity", text, abs(found.additivity) <= ADDITIVE, remedy, f"{ADDITIVE:.0%}")
 
 
 def _screen(options: list[str]) -> Iterator[Check]:
@@ -107,7 +174,7 @@ def _screen(options: list[str]) -> Iterator[Check]:
     run = subprocess.run([*SCREEN, *options], capture_output=True, text=True, encoding="utf-8")
     try:
         found = json.loads(run.stdout.strip().splitlines()[-1])
-        checks = [Check(*(one[key] for key in ("check", "measured", "well", "remedy"))) for one in found]
+        checks = [Check(*(one[key] for key in ("check", "measured", "well", "remedy", "limit"))) for one in found]
     except (IndexError, ValueError, KeyError, TypeError):
         last = (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
         what, _, remedy = last.partition(": ")
@@ -134,9 +201,15 @@ def _disk(data: Path) -> Iterator[Check]:
     times.sort()
     median = times[len(times) // 2]
     text = f"{median * 1e3:.1f} ms to the disk, at worst {times[-1] * 1e3:.1f} ms"
-    yield Check("safe writing", text, median < SLOW, "give --data a folder on a local disk")
+    yield Check("safe writing", text, median < SLOW, "give --data a folder on a local disk", f"{1e3 * SLOW:g} ms")
     free = shutil.disk_usage(base).free
-    yield Check("disk space", f"{free / 1e9:.1f} GB free", free >= ROOM, "make room, or give --data another disk")
+    yield Check(
+        "disk space",
+        f"{free / 1e9:.1f} GB free",
+        free >= ROOM,
+        "make room, or give --data another disk",
+        f"{ROOM / 1e9:.1f} GB",
+    )
 
 
 def _versions() -> Check:

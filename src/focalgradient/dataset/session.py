@@ -52,6 +52,10 @@ class Apparatus:
         Measured.
     gamma
         That the screen was corrected for; None where it was not.
+    gamma_channels
+        Measured, of red, green and blue; None where they were not.
+    white_cd_m2
+        Luminance of white, measured.
     versions
         Of what else was used, by name.
     """
@@ -62,6 +66,8 @@ class Apparatus:
     viewing_distance_m: float | None = None
     refresh_hz: float | None = None
     gamma: float | None = None
+    gamma_channels: tuple[float, float, float] | None = None
+    white_cd_m2: float | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
 
 

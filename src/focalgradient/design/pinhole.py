@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from focalgradient.design.depth_rating import aperture_mm
-from focalgradient.design.plan import Plan, Seconds, Trial, no_repeats
+from focalgradient.design.plan import ASKED, Plan, Question, Seconds, Trial, no_repeats
 
 __all__ = ["Form", "Pinhole", "PinholeTrial", "Viewing"]
 
@@ -53,6 +53,7 @@ class Pinhole(Plan):
     """
 
     task: Literal["pinhole"] = "pinhole"
+    ask: Annotated[tuple[Question, ...], Field(strict=False, description=ASKED)] = ("age", "sex", "handedness", "eye")
     forms: Annotated[
         tuple[Form, ...], Field(strict=False, min_length=1, description="a list of 'real' and 'picture'")
     ] = ("real", "picture")

@@ -14,13 +14,15 @@ from focalgradient.design.order import Place, check_label, in_order, scatter
 from focalgradient.design.words import LANGUAGES
 from focalgradient.tables import Table
 
-__all__ = ["Names", "OrNone", "Phase", "Plan", "Seconds", "Trial", "no_repeats"]
+__all__ = ["ASKED", "Names", "OrNone", "Phase", "Plan", "Question", "Seconds", "Trial", "no_repeats"]
 
 Phase = Literal["practice", "main"]
 """Practice is kept in the journal, and is no part of the tables."""
 
 Question = Literal["age", "sex", "handedness", "acuity", "correction", "eye", "chin_rest", "light"]
 """What the form can ask of a participant and of how they see the screen."""
+
+ASKED = f"a list of some of {', '.join(get_args(Question))}"
 
 MOST_TRIALS = 2000
 """That one participant can be asked for."""
@@ -82,9 +84,7 @@ class Plan(Table):
     practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 0
     break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 0
     least_break_s: Annotated[float, Field(ge=0, le=3600, description="a number of seconds of 0 or more")] = 0.0
-    ask: Annotated[
-        tuple[Question, ...], Field(strict=False, description=f"a list of some of {', '.join(get_args(Question))}")
-    ] = ("age", "sex", "handedness")
+    ask: Annotated[tuple[Question, ...], Field(strict=False, description=ASKED)] = ("age", "sex", "handedness")
     language: Annotated[
         str, Field(min_length=2, description="'en', 'de' or the name of a TOML file with all words")
     ] = "en"

@@ -11,24 +11,48 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from statistics import median
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
+from focalgradient.lab.experiment import EVENTS
+from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen, read_markers
 from focalgradient.lab.running import PART
+from focalgradient.luminance import UNEQUAL, read_luminance
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Calibration, Screen
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
+STEPS = {"left": -1.0, "right": 1.0, "down": -10.0, "up": 10.0}
+"""Pixels by which a key makes the frame for the card wider."""
+
+ENTER = ("return", "num_enter")
+
 IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
 
 
-def _check(name: str, measured: str, well: bool, remedy: str = "") -> dict[str, Any]:
-    return {"check": name, "measured": measured, "well": well, "remedy": remedy}
+CARD = (0.0856, 0.05398)
+"""Width and height in metres of a bank card: ID-1 of ISO/IEC 7810."""
+
+CARD_NEAR = 0.01
+"""Share by which the screen's width by the card may differ from that of its calibration: half a millimetre of a card is
+0.6 %."""
+
+RATE_NEAR = 0.01
+"""Share by which frames a second, over all of them, may differ from the rate measured at the start."""
+
+PULSES, PULSE_MS, PULSE_GAP = 20, 2.0, 0.02
+"""Test pulses sent, milliseconds that one may take (an eighth of a frame at 60 Hz), and seconds between them."""
+
+
+def _check(name: str, measured: str, well: bool, remedy: str = "", limit: str = "") -> dict[str, Any]:
+    return {"check": name, "measured": measured, "well": well, "remedy": remedy, "limit": limit}
 
 
 def main() -> int:
@@ -38,9 +62,14 @@ def main() -> int:
     add("--monitor")
     add("--seconds", type=float, default=10.0)
     add("--windowed", action="store_true")
+    add("--luminance", type=Path)
+    add("--markers", type=Path)
+    add("--card", action="store_true")
     options = parser.parse_args()
     try:
         module = import_screen()
+        if options.luminance is not None and options.monitor is not None:
+            module.store_luminance(options.monitor, read_luminance(options.luminance))
         calibration = None if options.monitor is None else module.calibration_of(options.monitor)
         print(json.dumps([*_geometry(options, module, calibration), *_window(options, module)]))
     except InputError as error:
@@ -63,7 +92,15 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
         yield _check("pixels per degree", text, True)
     gamma = None if found is None else found.gamma
     remedy = f"measure it with a photometer, enter it {IN_MONITOR_CENTER}"
-    yield _check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy)
+    yield _check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy, "measured")
+    if found is not None and found.channels is not None:
+        red, green, blue = found.channels
+        apart = max(found.channels) - min(found.channels)
+        text = f"red {red:.2f}, green {green:.2f}, blue {blue:.2f}"
+        remedy = "greys are coloured: set the screen's colours to their defaults, and measure again"
+        yield _check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"apart by {UNEQUAL:g} at most")
+    if found is not None and found.white is not None:
+        yield _check("white", f"{found.white:.1f} cd/m2", True)
 
 
 def _window(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[str, Any]]:
@@ -71,10 +108,23 @@ def _window(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[st
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
     try:
         yield from _timing(screen, options.seconds)
+        yield _device_pixels(screen)
+        if options.markers is not None:
+            yield _pulses(options.markers)
+        if options.card:
+            yield _card(screen, options, module)
         renderer = module.versions()["opengl"]
         hardware = not any(word in renderer.lower() for word in SOFTWARE)
-        yield _check("graphics", renderer, hardware, "install the graphics card's driver: this one draws by software")
-        yield _check("keyboard", f"PsychToolbox, {screen.keys.devices} devices", True)
+        yield _check(
+            "graphics", renderer, hardware, "install the graphics card's driver: this one draws by software", "hardware"
+        )
+        yield _check(
+            "keyboard",
+            f"PsychToolbox, {screen.keys.devices} devices",
+            screen.keys.devices > 0,
+            "plug a keyboard in",
+            "1",
+        )
     finally:
         screen.close()
 
@@ -83,7 +133,10 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
     """Show a mark that moves, and count the frames that came late."""
     rate = screen.refresh_hz
     text = "frames come irregularly: nothing waits for the screen" if rate is None else f"{rate:.2f} Hz"
-    yield _check("refresh rate", text, rate is not None, "switch vertical synchronisation on in the driver's settings")
+    limit = "irregular by a tenth of a frame at most"
+    yield _check(
+        "refresh rate", text, rate is not None, "switch vertical synchronisation on in the driver's settings", limit
+    )
     mark, words = screen.fixation(0, 0), screen.text(f"Checking the screen for {seconds:g} seconds ...", y=-0.3)
 
     def draw(since: float) -> None:
@@ -101,10 +154,87 @@ def _timing(screen: Screen, seconds: float) -> Iterator[dict[str, Any]]:
         text,
         abs(by) < 1e3 * PART,
         f"stop what sets the computer's clock: over {1e3 * PART:g} ms voids a trial",
+        f"{1e3 * PART:g} ms",
     )
     frames = seconds / screen.frame_s
     text = f"{screen.dropped} of {frames:.0f} in {seconds:g} s"
-    yield _check("dropped frames", text, screen.dropped == 0, "close other programs, and composite no windows")
+    yield _check("dropped frames", text, screen.dropped == 0, "close other programs, and composite no windows", "none")
+    if screen.intervals:
+        mean = len(screen.intervals) / sum(screen.intervals)
+        off = abs(mean * screen.frame_s - 1)
+        remedy = "set the screen to one fixed rate (no variable refresh), and close other programs"
+        text = f"{mean:.2f} Hz on average; {histogram(screen.intervals)}"
+        yield _check("frames", text, off <= RATE_NEAR, remedy, f"{1 / screen.frame_s:.2f} Hz to {RATE_NEAR:.0%}")
+
+
+def histogram(intervals: Sequence[float]) -> str:
+    """How many frames lasted how long, in milliseconds.
+
+    >>> histogram([0.0166, 0.0167, 0.0333])
+    '17 ms: 2, 33 ms: 1'
+    """
+    counts = sorted(Counter(round(1e3 * one) for one in intervals).items())
+    return ", ".join(f"{length} ms: {count}" for length, count in counts)
+
+
+def _device_pixels(screen: Screen) -> dict[str, Any]:
+    """Whether a pixel of the window is one of the screen: where the desktop scales, pictures are interpolated."""
+    real = tuple(int(side) for side in screen.window.winHandle.get_framebuffer_size())
+    text = f"{real[0]} x {real[1]} for a window of {screen.size[0]} x {screen.size[1]}"
+    remedy = "set the desktop's scale to 100 %: pictures are shown pixel for pixel"
+    return _check("device pixels", text, real == screen.size, remedy, "the same")
+
+
+def _pulses(path: Path) -> dict[str, Any]:
+    """Send test pulses through a laboratory's own markers, and time them."""
+    mark = read_markers(path)
+    assert mark is not None
+    times = []
+    for number in range(PULSES):
+        before = time.perf_counter()
+        try:
+            mark(EVENTS["test"], "test", PULSE_GAP * number)
+        except Exception as error:
+            return _check("triggers", f"mark() failed: {error!r}"[:200], False, f"mend {path.name}", "no error")
+        times.append(1e3 * (time.perf_counter() - before))
+        time.sleep(PULSE_GAP)
+    text = f"{PULSES} pulses of code {EVENTS['test']} in {median(times):.2f} ms, at worst {max(times):.2f} ms"
+    remedy = f"let mark() of {path.name} return at once: it delays what comes next"
+    return _check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
+
+
+def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> dict[str, Any]:
+    """Let a card held to the screen be matched by a frame of its size: the width of the screen."""
+    wide = float(round(CARD[0] / ASSUMED_PITCH))
+    head = screen.text("Hold a bank card flat to the screen, in the frame.", height=0.035, y=0.42)
+    foot = screen.text(
+        "←  →  one pixel     ↓  ↑  ten pixels     ENTER: the frame is as large as the card", height=0.03, y=-0.42
+    )
+    screen.keys.clear()
+    pressed: list[str] = []
+    while not {*ENTER, "escape"} & {*pressed}:
+        x, y = wide / 2, wide * CARD[1] / CARD[0] / 2
+        corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
+        sides = zip(corners, [*corners[1:], corners[0]], strict=True)
+        for part in (head, foot, *(screen.line(*side) for side in sides)):
+            part.draw()
+        screen.frame()
+        pressed = [press.key for press in screen.keys.events() if press.down]
+        wide = min(max(wide + sum(STEPS.get(key, 0.0) for key in pressed), 20), screen.size[0])
+    if "escape" in pressed:
+        return _check(
+            "size by a card", "not measured: stopped by ESC", False, "give --card, and match the frame to a card"
+        )
+    pixels = module.screen_size(options.screen)[0]
+    width = CARD[0] * pixels / wide
+    known = None if options.monitor is None else module.calibration_of(options.monitor).width
+    text = f"card of 85.6 mm is {wide:.0f} px: screen {width:.3f} m wide"
+    if known is None:
+        return _check("size by a card", text, False, f"enter that width {IN_MONITOR_CENTER}", "known width to 1 %")
+    remedy = f"measure the screen, and enter its width {IN_MONITOR_CENTER}, which has {known:.3f} m"
+    return _check(
+        "size by a card", text, abs(width / known - 1) <= CARD_NEAR, remedy, f"{known:.3f} m to {CARD_NEAR:.0%}"
+    )
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ EVENTS = {
     "instructions": 4,
     "ready": 5,
     "break": 6,
+    "block": 9,
     "standard": 7,
     "example": 8,
     "mark": 10,
@@ -56,6 +57,7 @@ EVENTS = {
     "quit?": 40,
     "keep?": 41,
     "debriefing": 52,
+    "test": 60,
     "end": 50,
     "thanks": 51,
 }
@@ -80,6 +82,8 @@ class Experiment:
         The pictures that a design needs: scene, aperture, fixation, levels of its factors.
     check
         Raises InputError where a design cannot be shown on a display, in a window of so many pixels.
+    check_pictures
+        Raises InputError where a design cannot be shown with a set of pictures.
     background
         Of the screen, from -1, black, to 1, white.
     before
@@ -96,6 +100,7 @@ class Experiment:
     trial: Callable[[Sitting, Any], Answer]
     pictures: Callable[[Any], Sequence[tuple[str, str, str, Mapping[str, str]]]] = lambda design: ()
     check: Callable[[Any, Display, tuple[int, int]], None] = lambda design, display, room: None
+    check_pictures: Callable[[Any, Display, StimulusSet | None], None] = lambda design, display, stimuli: None
     background: float = -1.0
     before: Callable[[Sitting], None] = lambda sitting: None
     right: Callable[[Sitting, Any, Any], bool | None] = lambda sitting, trial, answer: None

@@ -23,7 +23,7 @@ from focalgradient.files import printable, read_json
 from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.lab.gaze_record import Change, write_tables
-from focalgradient.lab.preparation import WINDOW, _markers, import_screen
+from focalgradient.lab.preparation import WINDOW, import_screen, read_markers
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -168,7 +168,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         series = read_series(options.series)
         files = Files(options.data, "gazefocus", options.participant, options.session)
         kind, settings = _tracker_settings(options)
-        hook = _markers(options.markers)
+        hook = read_markers(options.markers)
         module = import_screen()
         display = _display(options, module)
         size = WINDOW if options.windowed else display.size_px

@@ -11,7 +11,10 @@ from focalgradient.lab.preparation import check_session
 
 __all__ = ["ask_participant"]
 
-GIVEN = ("age", "sex", "handedness")
+USUAL = ("age", "sex", "handedness")
+"""What designs ask where they say nothing else; not asked where the label stands on the command line."""
+
+GIVEN = (*USUAL, "eye")
 """What the command line can say."""
 
 
@@ -22,7 +25,11 @@ def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[st
     asked = [name for name in sitting.design.ask if name not in given]
     if sitting.participant:
         # With a label on the command line, what it can say too is asked only where the design was changed to ask more.
-        asked = [] if options.resume or tuple(sitting.design.ask) == GIVEN else asked
+        asks = tuple(sitting.design.ask)
+        if options.resume:
+            asked = []
+        elif asks == type(sitting.design).model_fields["ask"].default:
+            asked = [name for name in asked if name not in USUAL]
     else:
         asked = ["participant", *([] if options.session else ["session"]), *asked]
     if not asked:

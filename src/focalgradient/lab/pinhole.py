@@ -1,8 +1,9 @@
 """The demonstration: depth with one eye through a pinhole, without it, and through a tube of the same field.
 
 In the real world the participant is guided: which eye, what is held before it, for how long. In pictures, the pinhole
-and the tube show the same round field about the object that is marked before: the one of the pinhole's picture, the
-other of the natural one.
+and the tube show the same round field, whole, with the object that is marked before in it: the one of the pinhole's
+picture, the other of the natural one. Each block begins with a page and the standard, the view through the pinhole; a
+tone ends each look at the real world.
 """
 
 from __future__ import annotations
@@ -22,12 +23,24 @@ from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask
+from focalgradient.lab.sound import tone
+from focalgradient.stimuli import StimulusSet
 
-__all__ = ["PINHOLE", "ask_depth", "look", "show_picture", "show_standard", "through_tube"]
+__all__ = [
+    "PINHOLE",
+    "ask_depth",
+    "begin_block",
+    "look",
+    "show_picture",
+    "show_standard",
+    "through_tube",
+    "whole_field",
+]
 
 FIXATION = "nearest"  # in focus in the pictures, and marked before them
 MARK_S = 1.0
 
+BLOCKS = {"real": "pinhole.block_real", "picture": "pinhole.block_picture"}
 WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
 
 
@@ -58,6 +71,20 @@ def _check(design: Pinhole, display: Display, room: tuple[int, int]) -> None:
         )
 
 
+def _check_pictures(design: Pinhole, display: Display, stimuli: StimulusSet | None) -> None:
+    """Refuse pictures that are smaller than the field: their border would cut it."""
+    if stimuli is None:
+        return
+    wide = _field_px(design, display)
+    for scene, aperture, fixation, _ in _pictures(design):
+        height, width = stimuli.pixels(stimuli.picture(scene, aperture, fixation)).shape[:2]
+        if wide > min(width, height):
+            raise InputError(
+                f"field_deg is {design.field_deg:g}, which takes {wide:.0f} pixels, but the pictures of {scene} have "
+                f"{width} x {height}, whose border would cut the field: make it smaller, or the pictures larger."
+            )
+
+
 def _field_px(design: Pinhole, display: Display) -> float:
     """Diameter in pixels of the field that the tube leaves."""
     return 2 * display.distance * math.tan(math.radians(design.field_deg) / 2) / display.pixel_pitch
@@ -70,12 +97,27 @@ def through_tube(pixels: NDArray[np.uint8], middle: tuple[float, float], wide: f
     return np.where(field[..., None], pixels, 0).astype(np.uint8)
 
 
+def whole_field(about: tuple[float, float], shape: tuple[int, ...], wide: float) -> tuple[float, float]:
+    """The middle, (x, y), of a field of `wide` pixels that lies whole in a picture of H x W, as near `about` as can be.
+
+    >>> whole_field((40.0, 90.0), (400, 300), 100.0), whole_field((290.0, 200.0), (400, 300), 100.0)
+    ((50.0, 90.0), (250.0, 200.0))
+    """
+    x, y = (
+        min(max(place, wide / 2), side - wide / 2) if wide <= side else side / 2
+        for place, side in zip(about, (shape[1], shape[0]), strict=True)
+    )
+    return x, y
+
+
 def look(sitting: Sitting, viewing: str, event: str = "look") -> float:
     """Guide a look at the real world: when it began (s of the sitting)."""
     screen = sitting.screen
     pages(screen, [sitting.words(WAYS[viewing])], "ready", foot=sitting.words("pinhole.ready"))
     text = screen.text(sitting.words("pinhole.look"), height=0.04)
     onset = screen.play(lambda seconds: text.draw(), sitting.design.look_s, event)
+    if not tone():
+        sitting.failures.append(("tone", "no program that plays a sound was found"))
     white = screen.whole(1.0)
     screen.play(lambda seconds: white.draw(), 0.5, "off", lit=False)
     return sitting.since_start(onset)
@@ -86,8 +128,8 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
     design, screen = sitting.design, sitting.screen
     picture, image = sitting.picture(scene, "pinhole" if viewing == "pinhole" else design.natural_aperture, FIXATION)
     if viewing != "natural":
-        middle, wide = sitting.fixated(picture), _field_px(design, screen.display)
-        image = screen.picture(through_tube(sitting.pixels(picture), middle, wide))
+        pixels, wide = sitting.pixels(picture), _field_px(design, screen.display)
+        image = screen.picture(through_tube(pixels, whole_field(sitting.fixated(picture), pixels.shape, wide), wide))
     mark = sitting.mark(picture)
     screen.warm(image, mark)
     screen.play(lambda seconds: mark.draw(), MARK_S, "mark", lit=False)
@@ -96,13 +138,24 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
     return sitting.since_start(onset), picture.png
 
 
-def show_standard(sitting: Sitting) -> None:
-    """Let the participant see what counts as 1."""
+def show_standard(sitting: Sitting, form: str) -> None:
+    """Let the participant see what counts as 1, in the real world or as a picture."""
     pages(sitting.screen, [sitting.words("pinhole.standard")], "ready")
-    if "real" in sitting.design.forms:
+    if form == "real":
         look(sitting, "pinhole", "standard")
     else:
         show_picture(sitting, "pinhole", sitting.design.scenes[0], "standard")
+
+
+def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:
+    """Where a block begins, and at the start of a sitting: its page, its marker and the standard."""
+    block = {"form": trial.form, "repetition": str(trial.repetition)}
+    if sitting.levels == block:
+        return
+    pages(sitting.screen, [sitting.words(BLOCKS[trial.form])], "ready")
+    sitting.screen.on_event("block", sitting.screen.blank())
+    show_standard(sitting, trial.form)
+    sitting.levels = block
 
 
 def ask_depth(sitting: Sitting) -> Given:
@@ -119,6 +172,7 @@ def ask_depth(sitting: Sitting) -> Given:
 
 
 def _trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
+    begin_block(sitting, trial)
     onset, shown = (
         (look(sitting, trial.viewing), None)
         if trial.form == "real"
@@ -135,5 +189,5 @@ PINHOLE = Experiment(
     trial=_trial,
     pictures=_pictures,
     check=_check,
-    before=show_standard,
+    check_pictures=_check_pictures,
 )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 from focalgradient.dataset import Session
 from focalgradient.design import DESIGNS, NAMES, Design, check_label, design_text, load_design
@@ -25,9 +25,10 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.consent import Consent, read_consent
 from focalgradient.lab.experiment import Experiment
+from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
 
-__all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prepare"]
+__all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prepare", "read_markers"]
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
 WINDOW = (1024, 768)  # pixels
@@ -92,10 +93,11 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     stimuli = _stimuli(options, experiment, design)
     words = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
-    hook = _markers(options.markers)
+    hook = read_markers(options.markers)
     screen = import_screen()
     display, calibrated, warnings = _display(options, screen, stimuli)
     experiment.check(design, display, WINDOW if options.windowed else display.size_px)
+    experiment.check_pictures(design, display, stimuli)
     return Prepared(options, design, stimuli, words, consent, hook, screen, display, calibrated, warnings)
 
 
@@ -123,6 +125,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--age", metavar="YEARS", help="for the table of participants, as are the next two")
     add("--sex", metavar="WORD")
     add("--handedness", metavar="WORD")
+    add("--eye", metavar="WORD", help="left, right or both: the viewing eye")
     add("--data", type=Path, metavar="DIR", help="folder of the data set (default: data; with --pilot: pilot)")
     add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, made by 'focalgradient stimuli'")
     add("--design", type=Path, metavar="FILE", help="settings (default: those of the paper)")
@@ -208,8 +211,14 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
     return stimuli
 
 
-def _markers(path: Path | None) -> Hook | None:
-    """The function that a lab wants called at each event."""
+def read_markers(path: Path | None) -> Hook | None:
+    """Read the function mark(code, name, seconds) that a laboratory wants called at each event.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or has no such function.
+    """
     if path is None:
         return None
     try:
@@ -267,11 +276,17 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
     """The screen's geometry and encoding, whether they have been calibrated, and what is to be warned of."""
     size, gamma, warnings = screen.screen_size(options.screen), None, []
     pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
-    calibrated = False
+    calibrated, white = False, None
     remedy = "or give --uncalibrated to run all the same, with degrees that are not right"
     if options.monitor is not None:
         found = screen.calibration_of(options.monitor)
-        gamma = found.gamma
+        gamma, white = found.gamma, found.white
+        if found.channels is not None and (apart := max(found.channels) - min(found.channels)) > UNEQUAL:
+            red, green, blue = found.channels
+            warnings.append(
+                f"the gammas of red, green and blue are {red:.2f}, {green:.2f} and {blue:.2f}: they differ by "
+                f"{apart:.2f}, more than {UNEQUAL:g}, so that greys are coloured."
+            )
         calibrated = bool(found.width and found.distance)
         if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
             raise InputError(
@@ -292,7 +307,8 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
         )
     if gamma is None:
         warnings.append("the screen's gamma has not been measured: light is shown as if its curve were that of sRGB.")
-    display = Display(size, pitch, distance, "sRGB" if gamma is None else gamma)
+    shown_by: float | Literal["sRGB"] = "sRGB" if gamma is None else min(max(gamma, 1.0), 4.0)
+    display = Display(size, pitch, distance, shown_by, **({} if white is None else {"white": white}))
     if stimuli is not None:
         made = stimuli.display
         ratio = made.pixels_per_degree / display.pixels_per_degree

@@ -285,6 +285,8 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
     clock = "seconds from when the window opened, of a monotonic clock, which nobody can set"
     if window.refresh_hz is None:
         clock += f"; the display does not tell its frames, which are paced at {ready.screen.PACE:g} Hz"
+    monitor = ready.options.monitor
+    measured = None if monitor is None else ready.screen.calibration_of(monitor)
     width, height = (side * display.pixel_pitch for side in display.size_px)
     return Apparatus(
         clock=clock,
@@ -293,5 +295,7 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
         viewing_distance_m=display.distance if ready.calibrated else None,
         refresh_hz=window.refresh_hz,
         gamma=None if display.gamma == "sRGB" else display.gamma,
+        gamma_channels=None if measured is None else measured.channels,
+        white_cd_m2=None if measured is None else measured.white,
         versions=ready.screen.versions(),
     )

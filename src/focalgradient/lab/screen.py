@@ -30,8 +30,9 @@ from focalgradient.design.words import Words, load_words  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
+from focalgradient.luminance import Luminance  # noqa: E402
 
-__all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "versions"]
+__all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]
 
 INK = 0.9
 PLATE = -0.6  # grey that text stands on where the background is lighter: contrast 11 to 1 (WCAG 2.1), 7 is asked for
@@ -49,6 +50,11 @@ class Calibration(NamedTuple):
     distance: float | None
     size_px: tuple[int, int] | None
     gamma: float | None
+    """Of grey, or the mean of the guns'."""
+    channels: tuple[float, float, float] | None = None
+    """Of red, green and blue, where they were measured each by itself."""
+    white: float | None = None
+    """Luminance of white in cd/m2, where a photometer's table was stored."""
 
 
 def calibration_of(name: str) -> Calibration:
@@ -67,13 +73,53 @@ def calibration_of(name: str) -> Calibration:
         )
     monitor = monitors.Monitor(name, autoLog=False)
     width, distance, size = monitor.getWidth(), monitor.getDistance(), monitor.getSizePix()
-    gamma = None if monitor.gammaIsDefault() else float(np.mean(np.asarray(monitor.getGamma(), float)))
+    gamma, channels, white = _light_of(monitor)
     return Calibration(
         width / 100 if width else None,
         distance / 100 if distance else None,
         (int(size[0]), int(size[1])) if size and all(size) else None,
         gamma,
+        channels,
+        white,
     )
+
+
+def _light_of(monitor: Any) -> tuple[float | None, tuple[float, float, float] | None, float | None]:
+    """Gamma, that of each gun, and white; a gamma of 1 counts where it was measured, and is PsychoPy's default else."""
+    lums = monitor.getLumsPre()
+    measured = lums is not None and len(lums) > 0
+    if monitor.gammaIsDefault() and not measured:
+        return None, None, None
+    grid = monitor.getGammaGrid()
+    if grid is None or (not measured and np.all(np.asarray(grid)[1:, 2] == 1)):
+        return float(np.mean(np.asarray(monitor.getGamma(), float))), None, None
+    rows = np.asarray(grid, float)
+    red, green, blue = (float(value) for value in rows[1:4, 2])
+    gamma = float(rows[0, 2]) if measured else (red + green + blue) / 3
+    return gamma, (red, green, blue), float(rows[0, 1]) if measured else None
+
+
+def store_luminance(name: str, found: Luminance) -> None:
+    """Keep a photometer's table and its curves with a monitor, in PsychoPy's Monitor Center.
+
+    Raises
+    ------
+    InputError
+        If there is no monitor of that name.
+    """
+    calibration_of(name)
+    monitor = monitors.Monitor(name, autoLog=False)
+    rows = [found.curves.get(gun, found.grey) for gun in ("grey", "red", "green", "blue")]
+    grid = np.full((4, 6), np.nan)
+    grid[:, :3] = [[curve.black, curve.white, curve.gamma] for curve in rows]
+    monitor.setGammaGrid(grid.tolist())
+    measured = [
+        found.measured.get(gun, np.full(found.shares.shape, np.nan)) for gun in ("grey", "red", "green", "blue")
+    ]
+    monitor.setLumsPre(np.array(measured).tolist())
+    monitor.setLevelsPre((255 * found.shares).tolist())
+    monitor.setLineariseMethod(1)
+    monitor.save()
 
 
 def screen_size(number: int) -> tuple[int, int]:
@@ -177,6 +223,8 @@ class Screen:
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False)
         self.dropped = 0
+        self.intervals: list[float] = []
+        """Seconds between the frames of the last `play`."""
         self.on_event: Callable[[str, float], object] = lambda event, time: None
         """Is called with the name and the time of each event, as soon as it is on the screen."""
         self._patch = self._make_patch(patch)
@@ -255,6 +303,7 @@ class Screen:
         onset = self.frame(lit)
         self.on_event(event, onset)
         before = onset
+        self.intervals = []
         while before + 1.5 * self.frame_s < onset + seconds:  # the next frame is still to be shown
             found = self.keys.events()
             if presses is not None:
@@ -262,6 +311,7 @@ class Screen:
             self.stop_if_asked(found)
             draw(before + self.frame_s - onset)
             now = self.frame(lit)
+            self.intervals.append(now - before)
             self.dropped += max(round((now - before) / self.frame_s) - 1, 0)
             before = now
         return onset

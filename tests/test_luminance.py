@@ -1,0 +1,91 @@
+"""A photometer's table: read, fitted, and what is wrong with it said in one sentence."""
+
+import importlib
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from focalgradient.cli import main
+from focalgradient.errors import InputError
+from focalgradient.luminance import fit_luminance, read_luminance
+
+LEVELS = np.arange(0, 256, 15.0)
+
+
+def test_the_standard_curve_is_found_from_noisy_measurements():
+    chance = np.random.default_rng(4)
+    true = {"red": (1.9, 21.0), "green": (2.2, 70.0), "blue": (2.5, 9.0), "grey": (2.2, 100.0)}
+    measured = {
+        gun: (0.3 + white * (LEVELS / 255) ** gamma) * (1 + 0.005 * chance.standard_normal(LEVELS.size))
+        for gun, (gamma, white) in true.items()
+    }
+    found = fit_luminance(LEVELS, measured)
+    for gun, (gamma, white) in true.items():
+        assert found.curves[gun].gamma == pytest.approx(gamma, abs=0.05)
+        assert found.curves[gun].white == pytest.approx(0.3 + white, rel=0.01)
+    assert found.unequal == pytest.approx(0.6, abs=0.06)
+    assert found.additivity == pytest.approx(0.0, abs=0.02)
+    assert max(curve.deviation for curve in found.curves.values()) < 0.02
+
+
+def test_the_curve_of_srgb_is_no_power_and_is_told_by_its_deviation():
+    from focalgradient.display import Display
+
+    found = fit_luminance(LEVELS, {"grey": 80 * Display().decode(LEVELS)})
+    assert found.grey.gamma == pytest.approx(2.2, abs=0.1)
+    assert 0.001 < found.grey.deviation < 0.02
+
+
+def test_a_linear_display_has_gamma_one_and_shares_are_read(tmp_path):
+    rows = "\n".join(f"{share:.1f},{50 * share:.3f}" for share in np.linspace(0, 1, 11))
+    (tmp_path / "a.csv").write_text("Level,Grey\n" + rows + "\n")
+    found = read_luminance(tmp_path / "a.csv")
+    assert found.grey.gamma == pytest.approx(1.0, abs=1e-3)
+    assert found.additivity is None
+    assert found.unequal == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("grey\n1\n", "has no column level: give the columns level, red, green, blue and grey"),
+        ("level,red\n0,1\n", "has no column grey"),
+        ("", "has no column level"),
+        ("level,grey\n0,dark\n", "row 2: grey is 'dark', but must be a number of 0 or more"),
+        ("level,grey\n0,-1\n", "row 2: grey is '-1', but must be a number of 0 or more"),
+        ("level,grey\n,1\n", "row 2: level is '', but must be a number of 0 or more"),
+        ("level,grey\n0,1\n300,2\n", "levels must go from 0 to 255, or from 0 to 1, and hold both ends"),
+        ("level,grey\n0,1\n100,2\n255,3\n", "grey has 3 levels, but must have 5 or more"),
+        ("level,grey\n0,9\n50,5\n100,4\n200,3\n255,2\n", "grey is no brighter at the greatest level than at 0"),
+    ],
+)
+def test_wrong_tables_are_refused_in_one_sentence(text, sentence, tmp_path):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_luminance(tmp_path / "a.csv")
+    assert sentence in str(caught.value)
+    assert str(caught.value).count("\n") == 0
+
+
+def test_the_doctor_draws_a_table_and_gives_each_figure_with_its_limit(tmp_path, monkeypatch):
+    module = importlib.import_module("focalgradient.cli.doctor")
+    monkeypatch.setattr(module, "_screen", lambda options: iter(()))
+    rows = [
+        f"{level:g},{1 * light:.4f},{3 * light:.4f},{light:.4f},{5 * light:.4f}"
+        for level, light in zip(LEVELS, 20 * (LEVELS / 255) ** 2.3, strict=True)
+    ]
+    (tmp_path / "p.csv").write_text("\n".join(["level,red,green,blue,grey", *rows]))
+    result = CliRunner().invoke(
+        main, ["doctor", "--luminance", str(tmp_path / "p.csv"), "--data", str(tmp_path), "--json"]
+    )
+    checks = {one["name"]: one for one in json.loads(result.stdout)["checks"]}
+    assert all(checks[name]["well"] and checks[name]["limit"] for name in ("luminance", "fit of luminance", "guns"))
+    assert "grey 2.30; white 100.0" in checks["luminance"]["measured"]
+    assert "not stored: give --monitor" in checks["luminance"]["measured"]
+    assert (tmp_path / "p-fit.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "p.csv").write_text("level,grey\n0,1\n")
+    wrong = CliRunner().invoke(main, ["doctor", "--luminance", str(tmp_path / "p.csv"), "--data", str(tmp_path)])
+    assert wrong.exit_code == 2
+    assert wrong.output.startswith("Error: ")
