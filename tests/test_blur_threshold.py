@@ -216,7 +216,7 @@ def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
 
 
 def test_known_thresholds_are_recovered():
-    """Six sessions of 60 trials; their spread is about 15 % each (`benchmarks/blur_thresholds.py`)."""
+    """Six sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
     found, covered = errors(range(6))
     assert abs(np.mean(found)) < 0.15
     assert np.std(found) < 0.3
