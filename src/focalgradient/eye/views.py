@@ -12,15 +12,16 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_list, check_number, described
+from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.parallel import in_order
 from focalgradient.psf import pixel_transfer
-from focalgradient.render import Rendered, cast
+from focalgradient.render import Rendered, blur_picture, cast
 from focalgradient.scenes import Mesh, Scene
 from focalgradient.view import View
 
@@ -34,9 +35,12 @@ CONTRAST = 0.2
 
 Progress = Callable[[float], object]
 
+Seen = Scene | float | tuple[ArrayLike, ArrayLike]
+"""A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
+
 
 def band_views(
-    scene: Scene | float,
+    scene: Seen,
     eye: Eye,
     shape: tuple[int, int],
     pixel_angle: float,
@@ -56,7 +60,10 @@ def band_views(
     Parameters
     ----------
     scene
-        What to look at; or the distance in metres of a textured wall.
+        What to look at; or the distance in metres of a textured wall; or a picture, of which the depth is known, as
+        ``(picture, distance)``: linear radiance, H x W, or H x W x 3 (red, green and blue of a display, through
+        `cone_images`), and distances in metres, H x W. It is seen as `focalgradient.blur` does it, by waves; both
+        cone classes see what it shows, so that `correlation` and `gain` stay 1.
     eye
         Pupil, accommodation and chromatic aberration.
     shape, pixel_angle
@@ -82,7 +89,7 @@ def band_views(
     Raises
     ------
     InputError
-        If the scene cannot be ray cast, or a number is out of range.
+        If the scene cannot be ray cast, picture and shape do not agree, or a number is out of range.
 
     Examples
     --------
@@ -111,7 +118,7 @@ def band_views(
 
 
 def accommodation_views(
-    scene: Scene | float,
+    scene: Seen,
     eye: Eye,
     times: Sequence[float],
     course: TimeCourse,
@@ -156,7 +163,7 @@ def accommodation_views(
 
 
 def eye_views(
-    scene: Scene | float,
+    scene: Seen,
     cones: Sequence[Cones],
     shape: tuple[int, int],
     pixel_angle: float,
@@ -188,6 +195,8 @@ def eye_views(
     check_number("gain", gain, "multiples of the other cones' contrast", least=0)
     say = progress or (lambda share: None)
     cones = check_list("cones", cones, "Cones")
+    if isinstance(scene, tuple):
+        _check_picture(scene, shape, (correlation, gain))
     for one in cones:
         if not isinstance(one, Cones):
             raise InputError(f"cones holds {described(one)}, but must hold Cones: make them with Cones.of(eye, band).")
@@ -208,7 +217,7 @@ def eye_views(
 class _Formed:
     """What a view is formed from; `number` is its place among the views, which its noise depends on."""
 
-    scene: Scene | float
+    scene: Seen
     cones: Cones
     shape: tuple[int, int]
     pixel_angle: float
@@ -220,7 +229,9 @@ class _Formed:
 
 
 def _formed(of: _Formed) -> Rendered:
-    if isinstance(of.scene, Scene):
+    if isinstance(of.scene, tuple):
+        optics, image, distance = _of_picture(of.scene, of.cones, of.pixel_angle)
+    elif isinstance(of.scene, Scene):
         optics, image, distance = _by_rays(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
     else:
         optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)
@@ -232,6 +243,29 @@ def _check_eye(eye: object) -> None:
     """Refuse what is no eye, such as a lens: it has no colours."""
     if not isinstance(eye, Eye):
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
+
+
+def _check_picture(scene: tuple[ArrayLike, ...], shape: tuple[int, int], mix: tuple[float, float]) -> None:
+    """Refuse a picture that is none, or not of the views' shape, or textures mixed with those that it does not have."""
+    if len(scene) != 2 or np.shape(scene[0])[:2] != tuple(shape):
+        raise InputError(
+            f"scene is a tuple of {len(scene)}, the first of shape {np.shape(scene[0])}, but must be (picture, "
+            f"distance), both of the views' shape {tuple(shape)}: give shape=picture.shape[:2]."
+        )
+    if mix != (1.0, 1.0):
+        raise InputError(
+            "correlation or gain is not 1, but a picture shows each cone class its own texture: give a colour picture."
+        )
+
+
+def _of_picture(
+    scene: tuple[ArrayLike, ArrayLike], cones: Cones, pixel_angle: float
+) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+    """A picture with its depth, as the cones of a band catch it, each distance blurred by waves."""
+    picture, distance = np.asarray(scene[0], dtype=float), np.asarray(scene[1], dtype=float)
+    if picture.ndim == 3:
+        picture = band_image(cone_images(picture), cones.light)
+    return cones, blur_picture(picture, distance, cones, pixel_angle=pixel_angle).astype(float), distance
 
 
 def _by_rays(
