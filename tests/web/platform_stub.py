@@ -36,13 +36,13 @@ globalThis.jatos = {
 
 
 class Platform:
-    """What was sent to it; `away` makes it answer nothing but 503."""
+    """What was sent to it; `away` makes it answer nothing but 503, `over` refuse all for good."""
 
     def __init__(self) -> None:
         self.text, self.batch, self.ended = "", dict[str, Any](), list[str]()
         self.files: dict[str, str] = {}
         self.closed: list[Any] = []
-        self.away, self.address = False, ""
+        self.away, self.over, self.address = False, False, ""
 
     def take(self, path: str, body: str) -> int:
         """What JATOS does with a message of its script."""
@@ -63,7 +63,7 @@ class Platform:
         assert route.request.headers["content-type"] == "application/json"
         if self.away:
             return route.fulfill(status=503, json={"error": "OSF_UPLOAD_ERROR", "message": "the OSF is away"})
-        if asked["experimentID"] != "abc123":
+        if self.over or asked["experimentID"] != "abc123":
             error = {"error": "EXPERIMENT_NOT_FOUND", "message": "There is no such experiment."}
             return route.fulfill(status=400, json=error)
         if route.request.url.endswith("/api/condition/"):

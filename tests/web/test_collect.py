@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import io
 import json
+import random
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import fuzz_server
 import pytest
 from click.testing import CliRunner
 from participant import DEPTH, NECKER, client_of, make_set, study
@@ -17,7 +20,8 @@ from participant import DEPTH, NECKER, client_of, make_set, study
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import load_design
-from focalgradient.web import Lists
+from focalgradient.errors import InputError
+from focalgradient.web import Lists, collect
 from focalgradient.web.lists import digest_of
 
 Line = dict[str, Any]
@@ -343,3 +347,30 @@ def test_options_that_cannot_be_are_refused(tmp_path: Path, words: tuple[str, ..
     assert code == 2
     assert sentence in said
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_damaged_results_are_refused_or_become_a_valid_data_set(tmp_path: Path, seed: int) -> None:
+    right = session(tmp_path)
+    chance = random.Random(seed)
+    refused = 0
+    for number in range(60):
+        lines = copy.deepcopy(right)
+        for _ in range(chance.randrange(1, 3)):
+            place = chance.randrange(len(lines))
+            lines[place] = fuzz_server.changed(lines[place], chance)
+        content = list(WAYS.values())[number % 7](lines)
+        if chance.random() < 0.2:
+            place = chance.randrange(len(content))
+            content = content[:place] + bytes([chance.randrange(256)]) + content[place + 1 :]
+        (tmp_path / "results").write_bytes(content)
+        data = tmp_path / f"data-{number}"
+        try:
+            collect([tmp_path / "results"], data)
+        except InputError:
+            assert not data.exists()
+            refused += 1
+            continue
+        problems = validate(data).problems if data.exists() else ()
+        assert [one for one in problems if "trials of the design are missing" not in one] == []  # what was not answered
+    assert 20 < refused < 60

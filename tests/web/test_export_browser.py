@@ -128,6 +128,10 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
     address = {"datapipe": "datapipe.html", "pavlovia": "index.html?participant=3"}[name]
     with platform(bundle) as stub, opened(browser, stub, address) as page:
         take_part(page, until="#cube", name=name)
+        other = page.context.new_page()
+        other.goto(f"{stub.address}/{address}")
+        other.wait_for_selector("text=This session is open in another window")
+        other.close()
         page.goto("about:blank")
         page.goto(f"{stub.address}/{address}")
         take_part(page, name=name)
@@ -156,3 +160,21 @@ def test_what_a_platform_refuses_is_said_at_the_beginning(browser: Browser, tmp_
         page.goto(f"{stub.address}/datapipe.html?participant=9")
         page.wait_for_selector("text=lists are 002 to 004")
         assert stub.files == {}
+
+
+@pytest.mark.slow
+def test_what_is_refused_at_the_end_is_offered_as_a_file(browser: Browser, tmp_path: Path) -> None:
+    bundle = exported(tmp_path, NECKER, "--datapipe", "abc123", "--completion", "https://example.org/done")
+    with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:
+        take_part(page, until="#cube", name="over")
+        stub.over = True
+        seen = take_part(page, until="#undelivered", name="over")
+        assert "There is no such experiment" in seen[-1]
+        assert page.query_selector("#completion") is None
+        with page.expect_download() as given:
+            page.focus("#file")
+            page.keyboard.press("Enter")
+        given.value.save_as(tmp_path / "rest.csv")
+    (tmp_path / "first.csv").write_text("".join(stub.files.values()), newline="")
+    run("collect", tmp_path / "first.csv", tmp_path / "rest.csv", "--data", tmp_path / "data")
+    assert validate(tmp_path / "data").problems == ()

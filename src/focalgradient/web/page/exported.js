@@ -43,9 +43,10 @@ export class Exported {
     const goesOn = kept && !kept.finished && (!wanted || wanted === kept.participant);
     this.session = goesOn ? kept : { token: crypto.randomUUID(), participant: wanted ?? (await this.newcomer()), lines: 0, done: 0 };
     this.list = await fetched(`lists/${this.session.participant}.json`);
-    await this.put(this.session);
+    if (!goesOn) await this.put(this.session);
     localStorage.setItem(place, this.session.token);
     this.owned = await this.own();
+    if (goesOn) this.session = await asked(this.store("sessions").get(kept.token)); // as whoever had it left it
     return this.session.token;
   }
 
