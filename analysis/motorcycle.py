@@ -206,9 +206,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"{FOCUS:g} m, in front of everything: discs of {blur.min():.1f} to {blur.max():.1f} pixels radius in the "
             f"wider. Noise is {100 * NOISE:g} % of white. Where the photograph does not show what lies behind an "
             "outline, the blur there is an approximation.",
-            "Hatched: refused, or of unknown true depth. Where the surface is smooth over two windows "
+            "Hatched: rejected, or of unknown true depth. Where the surface is smooth over two windows "
             f"({MARGIN} pixels) the error is near the least possible in that texture, noise and window; near jumps in "
-            "depth the window holds two surfaces, and errors are larger than stated. Blank walls are refused.",
+            "depth errors are larger, some of them larger than stated. Blank walls are rejected.",
             "The bound is worked out pixel by pixel from the photograph’s own texture.",
         ),
         figure=depth_figure(

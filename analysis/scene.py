@@ -75,7 +75,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "focus tells on which side of focus every surface lies.",
             "Hatched: rejected. At the outline of a near surface the window of comparison holds two depths, and the "
             "near surface’s blur covers the far one. Each surface is continued up to the outline where either is "
-            "known beside it; about small jumps, and where outlines lie close together, errors are larger than stated.",
+            "known beside it; about small jumps, and where outlines lie close together, distances are less certain.",
             f"The table scores all valid pixels, and those at least {margin} pixels from a jump in depth.",
         ),
         figure=depth_figure(views, depth, truth=truth),
