@@ -49,7 +49,7 @@ def test_the_depth_map_is_that_of_the_scene(made):
     outlines = ndimage.distance_transform_edt(~jumps) < 16  # twice the window's standard deviation
     within = np.abs(1 / depth.distance - vergence) < 2 * depth.vergence_sd
     assert within[valid & ~outlines].mean() > 0.9
-    assert 0.5 < within[valid & outlines].mean() < 0.8  # as the sentence on what to trust states
+    assert 0.8 < within[valid & outlines].mean() < 0.95  # as the sentence on what to trust states
     assert [shot.image.name for shot in load_settings(folder / "views.toml").shots] == ["near.png", "far.png"]
 
 
