@@ -12,11 +12,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import accommodation
+import accommodation_experiments
 import autofocus
 import check
 import estimators
 import eye_depth
 import eye_gaussian
+import eye_track
 import fig1
 import fig2
 import fig2_measured
@@ -61,6 +64,9 @@ FIGURES: tuple[
     ("motorcycle", motorcycle.make, 25.0),
     ("eye_gaussian", eye_gaussian.make, 10.0),
     ("eye_depth", eye_depth.make, 60.0),
+    ("eye_track", eye_track.make, 25.0),
+    ("accommodation", accommodation.make, 15.0),
+    ("accommodation_experiments", accommodation_experiments.make, 900.0),
     ("necker_strip", necker_strip.make, 5.0),
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("observers", observers.make, 20.0),
@@ -71,6 +77,9 @@ OF_DATASET = {"fig3", "necker"}
 """Figures of answers, made of one data set: of simulated observers here, for people have not been asked."""
 
 TAKING_PART = 45.0  # seconds of the simulated observers
+
+ONLY_FULL = {"accommodation_experiments"}
+"""Figures that take minutes however little data they use."""
 
 NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
 
@@ -100,7 +109,8 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
         figures: dict[str, Shown] = {}
         bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
         of_dataset = any(name in OF_DATASET for name, _, _ in FIGURES)
-        whole = sum(seconds for _, _, seconds in FIGURES) + of_dataset * TAKING_PART
+        wanted = [one for one in FIGURES if full or one[0] not in ONLY_FULL]
+        whole = sum(seconds for _, _, seconds in wanted) + of_dataset * TAKING_PART
         with tqdm(total=whole, bar_format=bar_format, disable=quiet) as bar:
             done = 0.0
 
@@ -114,7 +124,7 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
                 return made
 
             dataset = Path(folder, "simulated")
-            for name, make, seconds in FIGURES:
+            for name, make, seconds in wanted:
                 if name in OF_DATASET and not dataset.exists():
                     run(
                         "observers",

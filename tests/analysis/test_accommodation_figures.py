@@ -1,0 +1,35 @@
+"""The figures of the eye in time: drawn from few data, and honest about what agrees."""
+
+import accommodation_experiments as experiments
+import eye_track
+import numpy as np
+
+
+def test_fluctuations_tell_the_side_that_a_steady_focus_leaves_open(monkeypatch):
+    monkeypatch.setattr(eye_track, "RATE", 4.0)
+    found = eye_track.measure(seconds=1.5, seeds=1)
+    assert found["both"]["rms_error_D"][-1] < 0.5 * found["steady"]["rms_error_D"][-1]
+    assert eye_track._draw(found["time_s"], found).axes
+
+
+def test_kinds_of_fluctuation_share_the_slow_ones():
+    slow, both = eye_track.course("drift", 3), eye_track.course("both", 3)
+    assert np.isclose(slow.spectrum(0.1), both.spectrum(0.1))
+    assert slow.spectrum(2.0) == 0 < both.spectrum(2.0)
+
+
+def test_agreement_follows_the_numbers():
+    """A model that did just what was published would agree everywhere; one that responds to nothing would not."""
+    published = {
+        "gain": {"white": 0.8, "monochromatic": 0.4, "neutralised": 0.45, "reversed": 0.1},
+        "pupil": {"0.5 mm": 0.2, "1 mm": 0.5, "3 mm": 0.9},
+        "low-pass": {"1 c/deg": 0.0, "5.6 c/deg": 0.8, "sharp": 0.9},
+        "empty": {"from 0.5 D": 1.4, "from 4 D": 1.6},
+        "flicker": {"none": 1.0, "focus": 0.6, "contrast": 0.95},
+        "rendered": {"real": 0.9, "defocus": 0.0, "chromatic": 0.8},
+    }
+    assert all(row.agrees(published[row.kind]) for row in experiments.ROWS)
+    nothing = {kind: dict.fromkeys(values, 0.0) for kind, values in published.items()}
+    assert sum(row.agrees(nothing[row.kind]) for row in experiments.ROWS) <= 1
+    agreed = {cue: [True] * len(experiments.ROWS) for cue in experiments.CUES}
+    assert experiments._draw(dict.fromkeys(experiments.CUES, published), agreed).axes
