@@ -79,8 +79,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "A simulated eye, pupil 4 mm, focused at 1 D but for its fluctuations, looks at a still target 0.5 D to "
             "either side, with its L and M cones alone; the depth core compares what falls on the retina within each "
             f"fixation of half a second, and the estimate runs on over {seconds:g} s (`eye.track`, {2 * seeds} series "
-            f"a curve, noise of {NOISE:g} of the mean). Slow changes of {LOW:g} D root mean square alone, or with as much "
-            "at 1.0 to 2.3 Hz. Dashed: the standard deviation that is stated.",
+            f"a curve, noise of {NOISE:g} of the mean). Slow changes of {LOW:g} D root mean square alone, or with as "
+            "much at 1.0 to 2.3 Hz. Dashed: the standard deviation that is stated.",
             f"After half a second the error is {early['drift']:.2f} D by slow changes alone and {early['both']:.2f} D "
             f"with the fast ones; at the end {late['drift']:.3f} and {late['both']:.3f} D. With a steady focus it is "
             f"{early['steady']:.2f} and {late['steady']:.2f} D: the natural spectrum that the scene is "
