@@ -26,6 +26,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
+from focalgradient.eye.retinal_image import retinal_image
 from focalgradient.eye.score import score
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
@@ -81,6 +82,7 @@ __all__ = [
     "pupil_transfer",
     "read_zernike",
     "resized_zernike",
+    "retinal_image",
     "score",
     "target_course",
     "track",

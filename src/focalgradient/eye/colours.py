@@ -85,11 +85,16 @@ def _white() -> NDArray[np.float64]:
 @lru_cache(maxsize=8)
 def _of_display(name: str) -> NDArray[np.float64]:
     """What each cone class catches of each primary: 3 x 3."""
+    nm, light = display_primaries(name)
+    return np.asarray(light.T @ cone_fundamentals(nm))
+
+
+def display_primaries(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Wavelengths (nm), and the measured spectra of a display's red, green and blue light at them (x 3)."""
     known = spectra().MSDS_DISPLAY_PRIMARIES
     if name not in known:
         raise InputError(f"primaries is {name!r}, but must be one of {', '.join(map(repr, known))}.")
-    light = known[name]
-    return np.asarray(light.values.T @ cone_fundamentals(light.wavelengths))
+    return np.asarray(known[name].wavelengths, float), np.asarray(known[name].values, float)
 
 
 def _of_wavelengths(nm: NDArray[np.float64]) -> NDArray[np.float64]:

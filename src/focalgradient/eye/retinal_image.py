@@ -1,0 +1,99 @@
+"""The retinal image of a picture in colour: each wavelength of a display's light in its own focus."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, described
+from focalgradient.eye.chromatic import chromatic_difference, chromatic_wavelength
+from focalgradient.eye.colours import PRIMARIES, display_primaries
+from focalgradient.eye.light import cone_fundamentals
+from focalgradient.eye.model_eye import Eye
+from focalgradient.render import blur_picture
+
+__all__ = ["retinal_image"]
+
+ENDS_NM = (420.0, 680.0)
+"""Wavelengths between which parts of the spectrum are equally wide in focus; the first and the last take what lies
+beyond: of a display's light less than 1 % of what the L and M cones catch, and 3 % of what the S cones do."""
+
+
+def retinal_image(
+    picture: ArrayLike,
+    distance: ArrayLike,
+    eye: Eye,
+    *,
+    pixel_angle: float,
+    wavelengths: int = 9,
+    primaries: str = PRIMARIES,
+) -> NDArray[np.float32]:
+    """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
+
+    The spectrum of each of the display's primaries is cut into parts of equal width in focus; each part is blurred in
+    the focus of its middle wavelength, by waves, and caught by the L, M and S cones (Stockman and Sharpe 2000). The
+    result is the light of the same display that these cones catch alike: negative, or above the display's white, where
+    it has no such colour.
+
+    Parameters
+    ----------
+    picture
+        Linear red, green and blue of the display, H x W x 3.
+    distance
+        Distance in metres of what each pixel shows, H x W.
+    eye
+        The eye; its wavelength is of no matter.
+    pixel_angle
+        Angle in radians that one pixel subtends.
+    wavelengths
+        Parts of the spectrum.
+    primaries
+        The display's name in colour-science.
+
+    Returns
+    -------
+    ndarray
+        Linear red, green and blue, H x W x 3.
+
+    Raises
+    ------
+    InputError
+        If the picture is not in colour, an argument is out of range, the display is unknown, or colour-science is not
+        installed.
+
+    Examples
+    --------
+    A white point in focus in yellow-green light: blue light is spread beyond it.
+
+    >>> point = np.zeros((31, 31, 3))
+    >>> point[15, 15] = 1.0
+    >>> seen = retinal_image(point, np.ones((31, 31)), Eye(0.004, 1.0), pixel_angle=np.radians(1 / 60))
+    >>> red, green, blue = seen[15, 15].tolist()
+    >>> green > 3 * blue, seen.sum(axis=(0, 1)).round(2).tolist()  # light is kept
+    (True, [1.0, 1.0, 1.0])
+    """
+    image = np.asarray(picture, dtype=float)
+    if image.ndim != 3 or image.shape[2] != 3:
+        raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
+    if not isinstance(eye, Eye):
+        raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
+    if not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
+        raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
+    middles, caught = _parts(wavelengths, primaries)
+    cones = np.zeros(image.shape)
+    for nm, by_primary in zip(middles, caught, strict=True):
+        cones += blur_picture(image, distance, eye.in_light(nm), pixel_angle=pixel_angle) @ by_primary
+    back: NDArray[np.float32] = (cones @ np.linalg.inv(caught.sum(axis=0))).astype(np.float32)
+    return back
+
+
+def _parts(count: int, primaries: str) -> tuple[list[float], NDArray[np.float64]]:
+    """Middle wavelengths (nm) of parts of the spectrum, and what cones catch of each primary in each (x 3 x 3)."""
+    nm, spectra = display_primaries(primaries)
+    focus = chromatic_difference(nm)
+    first, last = chromatic_difference(ENDS_NM).tolist()
+    edges = np.linspace(first, last, count + 1)
+    part = np.clip(np.searchsorted(edges, focus) - 1, 0, count - 1)
+    catches = spectra[:, :, None] * cone_fundamentals(nm)[:, None, :]  # wavelength x primary x cone class
+    caught = np.stack([catches[part == number].sum(axis=0) for number in range(count)])
+    return [float(chromatic_wavelength(middle)) for middle in (edges[1:] + edges[:-1]) / 2], caught

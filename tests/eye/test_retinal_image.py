@@ -1,0 +1,68 @@
+"""A colour picture on the retina: colours kept where all is sharp, light where it is not, fringes as they must be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import Eye, cone_images, retinal_image
+
+PIXEL = np.radians(1 / 60)
+
+
+def test_without_blur_every_colour_comes_back() -> None:
+    """Coarse colours through a small pupil without chromatic aberration, in focus: as they were, in the middle."""
+    colours = np.kron(np.random.default_rng(2).uniform(0.1, 0.9, (2, 2, 3)), np.ones((24, 24, 1)))
+    eye = Eye(0.002, 1.0, chromatic_scale=0.0)
+    seen = retinal_image(colours, np.ones(colours.shape[:2]), eye, pixel_angle=PIXEL)
+    for row in (12, 36):
+        for column in (12, 36):
+            assert seen[row, column] == pytest.approx(colours[row, column], abs=0.02)
+
+
+def test_one_colour_all_over_stays_whatever_the_blur() -> None:
+    colour = np.full((32, 32, 3), (0.8, 0.3, 0.5))
+    seen = retinal_image(colour, np.full((32, 32), 0.5), Eye(0.004, 1.0), pixel_angle=PIXEL)
+    assert np.abs(seen - colour).max() < 1e-4
+
+
+def test_a_white_edge_has_a_blue_fringe_beyond_focus_and_a_red_one_before_it() -> None:
+    """Accommodated nearer than the edge, blue is blurred most; farther than the edge, red is."""
+    edge = np.zeros((24, 64, 3))
+    edge[:, :32] = 1.0
+    dark = np.s_[12, 36:42]
+    ratios = []
+    for accommodation in (2.5, 0.5):
+        seen = retinal_image(edge, np.full(edge.shape[:2], 1 / 1.5), Eye(0.003, accommodation), pixel_angle=PIXEL)
+        red, _, blue = seen[dark].mean(axis=0)
+        ratios.append(blue / red)
+    assert ratios[0] > 1.1
+    assert ratios[1] < 0.9
+
+
+def test_more_wavelengths_change_little() -> None:
+    """Nine against twenty-seven, in what the cones catch of a natural texture: below 2 % of its contrast."""
+    random = np.random.default_rng(1)
+    picture = np.clip(0.5 + 0.2 * random.standard_normal((40, 40, 3)), 0, 1)
+    few, many = (
+        cone_images(retinal_image(picture, np.ones((40, 40)), Eye(0.003, 1.5), pixel_angle=PIXEL, wavelengths=count))[
+            12:-12, 12:-12
+        ]
+        for count in (9, 27)
+    )
+    assert np.all((few - many).std(axis=(0, 1)) < 0.02 * cone_images(picture).std(axis=(0, 1)))
+
+
+@pytest.mark.parametrize(
+    ("picture", "eye", "more", "said"),
+    [
+        (np.ones((8, 8)), Eye(0.004, 1.0), {}, "H x W x 3"),
+        (np.ones((8, 8, 3)), None, {}, "must be an Eye"),
+        (np.ones((8, 8, 3)), Eye(0.004, 1.0), {"wavelengths": 0}, "wavelengths"),
+        (np.ones((8, 8, 3)), Eye(0.004, 1.0), {"primaries": "no such"}, "primaries"),
+    ],
+)
+def test_bad_input_is_refused(picture, eye, more, said) -> None:
+    with pytest.raises(InputError, match=said):
+        retinal_image(picture, np.ones((8, 8)), eye, pixel_angle=PIXEL, **more)
