@@ -13,6 +13,7 @@ from PIL import Image
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import DepthTrial, load_design
+from focalgradient.statistics import quality
 
 pytestmark = psychopy_here
 
@@ -49,7 +50,8 @@ def take_part(
 ) -> tuple[Running, list[str]]:
     """Answer each question until the end: what ran, and its events."""
     make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"])
-    (folder / "mine.toml").write_text(DESIGN + design)
+    text = DESIGN.replace("repetitions = 1\n", "") if "repetitions" in design else DESIGN
+    (folder / "mine.toml").write_text(text + design)
     given = ["--data", folder / "data", "--stimuli", folder / "set", "--uncalibrated", "--participant", "01"]
     running = Running(screen, "depth-rating", *given, "--design", folder / "mine.toml", *options)
     trials = list(load_design(folder / "mine.toml").trials("01"))
@@ -146,3 +148,21 @@ def _frames(log) -> None:
                 longer[name].append(end - start - wanted[name])
     assert all(min(times) > -1.5 / 60 for times in longer.values())
     assert all(min(longer[name]) < 1.5 / 60 for name in ("mark", "picture", "mask")), longer
+
+
+@pytest.mark.slow
+def test_who_presses_one_key_and_confirms_is_excluded(tmp_path):
+    """With real keys: once to the right and Enter, at every question, as quickly as they can be pressed."""
+    folder = tmp_path / "lazy"
+    folder.mkdir()
+
+    def lazy(screen: Headless, trial: DepthTrial) -> None:
+        screen.keys("Right", "Return")
+
+    design = 'scale = "ratio"\npractice_rounds = 1\nrepetitions = 3\n'
+    with headless(folder / "x") as screen:
+        take_part(screen, folder, design, lazy)
+    _, found = quality(read_dataset(folder / "data").depth_rating.assign(kind="human"))
+    whole = {one.rule for one in found.exclusions if one.whole_subject}
+    assert {one.participant_id for one in found.exclusions if one.whole_subject} == {"sub-01"}
+    assert any("where the first key had put the marker" in rule for rule in whole), whole
