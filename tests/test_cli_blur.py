@@ -69,12 +69,16 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
     (folder / "eye.toml").write_text("pupil_mm = 2.0\naberrations = [[4, 0, 0.2]]\n")
     np.save(folder / "wall.npy", np.full((48, 64), 1.0))
     light = []
-    for number, given in enumerate((["--pupil", 2], ["--pupil", 2, "--chromatic"], ["--eye", folder / "eye.toml"])):
+    spectral = ["--pupil", 2, "--chromatic", "--wavelengths", 5]
+    for number, given in enumerate(
+        (["--pupil", 2], ["--pupil", 2, "--chromatic"], spectral, ["--eye", folder / "eye.toml"])
+    ):
         out = folder / str(number)
         result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given, "--focus", 1, "--field", 1)
         assert result.exit_code == 0, result.output
         light.append(np.load(out / "blurred-1.0m.npy"))
-    plain, chromatic, aberrated = (one.std(axis=(0, 1)) for one in light)
+    plain, chromatic, parts, aberrated = (one.std(axis=(0, 1)) for one in light)
+    assert parts[2] < 0.9 * plain[2]
     assert chromatic[2] < 0.9 * plain[2]  # blue is out of focus where the eye is focused
     assert (aberrated < 0.95 * plain).all()
 
@@ -171,6 +175,7 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
         ([*LENS, "--field", "4", "--pixel-pitch", "8"], "give one of them"),
         ([*LENS, "--field", "200"], "--field"),
         ([*LENS, "--field", "4", "--chromatic"], "an eye"),
+        (["--pupil", "4", "--field", "4", "--wavelengths", "9"], "add --chromatic"),
         ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
         ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
         ([*LENS, "--field", "1e-4"], "reduce the picture"),

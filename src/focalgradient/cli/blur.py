@@ -111,6 +111,12 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @click.option("--encoding", type=click.Choice(["srgb", "linear"]), help="Of PICTURE.  [default: srgb for 8 bits]")
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
 @click.option(
+    "--wavelengths",
+    type=click.IntRange(3, 81),
+    metavar="N",
+    help="With --chromatic: parts of a display's light, each in its own focus, 9 or more.  [default: 3 lights]",
+)
+@click.option(
     "--display", "display_file", type=click.Path(path_type=Path), metavar="FILE", help="A display (TOML); else:"
 )
 @click.option("--screen", default="1920x1080", show_default=True, metavar="WxH", help="The display's pixels.")
@@ -289,7 +295,8 @@ class _Job:
                 f"{printable(self.picture)} is {w} x {h} pixels but {printable(self.depth)} is {dw} x {dh}, and both "
                 "must be of one size: scale or crop one of them."
             )
-        pictures = to_come * len(self.focus) * (3 if self.options["chromatic"] else 1)
+        lights = (self.options["wavelengths"] or 3) if self.options["chromatic"] else 1
+        pictures = to_come * len(self.focus) * lights
         announce(SECONDS_PER_MEGAPIXEL * 1e-6 * distances.metres.size * pictures, f"{pictures} blurred pictures")
         writers: dict[str, Any] = {}
         largest = []
@@ -325,6 +332,11 @@ class _Job:
 
         eye: Any = optics
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
+        if self.options["wavelengths"] is not None:
+            from focalgradient.eye import retinal_image
+
+            parts = self.options["wavelengths"]
+            return retinal_image(colours, metres, eye, pixel_angle=angle, wavelengths=parts, progress=tell)
         seen = [
             blur_picture(
                 colours[..., n],
@@ -392,6 +404,8 @@ def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
     """The lens or the eye, focused at each distance."""
     from focalgradient.optics import Lens
 
+    if options["wavelengths"] is not None and not options["chromatic"]:
+        raise InputError("--wavelengths is how many parts of the light --chromatic has: add --chromatic.")
     camera = options["f_number"] is not None or options["focal_length"] is not None
     if camera + (options["pupil"] is not None) + (options["eye_file"] is not None) != 1:
         raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -27,6 +29,7 @@ def retinal_image(
     pixel_angle: float,
     wavelengths: int = 9,
     primaries: str = PRIMARIES,
+    progress: Callable[[float, str], object] | None = None,
 ) -> NDArray[np.float32]:
     """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
 
@@ -49,6 +52,8 @@ def retinal_image(
         Parts of the spectrum.
     primaries
         The display's name in colour-science.
+    progress
+        Called with the share done, 0 to 1, and a few words.
 
     Returns
     -------
@@ -81,7 +86,9 @@ def retinal_image(
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
     middles, caught = _parts(wavelengths, primaries)
     cones = np.zeros(image.shape)
-    for nm, by_primary in zip(middles, caught, strict=True):
+    for number, (nm, by_primary) in enumerate(zip(middles, caught, strict=True)):
+        if progress is not None:
+            progress(number / wavelengths, f"blurring light of {nm:.0f} nm")
         cones += blur_picture(image, distance, eye.in_light(nm), pixel_angle=pixel_angle) @ by_primary
     back: NDArray[np.float32] = (cones @ np.linalg.inv(caught.sum(axis=0))).astype(np.float32)
     return back
