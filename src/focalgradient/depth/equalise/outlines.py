@@ -6,7 +6,10 @@ far the band reaches to either side of the outline follows from the blur: the ne
 where the filters that compare it reach the outline, the far surface's up to where the near one's blur reaches. So the
 outline lies where the distances to the pixels that either surface explains say that it does; beyond it, each surface is
 continued from nodes that the band does not reach. Near the outline the standard deviation holds the probability of
-being on its other side.
+being on its other side; the band's width says how sure its place is.
+
+A jump too small to be found blurs into a steep stretch of one surface, which the views cannot tell from it: where depth
+departs from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
 
 How far residuals reach (`ONSET`), and the other choices here, were made on the scenes `MADE_WITH` of
 `benchmarks/depth_at_outlines.py`, and tried on others.
