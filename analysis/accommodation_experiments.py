@@ -88,7 +88,7 @@ ROWS = (
     ),
     Row(
         "empty field; focus after 15 s (D)",
-        "returns to about 1.5 D (Leibowitz & Owens 1978)",
+        "about 1.5 D (Leibowitz & Owens 1978)",
         "empty",
         ("from 0.5 D", "from 4 D"),
         lambda m: all(0.75 < value < 2.25 for value in m.values()),
@@ -259,11 +259,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
 
 def _draw(measured: dict[str, Made], agreed: dict[Cue, list[bool]]) -> Figure:
     with style():
-        figure = new_figure(240, 96)
+        figure = new_figure(280, 100)
         ax = figure.add_axes((0.01, 0.01, 0.98, 0.98))
         ax.set_axis_off()
         ax.set(xlim=(0, 1), ylim=(len(ROWS) + 0.6, -1))
-        places = {"experiment": 0.0, "published": 0.36, "both": 0.62, "bands": 0.755, "moments": 0.89}
+        places = {"experiment": 0.0, "published": 0.295, "both": 0.525, "bands": 0.685, "moments": 0.845}
         heads = {"experiment": "Experiment (conditions)", "published": "Published"} | COLUMNS
         for name, words in heads.items():
             ax.text(
