@@ -394,10 +394,7 @@ class Session:
 
     @property
     def recorded(self) -> tuple[Event, ...]:
-        """The trials recorded so far, those of earlier sittings included: each trial with its answer, in their order.
-
-        What depends on answers, as an adaptive procedure, is replayed from them.
-        """
+        """The trials recorded so far with their answers, in order, from which an adaptive procedure is replayed."""
         return tuple(self._recorded)
 
     def record(self, trial: Trial, answer: Answer, **noted: Any) -> None:
