@@ -3,9 +3,11 @@
     python benchmarks/depth_of_people.py [--eyes N] [FOLDER]
 
 FOLDER holds mean_6mm.csv and covariance_6mm.csv of a population's Zernike coefficients (micrometres, in the OSA's
-order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a population of our own choice stands in: independent
-coefficients about 0, of standard deviations that fall by half with each radial order. Six depths an eye and pupil, each
-by own and by mean optics: about a minute an eye of processor time.
+order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a population of our own choice stands in:
+independent coefficients about 0, of standard deviations that fall by half with each radial order.
+
+Three walls in two kinds of views for an eye and a pupil, each by own and by mean optics: about a minute and a half of
+processor time an eye.
 """
 
 from __future__ import annotations
