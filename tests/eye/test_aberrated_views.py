@@ -11,6 +11,7 @@ from focalgradient import InputError, recover_depth
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
 from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, point_spread, score
 from focalgradient.render import blur_picture
+from focalgradient.scenes import slant
 from focalgradient.view import View
 
 PIXEL = np.radians(1 / 60)
@@ -157,3 +158,10 @@ def test_blur_that_is_not_round_has_no_radial_transfer() -> None:
     with pytest.raises(InputError, match="optical_transfer"):
         cones.transfer(np.degrees([1.0]), 1.0)
     assert Cones.of(Eye(0.004, 1.0, aberrations=COMA), "S", model="disc").isotropic
+
+
+@pytest.mark.parametrize("kind", [{"aberrations": ((4, 0, 0.1),)}, {"stiles_crawford": 0.05}])
+def test_scenes_by_rays_refuse_what_rays_do_not_know(kind: dict) -> None:
+    eye = Eye(pupil_diameter=0.003, accommodation=2.0, **kind)
+    with pytest.raises(InputError, match="the scene is seen by rays, which know no aberrations"):
+        band_views(slant(0.4, 0.6, 0.1), eye, (32, 32), PIXEL)

@@ -278,10 +278,10 @@ def _by_rays(
     seed: int,
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
     """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
-    if not cones.isotropic:
+    if cones.model == "wave" and (cones.eye.aberrations or cones.eye.stiles_crawford):
         raise InputError(
-            "the scene is seen by rays, which know no aberrations, but the eye has some: give the distance of a wall, "
-            "or an eye without aberrations."
+            "the scene is seen by rays, which know no aberrations and no Stiles-Crawford effect, but the eye has some: "
+            "give the distance of a wall, or a picture with its depth, or an eye with a clear pupil."
         )
     cones = replace(cones, model="disc")
     parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
