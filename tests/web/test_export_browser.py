@@ -122,7 +122,8 @@ def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tm
     assert before == {path: path.read_bytes() for path in (tmp_path / "data").rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("name", ["datapipe", pytest.param("pavlovia", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["datapipe", "pavlovia"])
 def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str) -> None:
     bundle = exported(tmp_path, NECKER, "--datapipe", "abc123")
     address = {"datapipe": "datapipe.html", "pavlovia": "index.html?participant=3"}[name]
