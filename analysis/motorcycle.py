@@ -81,7 +81,7 @@ def discs(largest: float) -> NDArray[np.float32]:
     x = 2 * np.pi * np.maximum(radius, 1e-6)[:, None] * frequency
     transfer = 2 * special.j1(x) / x * np.exp(-2 * (np.pi * OWN_BLUR * frequency) ** 2)
     light = (transfer * 2 * np.pi * frequency / 1000) @ special.j0(2 * np.pi * frequency[:, None] * some)
-    # Every pixel in reach is heard a little: what is hidden behind an outline is like what is seen beside it.
+    # Every pixel in reach has a small weight at least: what is hidden behind an outline is like what is beside it.
     return np.maximum(light[:, place.reshape(distance.shape)], 1e-7).astype(np.float32)
 
 

@@ -130,5 +130,5 @@ def test_damaged_files_and_strange_sensors_are_refused(tmp_path, capfd):
 
 def test_without_rawpy_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rawpy", None)
-    with pytest.raises(InputError, match=r"a\.dng is a camera raw file, .* pip install focalgradient\[raw\]\.$"):
+    with pytest.raises(InputError, match=r"a\.dng is a camera raw file: it needs rawpy, .* 'focalgradient\[raw\]'\.$"):
         read_photograph(dng(tmp_path / "a.dng", mosaic(GREEN)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -9,7 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FocalGradientWarning", "InputError", "check_finite", "check_list", "check_number", "described", "is_number"]
+__all__ = [
+    "FocalGradientWarning",
+    "InputError",
+    "check_finite",
+    "check_installed",
+    "check_list",
+    "check_number",
+    "described",
+    "is_number",
+]
 
 
 class InputError(ValueError):
@@ -54,6 +64,21 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} holds NaN or infinite values, but must be finite: give it in {unit}.")
     return array
+
+
+def check_installed(what: str, extra: str, *modules: str) -> None:
+    """Refuse where one of `modules` is missing; `what` needs them, and the extra brings them. None is imported.
+
+    >>> check_installed("a picture", "eye", "numpy", "no_such")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: a picture needs no_such, which is not installed: pip install 'focalgradient[eye]'.
+    """
+    missing = [name for name in modules if importlib.util.find_spec(name) is None]
+    if missing:
+        are = "is" if len(missing) == 1 else "are"
+        raise InputError(
+            f"{what} needs {', '.join(missing)}, which {are} not installed: pip install 'focalgradient[{extra}]'."
+        )
 
 
 def check_list(name: str, values: Any, what: str) -> list[Any]:

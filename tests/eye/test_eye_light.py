@@ -82,7 +82,7 @@ def test_bad_light() -> None:
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "colour", None)
-    with pytest.raises(InputError, match=r"colour-science, which is not installed: pip install 'focalgradient\[eye\]'"):
+    with pytest.raises(InputError, match=r"colour, which is not installed: pip install 'focalgradient\[eye\]'"):
         cone_fundamentals(500)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.program import json_option, show
-from focalgradient.errors import InputError
+from focalgradient.errors import check_installed
 
 __all__ = ["collect"]
 
@@ -39,10 +39,9 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None) -> None:
       focalgradient collect osf-files.zip --data data
       focalgradient collect data/*.csv --stimuli pictures --data study
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    try:
-        from focalgradient.web import collect as bring
-    except ImportError as error:
-        raise InputError("the server's libraries are not installed: pip install 'focalgradient[web]'.") from error
+    check_installed("the server", "web", "starlette", "uvicorn")
+    from focalgradient.web import collect as bring
+
     sessions, left = bring(files, data, stimuli)
     lines = [
         f"sub-{one.participant}: {one.answered} of {one.trials} trials"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
@@ -93,10 +93,9 @@ def serve(
       focalgradient serve design.toml --data data --invite 20 --no-open-link --public https://lab.example.org
       focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    try:
-        from focalgradient.web import page_is_built, run
-    except ImportError as error:
-        raise InputError("the server's libraries are not installed: pip install 'focalgradient[web]'.") from error
+    check_installed("the server", "web", "starlette", "uvicorn")
+    from focalgradient.web import page_is_built, run
+
     if not page_is_built():
         raise InputError(
             "the page is not built: run 'python hatch_build.py' in the checkout with deno at hand, or install a wheel."

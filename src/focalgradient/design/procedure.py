@@ -6,15 +6,14 @@ again, and it goes on as it would have.
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Iterable
 from typing import Any
 
 from focalgradient.design.blur_threshold import BlurThresholdDesign
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 
-__all__ = ["LAPSES", "SLOPES", "Procedure", "check_questplus"]
+__all__ = ["LAPSES", "SLOPES", "Procedure"]
 
 SLOPES = (1.5, 2.1, 2.9, 4.1, 5.7, 8.0)
 """Weibull slopes that the procedure thinks possible, in equal steps of their logarithm about 3.5, that of QUEST
@@ -25,20 +24,6 @@ LAPSES = (0.02,)
 
 GUESS = 0.5
 """Of two intervals."""
-
-
-def check_questplus() -> None:
-    """Say how to install what the procedure needs, where it is missing.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
-    if importlib.util.find_spec("questplus") is None:
-        raise InputError(
-            "the adaptive procedure needs questplus, which is not installed: pip install 'focalgradient[thresholds]'."
-        )
 
 
 class Procedure:
@@ -66,7 +51,7 @@ class Procedure:
     """
 
     def __init__(self, design: BlurThresholdDesign):
-        check_questplus()
+        check_installed("the adaptive procedure", "thresholds", "questplus")
         from questplus import QuestPlus
 
         self._places = {level: math.log10(level) for level in design.levels}

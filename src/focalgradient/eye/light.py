@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
 
@@ -181,14 +181,9 @@ def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
 
 def spectra() -> Any:
     """The library colour-science, which has the spectra."""
-    try:
-        with np.printoptions():  # colour-science changes how all arrays are printed: not here
-            import colour
-    except ImportError as error:
-        raise InputError(
-            "the colours that cones see need the package colour-science, which is not installed: "
-            "pip install 'focalgradient[eye]'."
-        ) from error
+    check_installed("the light that cones catch", "eye", "colour")
+    with np.printoptions():  # colour-science changes how all arrays are printed: not here
+        import colour
     return colour
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset import Chosen
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure
-from focalgradient.design.procedure import check_questplus
 from focalgradient.display import Display
+from focalgradient.errors import check_installed
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.questions import ask_which
 from focalgradient.optics import Lens
@@ -87,7 +87,7 @@ def _pictures(design: BlurThresholdDesign) -> Sequence[tuple[str, str, str, dict
 
 
 def _check(design: BlurThresholdDesign, display: Display, room: tuple[int, int]) -> None:
-    check_questplus()
+    check_installed("the adaptive procedure", "thresholds", "questplus")
 
 
 def _before(sitting: Sitting) -> None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 from focalgradient.dataset import Files, Journal, begin_dataset
 from focalgradient.dataset.bids import add_participant
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable, read_json
 from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
@@ -193,9 +193,8 @@ def _tracker_settings(options: argparse.Namespace) -> tuple[str, dict[str, Any]]
     """Name of the eye tracker in ioHub, and its settings; "mouse" without one."""
     if options.gaze == "mouse":
         return "mouse", {}
-    missing = [name for name in ("gevent", "astunparse", "esprima") if importlib.util.find_spec(name) is None]
-    if importlib.util.find_spec("psychopy") is not None and missing:
-        raise InputError(f"ioHub, which reads eye trackers, lacks {missing[0]}: pip install 'focalgradient[gaze]'.")
+    if importlib.util.find_spec("psychopy") is not None:
+        check_installed("ioHub, which reads eye trackers,", "gaze", "gevent", "astunparse", "esprima")
     if options.tracker is None:
         controls = {"move": ["CONTINUOUS"], "blink": ["LEFT_BUTTON", "RIGHT_BUTTON"], "saccade_threshold": 0.5}
         return SIMULATED, {"controls": controls, "runtime_settings": {"sampling_rate": 100}}

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.images import Encoding, decoded, filled, read_pixels
 
@@ -195,12 +195,9 @@ def _read_pfm(path: Path) -> NDArray[np.float32]:
 
 def _read_exr(path: Path) -> NDArray[Any]:
     """The colours of an EXR file, H x W x 3, or its one channel, H x W."""
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise InputError(
-            f"{printable(path)} is an EXR file, which needs OpenEXR: pip install 'focalgradient[exr]'."
-        ) from error
+    check_installed(f"{printable(path)} is an EXR file: it", "exr", "OpenEXR")
+    import OpenEXR
+
     read_bytes(path, "an EXR file")  # refuses what is no regular file, or too large
     try:
         with OpenEXR.File(str(path)) as file:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 
 if TYPE_CHECKING:
     import rawpy
@@ -60,12 +60,9 @@ def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
     InputError
         If rawpy is not installed, or the file is damaged, or its sensor has no 2 x 2 cells with two green pixels.
     """
-    try:
-        import rawpy
-    except ImportError as error:
-        raise InputError(
-            f"{path} is a camera raw file, which needs the package rawpy: pip install focalgradient[raw]."
-        ) from error
+    check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
+    import rawpy
+
     try:
         with rawpy.imread(io.BytesIO(data)) as raw:
             return _green(path, raw)

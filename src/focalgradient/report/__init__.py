@@ -14,7 +14,7 @@ from pathlib import Path
 
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import (
@@ -52,7 +52,6 @@ from focalgradient.statistics import (
     read_ratings,
     read_reports,
 )
-from focalgradient.statistics.bayes import check_installed
 from focalgradient.statistics.own_reports import holds_reports
 
 __all__ = [
@@ -146,7 +145,7 @@ def make_report(
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
-        check_installed()
+        check_installed("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
     chosen = bound or stated.bound
     used = BOUND if chosen is None else chosen
     problems: list[str] = []

@@ -6,7 +6,6 @@ cumulative-link model of all. Both need the extra `bayes`, which is imported onl
 
 from __future__ import annotations
 
-import importlib.util
 import logging
 import math
 import os
@@ -22,7 +21,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.progress import Progress
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.records import NotComputed
@@ -36,7 +35,6 @@ __all__ = [
     "Posterior",
     "Prior",
     "bayes_depth_rating",
-    "check_installed",
     "effective_number",
     "posterior_of_rises",
 ]
@@ -220,7 +218,7 @@ def bayes_depth_rating(
     """
     if not (isinstance(bound, int | float) and 1 < bound < math.inf):
         raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
-    check_installed()
+    check_installed("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
     table = rating_table(table)
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
     if scale == "ordinal" and (table["rating"] % 1 != 0).any():
@@ -448,13 +446,6 @@ def effective_number(draws: FloatArray) -> float:
     import arviz
 
     return float(np.asarray(arviz.ess(draws)))
-
-
-def check_installed() -> None:
-    """Raise InputError, with the remedy, where the extra `bayes` is not installed."""
-    missing = [name for name in ("bambi", "pymc", "arviz") if importlib.util.find_spec(name) is None]
-    if missing:
-        raise InputError(f"Bayesian models need {', '.join(missing)}: pip install 'focalgradient[bayes]'.")
 
 
 @contextmanager

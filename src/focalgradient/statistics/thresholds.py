@@ -6,7 +6,6 @@ lapse rate on a grid. The function is Weibull's over the logarithm of the level,
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_installed
 from focalgradient.statistics.records import Interval, NotComputed
 
 __all__ = [
@@ -25,7 +24,6 @@ __all__ = [
     "ThresholdFit",
     "ThresholdResult",
     "blur_thresholds",
-    "check_psignifit",
     "fit_threshold",
 ]
 
@@ -65,8 +63,8 @@ class ThresholdFit:
     Parameters
     ----------
     threshold, low, high
-        The level that is told in half of the trials in which it is not guessed, 75 % right without lapses: median of
-        the posterior of its logarithm and its 95 % interval; in the unit of the levels.
+        The level that is detected in half of the trials in which it is not guessed, 75 % right without lapses: median
+        of the posterior of its logarithm and its 95 % interval; in the unit of the levels.
     slope
         Of Weibull's function, posterior mean.
     lapse
@@ -96,8 +94,8 @@ class ThresholdFit:
         >>> fit.correct([0.01, 0.2, 2.0]).round(3).tolist()
         [0.5, 0.75, 1.0]
         """
-        told = 1 - 0.5 ** ((np.asarray(level, float) / self.threshold) ** self.slope)
-        return np.asarray(0.5 + (0.5 - self.lapse) * told, float)
+        detected = 1 - 0.5 ** ((np.asarray(level, float) / self.threshold) ** self.slope)
+        return np.asarray(0.5 + (0.5 - self.lapse) * detected, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,20 +144,6 @@ class ThresholdResult:
     mean: Interval | NotComputed
 
 
-def check_psignifit() -> None:
-    """Say how to install what fits thresholds, where it is missing.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
-    if importlib.util.find_spec("psignifit") is None:
-        raise InputError(
-            "thresholds are fitted by psignifit, which is not installed: pip install 'focalgradient[thresholds]'."
-        )
-
-
 def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: float) -> ThresholdFit:
     """Fit the psychometric function of two alternatives.
 
@@ -185,7 +169,7 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
     >>> bool(fit.low < 0.18 < fit.threshold < 0.21 < fit.high)
     True
     """
-    check_psignifit()
+    check_installed("fitting thresholds", "thresholds", "psignifit")
     import psignifit
     from scipy.stats import beta
 
@@ -259,7 +243,7 @@ def blur_thresholds(
     InputError
         If psignifit is not installed.
     """
-    check_psignifit()
+    check_installed("fitting thresholds", "thresholds", "psignifit")
     subjects = []
     for (participant, session), rows in table.groupby(["participant_id", "session"], sort=True):
         catch = rows["catch"].to_numpy(bool)
