@@ -33,9 +33,7 @@ def ratings(subjects=6, scenes=5, near=0.4, far=0.0, seed=1):
 
 def test_without_the_extra_the_remedy_is_named(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(
-        InputError, match=r"needs bambi, pymc, arviz, .*: pip install 'focalgradient\[bayes\]'"
-    ):
+    with pytest.raises(InputError, match=r"needs bambi, pymc, arviz, .*: pip install 'focalgradient\[bayes\]'"):
         bayes_depth_rating(ratings(), bound=1.2)
 
 
