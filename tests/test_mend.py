@@ -87,6 +87,23 @@ def test_what_is_whole_needs_no_repair(data):
     assert {path: path.read_bytes() for path in data.rglob("*") if path.is_file()} == before
 
 
+def test_notes_about_a_trial_do_not_stand_for_it(tmp_path):
+    """A laboratory's session notes the events of each trial before its answer."""
+    with Session.begin(tmp_path / "data", DESIGN, "07", apparatus=APPARATUS) as session:
+        for number, trial in enumerate(session.remaining()):
+            session.note("events", phase=trial.phase, trial=trial.trial, events=[])
+            session.record(trial, Rated(onset=30.0 * number, rating=1 + number / 10, response_time=2.0))
+    before = table(tmp_path / "data").read_bytes()
+    assert repair(tmp_path / "data") == []
+    assert validate(tmp_path / "data").problems == ()
+    lines = lines_of(journal(tmp_path / "data"))
+    journal(tmp_path / "data").write_bytes(b"".join([*lines[:4], b"not a line\n", *lines[4:]]))
+    (mended,) = repair(tmp_path / "data")
+    assert mended.done == ("Line 5, which cannot be used.",)
+    assert validate(tmp_path / "data").problems == ()
+    assert table(tmp_path / "data").read_bytes() == before
+
+
 def test_journals_of_earlier_versions_are_read_and_gone_on_with(data):
     old = unchained(data)
     assert validate(data).problems == ()

@@ -12,6 +12,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from focalgradient.cli import main
+from focalgradient.dataset import read_dataset
 from focalgradient.design import load_design
 from focalgradient.lab import EXPERIMENTS
 from focalgradient.observers.pictures import CACHE
@@ -28,7 +29,8 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
         if kind == "csv":
             Path("photos", "pictures.csv").write_text(text, encoding="utf-8")
         elif kind == "toml":
-            Path("weathers.toml" if "factors" in text else "design.toml").write_text(text, encoding="utf-8")
+            name = "weathers" if "factors" in text else "three" if "fixations" in text else "design"
+            Path(f"{name}.toml").write_text(text, encoding="utf-8")
         else:
             assert kind == "sh"
             for line in text.strip().splitlines():
@@ -44,6 +46,11 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
     pair = [weathers.picture("yard", "f/8", "nearest", {"weather": level}).png for level in ("sun", "rain")]
     assert pair == ["yard/f8-nearest.png", "yard/f8-nearest-2.png"]
     assert len(EXPERIMENTS["depth-rating"].pictures(factors)) > 0
+    report = Path("three-report", "report.md").read_text(encoding="utf-8")
+    assert all(f"“{name}” in focus" in report for name in ("gate", "tree", "house"))
+    assert "“house” and “tree”" in report
+    assert read_dataset("three-simulated").depth_rating["fixation"].nunique() == 3
+    assert read_set("three").scene("yard").target("tree").position_px == (20, 20)
     own, design = read_set("own"), load_design(Path("design.toml"))
     for shown in EXPERIMENTS["depth-rating"].pictures(design):  # all that the laboratory's program looks for
         assert own.pixels(own.picture(*shown)).shape == (128, 128, 3)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -40,7 +40,8 @@ class Display:
     distance
         From the eye to the screen, in metres.
     gamma
-        Exponent of light over value, or ``"sRGB"`` for that standard's own curve (IEC 61966-2-1).
+        Exponent of light over value; three of them, of the red, green and blue gun, where they differ; or ``"sRGB"``
+        for that standard's own curve (IEC 61966-2-1).
     white
         Luminance of its white, in cd/m^2.
     dither
@@ -61,7 +62,7 @@ class Display:
     size_px: tuple[int, int] = (1920, 1080)
     pixel_pitch: float = 0.2767e-3
     distance: float = 0.57
-    gamma: float | Literal["sRGB"] = "sRGB"
+    gamma: float | tuple[float, float, float] | Literal["sRGB"] = "sRGB"
     white: float = 100.0
     dither: bool = False
 
@@ -74,8 +75,11 @@ class Display:
             value = getattr(self, name)
             if not (value > 0 and math.isfinite(value)):
                 raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
-        if self.gamma != "sRGB" and not (isinstance(self.gamma, (int, float)) and 1 <= self.gamma <= 4):
-            raise InputError(f"gamma is {self.gamma!r}, but must be a number between 1 and 4, or 'sRGB'.")
+        guns = self.gamma if isinstance(self.gamma, tuple) and len(self.gamma) == 3 else (self.gamma,)
+        if self.gamma != "sRGB" and not all(isinstance(gun, (int, float)) and 1 <= gun <= 4 for gun in guns):
+            raise InputError(
+                f"gamma is {self.gamma!r}, but must be a number between 1 and 4, three of them, or 'sRGB'."
+            )
 
     @classmethod
     def of_width(cls, width: float, size_px: tuple[int, int] = (1920, 1080), **others: Any) -> Display:
@@ -111,7 +115,7 @@ class Display:
         return 60 * pixels / self.pixels_per_degree
 
     def decode(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Light, in shares of white, of 8-bit `values` of any shape.
+        """Light, in shares of white, of 8-bit `values` of any shape; with a gamma for each gun, colours along the last.
 
         >>> Display(gamma=2.0).decode([0, 51, 255]).round(6).tolist()
         [0.0, 0.04, 1.0]
@@ -120,12 +124,17 @@ class Display:
         if values.size and not (values.min() >= 0 and values.max() <= 255):
             raise InputError("values go beyond 0 to 255, but must be what an 8-bit picture holds.")
         share = values / 255
+        if isinstance(self.gamma, tuple) and (not values.ndim or values.shape[-1] != 3):
+            raise InputError("values have no colours along their last axis, but the display has a gamma for each gun.")
         if self.gamma != "sRGB":
-            return np.asarray(share**self.gamma, float)
+            return np.asarray(share ** np.asarray(self.gamma), float)
         return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
     def encode(self, light: ArrayLike, seed: int = 0) -> NDArray[np.uint8]:
         """8-bit values that show the `light` best, in shares of white, of any shape; what is out of range is clipped.
+
+        With a gamma for each gun, light of the shape H x W x 3 has its colours; any other is grey, and its values get
+        an axis of colours.
 
         Parameters
         ----------
@@ -143,8 +152,15 @@ class Display:
         --------
         >>> Display(gamma=2.0).encode([0.0, 0.04, 1.0, 1.5]).tolist()
         [0, 51, 255, 255]
+        >>> Display(gamma=(2.0, 1.0, 4.0)).encode(0.04).tolist()
+        [51, 10, 114]
         """
         light = np.asarray(light, float)
+        if isinstance(self.gamma, tuple):
+            colours = np.moveaxis(light, -1, 0) if light.ndim == 3 and light.shape[-1] == 3 else [light] * 3
+            guns = [replace(self, gamma=gamma) for gamma in self.gamma]
+            values = [gun.encode(own, seed + at) for at, (gun, own) in enumerate(zip(guns, colours, strict=True))]
+            return np.stack(values, axis=-1)
         if not np.isfinite(light).all():
             raise InputError("light holds values that are not finite, but must be shares of the display's white.")
         light = np.clip(light, 0, 1)
@@ -164,9 +180,13 @@ class Display:
     def step(self, light: float) -> float:
         """Difference of light between 8-bit values, in shares of white, where they show this `light`.
 
+        With a gamma for each gun: the largest of the three.
+
         >>> round(255 * Display(gamma=1.0).step(0.5), 6)
         1.0
         """
+        if isinstance(self.gamma, tuple):
+            return max(replace(self, gamma=gamma).step(light) for gamma in self.gamma)
         below = min(int(np.searchsorted(self.decode(np.arange(256)), light, side="right")) - 1, 254)
         low, high = self.decode([below, below + 1]).tolist()
         return float(high - low)

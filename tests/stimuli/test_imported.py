@@ -84,7 +84,7 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
         (HEADER, "no row below its header"),
         (HEADER + "a.png,yard,f/0,nearest,,", "row 2, column aperture: is 'f/0'"),
         (HEADER + "a.png,yard,wide,nearest,,", "row 2, column aperture: is 'wide'"),
-        (HEADER + ROWS[0] + "\nb.png,yard,f/8,left,,", "row 3, column fixation: is 'left'"),
+        (HEADER + ROWS[0] + "\nb.png,yard,f/8,left side,,", "row 3, column fixation: is 'left side'"),
         (HEADER + "b.png,yard,f/8,,,", "row 2, column fixation: is ''"),
         (HEADER + "\n".join([*ROWS, ROWS[1]]), "row 5, columns scene, aperture and fixation: the same .* row 3"),
         (HEADER + "gone.png,yard,f/8,nearest,,", "row 2, column file: .*gone.png cannot be read"),

@@ -72,11 +72,17 @@ def screen_size(screen: str) -> tuple[int, int]:
 
 
 def gamma_of(word: str) -> Any:
-    """A display's gamma: ``"sRGB"``, or a number."""
+    """A display's gamma: ``"sRGB"``, a number, or three, as ``"2.1,2.2,2.4"``, of red, green and blue."""
+    if word.lower() == "srgb":
+        return "sRGB"
+    expected = "must be a number between 1 and 4, three of them as 2.1,2.2,2.4, or sRGB"
     try:
-        return "sRGB" if word.lower() == "srgb" else float(word)
+        guns = tuple(float(gun) for gun in word.split(","))
     except ValueError as error:
-        raise InputError(f"--gamma is {word}, but must be a number between 1 and 4, or sRGB.") from error
+        raise InputError(f"--gamma is {word}, but {expected}.") from error
+    if len(guns) not in (1, 3):
+        raise InputError(f"--gamma is {word}, but {expected}.")
+    return guns[0] if len(guns) == 1 else guns
 
 
 def search_options(command: Command) -> Command:

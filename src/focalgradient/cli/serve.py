@@ -16,6 +16,7 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
+    from focalgradient.design import Design
     from focalgradient.web import Consent, Study
 
 __all__ = ["serve"]
@@ -163,18 +164,27 @@ def _export(
     participants: str,
     datapipe: str | None,
 ) -> None:
-    from focalgradient.design import load_design
     from focalgradient.web import Lists, export
 
     labels = _labels(participants)
     if datapipe is not None and not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", datapipe):
         raise InputError(f"--datapipe is {datapipe!r}, but must be an ID of letters and digits.")
-    lists = Lists(load_design(design), stimuli, agreed)
+    lists = Lists(_design(design), stimuli, agreed)
     pictures = export(lists, folder, labels, completion=completion, datapipe=datapipe)
     click.echo(
         f"Written: {folder}, with {len(labels)} trial lists ({labels[0]} to {labels[-1]}) and {pictures} pictures."
     )
     click.echo(f"How to put it on JATOS, DataPipe or Pavlovia: {folder / 'HOW-TO.txt'}")
+
+
+def _design(path: Path) -> Design:
+    """The design of a study in browsers, which record no gaze."""
+    from focalgradient.design import load_design
+
+    design = load_design(path)
+    if getattr(design, "gaze", "none") != "none":
+        raise InputError(f'gaze is {design.gaze!r} in {path}, but a browser records none: say gaze = "none".')  # type: ignore[union-attr]
+    return design
 
 
 def _study(
@@ -191,7 +201,6 @@ def _study(
     """What is run, of what the options name."""
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
-    from focalgradient.design import load_design
     from focalgradient.web import People, Study
 
     place = links or data.with_name(f"{data.name}-links.jsonl")
@@ -200,7 +209,7 @@ def _study(
         raise InputError(f"--links {place} is inside the data set, but tells who is who: give it a place elsewhere.")
     refuse_overwriting([path for path in (design, consent) if path is not None], [place])
     check_folder(data, "human")
-    loaded, there = load_design(design), place.exists()
+    loaded, there = _design(design), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken))
     try:

@@ -306,7 +306,7 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, **display
     """Make a set for depth rating of the pictures in FOLDER.
 
     CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number like
-    f/5.6) and fixation (nearest or farthest; empty for a pinhole picture that serves both). It may have x_px and y_px
+    f/5.6) and fixation (nearest, farthest or any name; empty for a pinhole that serves all). It may have x_px and y_px
     (where the fixated object is, from the upper left corner), depth (a file in FOLDER with distances in metres) and
     focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of one size, with even
     width and height, and are shown with the values they have.

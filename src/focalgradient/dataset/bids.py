@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 from focalgradient.dataset.columns import TITLES, cell, columns_of
 from focalgradient.dataset.events import Event
+from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
@@ -56,6 +57,8 @@ file beside a table tells what its columns mean and how it came about: design, s
 
 Tables hold the trials that count, catch trials among them (column catch); practice is in the journals alone. Trials
 with dropped frames are marked (column dropped_frames), never left out.
+
+Where the gaze was recorded, *_physio.tsv.gz holds its samples and *_physioevents.tsv.gz the fixations.
 
 sourcedata/ holds the journals, one line an event, written as the session went: they are what was recorded, and the
 tables are made of them. FILE.original is a file as it was before a repair.
@@ -109,6 +112,10 @@ class Files:
     def sidecar(self) -> Path:
         """What the table's columns mean, and how it came about."""
         return self.table.with_suffix(".json")
+
+    def beside(self, end: str) -> Path:
+        """Another file of the session: `end` stands where the table's name has ``beh.tsv``."""
+        return self.table.with_name(self.name.removesuffix("beh") + end)
 
     def manifest(self, sha256: str) -> Path:
         """A copy of the manifest of the stimuli."""
@@ -314,7 +321,27 @@ def make_table(journal: Path) -> Files:
         make_folder(files.table.parent)
         create_whole(files.sidecar, json_text(sidecar_of(log)).encode(), replace=True)
         create_whole(files.table, text.encode(), replace=True)
+        for path, content in gaze_of(log, files).items():
+            create_whole(path, content, replace=True)
     return files
+
+
+def gaze_of(log: Log, files: Files) -> dict[Path, bytes]:
+    """Files of the gaze that a journal makes: samples and fixations, each with its sidecar; none without gaze."""
+    screen = screen_of(log.head["apparatus"])
+    return {files.beside(end): content for end, content in gaze_files(log.events, screen).items()}
+
+
+def screen_of(apparatus: Mapping[str, Any]) -> dict[str, Any]:
+    """A screen as BIDS describes it for stimuli; without what is not known of it."""
+    known = {
+        "ScreenDistance": apparatus.get("viewing_distance_m"),
+        "ScreenOrigin": ["top", "left"],
+        "ScreenRefreshRate": apparatus.get("refresh_hz"),
+        "ScreenResolution": apparatus.get("screen_px"),
+        "ScreenSize": apparatus.get("screen_m"),
+    }
+    return {key: value for key, value in known.items() if value is not None}
 
 
 def files_of(log: Log) -> Files:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.dataset.bids import Files, journals, read_description, table_text, withdrawn
+from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text, withdrawn
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
     checked_design,
@@ -28,6 +28,7 @@ from focalgradient.dataset.consistency import (
     wrong_rows,
     wrong_sidecar,
 )
+from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.read import NAME, SessionTable, participants_of, read_session, sessions_of
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
@@ -179,12 +180,27 @@ class _Checked:
         own: list[str] = []
         if log is not None and found.text != table_text(log):
             own.append("it does not say what its journal says: move it away, and use --export.")
+        if log is not None:
+            own += self._gaze(files, log)
         if found.sidecar.get("Simulated", self.simulated) is not self.simulated:
             own.append("its sidecar and dataset_description.json differ in whether observers were simulated.")
         self.problems += [f"{files.table}: {sentence}" for sentence in own]
         if log is not None and found.sidecar:
             self.problems += [f"{files.sidecar}: {sentence}" for sentence in wrong_sidecar(found.sidecar, log)]
         self._follow(files, log, found)
+
+    def _gaze(self, files: Files, log: Log) -> Iterator[str]:
+        """Compare the files of the gaze with the journal."""
+        made = gaze_of(log, files)
+        folder = files.table.parent
+        there = {*folder.glob(f"{files.beside('recording-').name}*"), *folder.glob(f"{files.beside('events').name}.*")}
+        for path in sorted({*made, *there}):
+            if path not in there:
+                yield f"{path.name} is missing beside it: make it anew with --export."
+            elif path not in made:
+                yield f"{path.name} stands beside it, but its journal has no gaze: move it away."
+            elif not same_content(path, made[path]):
+                yield f"{path.name} does not say what the journal says: move it away, and use --export."
 
     def _journal(self, files: Files) -> Log | None:
         """Read a session's journal; None where it cannot be relied on."""

@@ -249,6 +249,22 @@ INTERVAL = Column(
     "integer",
     least=1,
 )
+GAZE = (
+    Column(
+        "gaze_away",
+        "Greatest distance between a fixation of the eyes and the fixated object, while pictures were shown; n/a where "
+        "the eyes were not found for half of the time, or never stayed anywhere.",
+        "number",
+        "deg",
+        least=0,
+        optional=True,
+    ),
+    Column(
+        "gaze_left",
+        "Whether that is more than gaze_within_deg of the design, or is not known.",
+        "bool",
+    ),
+)
 RATINGS = {
     "steps": ("How three-dimensional it looked, in steps of the scale of the design.", 1.0),
     "bipolar": ("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.", None),
@@ -276,11 +292,14 @@ def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...
         for name, factor in (factors if isinstance(factors, Mapping) else {}).items()
         if isinstance(factor, Mapping) and isinstance(factor.get("levels"), Sequence)
     }
-    return _depth_columns(str(design["scale"]), json.dumps(levels))
+    fixations = design.get("fixations")
+    names = [str(name) for name in fixations] if isinstance(fixations, Sequence) else []
+    gaze = design.get("gaze", "none") != "none"
+    return _depth_columns(str(design["scale"]), json.dumps(levels), json.dumps(names), gaze)
 
 
 @lru_cache(maxsize=64)
-def _depth_columns(scale: str, factors: str) -> tuple[Column, ...]:
+def _depth_columns(scale: str, factors: str, fixations: str, gaze: bool) -> tuple[Column, ...]:
     columns = list(COLUMNS["depthrating"])
     place = {column.name: number for number, column in enumerate(columns)}
     if scale in RATINGS:
@@ -290,6 +309,13 @@ def _depth_columns(scale: str, factors: str) -> tuple[Column, ...]:
         Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
         for name, levels in json.loads(factors).items()
     ]
+    known = columns[place["fixation"]].levels
+    others = [name for name in json.loads(fixations) if name not in known]
+    if others:  # of the laboratory's own
+        meanings = dict.fromkeys(others, "as the table of the pictures names it")
+        columns[place["fixation"]] = replace(columns[place["fixation"]], levels={**known, **meanings})
+    if gaze:
+        columns[place["dropped_frames"] + 1 : place["dropped_frames"] + 1] = GAZE
     columns[place["catch"]] = replace(
         columns[place["catch"]], about="Whether the right answer is known: the standard itself, or an example."
     )

@@ -249,6 +249,16 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
             away = (shown["start"] < least - CLOCK) | (shown["start"] > most + CLOCK)
         if away.any():
             yield f"trial {shown['trial'][away][0]}: start is {shown['start'][away][0]:g}, which is off the scale."
+    if "gaze_left" in shown:
+        with np.errstate(invalid="ignore"):
+            left = ~(shown["gaze_away"] <= design.gaze_within_deg)  # not known counts as left
+        other = left != shown["gaze_left"]
+        if other.any():
+            yield (
+                f"trial {shown['trial'][other][0]}: gaze_left is {cell(bool(shown['gaze_left'][other][0]))}, but "
+                f"gaze_away is {cell(float(shown['gaze_away'][other][0]))} and the design allows "
+                f"{design.gaze_within_deg:g} degrees."
+            )
     sure = shown["confidence"] > 1
     if sure.any():
         yield f"trial {shown['trial'][sure][0]}: confidence is {shown['confidence'][sure][0]:g}, but goes from 0 to 1."

@@ -42,6 +42,8 @@ def wrong_event(event: Event, head: Event) -> str | None:
         return _wrong_head(event)
     if kind == "resumed":
         return _wrong_sitting(event)
+    if kind == "note" and event.get("kind") in ("gaze", "eye tracker"):
+        return _wrong_gaze(event)
     if kind != "trial":
         return None
     if event.get("phase") not in ("practice", "main"):
@@ -147,6 +149,27 @@ def _wrong_presses(event: Event) -> str | None:
     if not all(one[0] <= other[0] for one, other in pairwise(presses)):
         return "presses are not in order of time"
     return None
+
+
+def _wrong_gaze(event: Event) -> str | None:
+    """Say what keeps samples of the gaze, or what is said of an eye tracker, from being used."""
+
+    def number(value: Any) -> bool:
+        return type(value) in (int, float) and abs(value) < MOST
+
+    if event["kind"] == "eye tracker":
+        right = number(event.get("pixels_per_degree")) and event["pixels_per_degree"] > 0 and _text(event.get("name"))
+        return None if right else "an eye tracker has no name or no pixels_per_degree"
+    samples = event.get("samples")
+    if not (isinstance(samples, list) and event.get("phase") in ("practice", "main") and number(event.get("trial"))):
+        return "samples of the gaze do not tell their trial"
+    for one in samples:
+        match one:
+            case [time, x, y, pupil] if number(time) and all(each is None or number(each) for each in (x, y, pupil)):
+                continue
+        return f"a sample of the gaze is {one!r}"[:90] + ", but must be a time, x, y and the pupil's size"
+    times = [one[0] for one in samples]
+    return None if times == sorted(times) else "samples of the gaze are not in order of time"
 
 
 def _label(value: Any) -> bool:

@@ -17,6 +17,7 @@ from focalgradient.dataset.bids import (
     Files,
     export,
     files_of,
+    gaze_of,
     journals,
     json_text,
     read_description,
@@ -26,6 +27,7 @@ from focalgradient.dataset.bids import (
 )
 from focalgradient.dataset.consistency import checked_design
 from focalgradient.dataset.events import Event
+from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.errors import InputError
@@ -104,8 +106,10 @@ def _repaired(path: Path) -> Repair:
             done += left_out or ["Every line was kept, and chained anew."]
     log = read_journal(path)
     files, differ = files_of(log), False
-    for place, text in ((files.table, table_text(log)), (files.sidecar, json_text(sidecar_of(log)))):
-        if place.exists() and not text.encode().startswith(place.read_bytes()):
+    made = {files.table: table_text(log).encode(), files.sidecar: json_text(sidecar_of(log)).encode()}
+    for place, content in (made | gaze_of(log, files)).items():
+        alike = same_content if "_beh" not in place.name else _begins
+        if place.exists() and not alike(place, content):
             with writing(path):
                 originals.append(_kept_beside(place, path.parent))
                 place.unlink()
@@ -114,6 +118,10 @@ def _repaired(path: Path) -> Repair:
     if done or differ:
         export(path)
     return Repair(path, tuple(done), tuple(originals))
+
+
+def _begins(place: Path, content: bytes) -> bool:
+    return content.startswith(place.read_bytes())
 
 
 def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
@@ -137,7 +145,8 @@ def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
             left_out.append(f"{what}, which stands above already.")
         else:
             kept.append(event)
-            met.add(key)
+            if trial:  # notes tell their trial, too
+                met.add(key)
     return kept, left_out
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import os
 import platform
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from focalgradient.dataset.answers import ANSWERS, Answer, Apparatus, Chosen, Rated
 from focalgradient.dataset.bids import (
     Files,
     Kind,
@@ -25,166 +25,14 @@ from focalgradient.dataset.bids import (
 )
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
-from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
 
-__all__ = ["Answer", "Apparatus", "Chosen", "Rated", "Session", "Watched"]
+__all__ = ["Session"]
 
 ROOM = 1 << 20
 """Bytes that must be free on the disk before a session begins."""
-
-
-@dataclass(frozen=True, slots=True)
-class Apparatus:
-    """What a sitting was run with.
-
-    Parameters
-    ----------
-    clock
-        What onsets are counted by and from, in words.
-    screen_px, screen_m
-        Width and height of the screen.
-    viewing_distance_m
-        From the eye to the screen.
-    refresh_hz
-        Measured.
-    gamma
-        That the screen was corrected for; None where it was not.
-    gamma_channels
-        Measured, of red, green and blue; None where they were not.
-    white_cd_m2
-        Luminance of white, measured.
-    versions
-        Of what else was used, by name.
-    """
-
-    clock: str
-    screen_px: tuple[int, int] | None = None
-    screen_m: tuple[float, float] | None = None
-    viewing_distance_m: float | None = None
-    refresh_hz: float | None = None
-    gamma: float | None = None
-    gamma_channels: tuple[float, float, float] | None = None
-    white_cd_m2: float | None = None
-    versions: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rated:
-    """An answer on how three-dimensional something looks.
-
-    Parameters
-    ----------
-    onset
-        When the picture appeared, in seconds of the sitting's clock.
-    rating
-        Ratio to the standard; or what else the scale of the design has.
-    response_time
-        From the question to the answer, in seconds.
-    dropped_frames
-        That came late during the trial.
-    confidence
-        From 0 to 1, where it was asked.
-    stimulus
-        The picture's file, as the manifest names it.
-    start
-        Where the marker first stood on the scale, at random.
-    """
-
-    onset: float
-    rating: float
-    response_time: float
-    dropped_frames: int = 0
-    confidence: float | None = None
-    stimulus: str | None = None
-    start: float | None = None
-
-    def __post_init__(self) -> None:
-        _finite(self, "onset", "response_time", "confidence")
-        if not math.isfinite(self.rating):
-            raise InputError(f"rating is {self.rating!r}, but must be a finite number.")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Watched:
-    """What was pressed while the cube turned.
-
-    Parameters
-    ----------
-    onset
-        When the trial began, in seconds of the sitting's clock.
-    presses
-        In order of time.
-    trial_duration
-        How long it lasted, in seconds.
-    dropped_frames
-        That came late during the trial.
-    """
-
-    onset: float
-    presses: Sequence[Press]
-    trial_duration: float
-    dropped_frames: int = 0
-
-    def __post_init__(self) -> None:
-        _finite(self, "onset")
-        percepts(self.presses, {}, self.trial_duration)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Chosen:
-    """Which of two intervals was chosen, at the level that a procedure had set.
-
-    Parameters
-    ----------
-    onset
-        When the first picture appeared, in seconds of the sitting's clock.
-    level
-        What was added in one interval: dioptres, or millimetres.
-    answer
-        The interval that was chosen, 1 or 2.
-    correct
-        Whether that is the one with the level.
-    response_time
-        From the question to the answer, in seconds.
-    dropped_frames
-        That came late during the trial.
-    stimulus
-        The file of the picture that was blurred, as the manifest names it.
-    """
-
-    onset: float
-    level: float
-    answer: int
-    correct: bool
-    response_time: float
-    dropped_frames: int = 0
-    stimulus: str | None = None
-
-    def __post_init__(self) -> None:
-        _finite(self, "onset", "level", "response_time")
-        if self.answer not in (1, 2):
-            raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")
-
-
-Answer = Rated | Watched | Chosen
-
-ANSWERS: dict[str, type[Answer]] = {
-    "depthrating": Rated,
-    "pinhole": Rated,
-    "necker": Watched,
-    "blurthreshold": Chosen,
-}
-"""What a trial of each task is answered by."""
-
-
-def _finite(answer: Answer, *names: str) -> None:
-    for name in names:
-        value = getattr(answer, name)
-        if value is not None and not (math.isfinite(value) and value >= 0):
-            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
 
 
 class Session:
@@ -418,6 +266,9 @@ class Session:
                 f"rating is {answer.rating:g}, but the scale of the design goes from {least:g} to {most:g}: give "
                 "one of its answers."
             )
+        gaze = getattr(self.design, "gaze", "none")
+        if isinstance(answer, Rated) and (gaze != "none") is not (answer.gaze_left is not None):
+            raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: mend it.")
         if isinstance(answer, Chosen):
             self._check_choice(trial, answer)
         event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}

@@ -59,7 +59,7 @@ class BlurThresholdDesign(Plan):
         "spheres-01",
         "spheres-02",
     )
-    fixation: Annotated[Literal["nearest", "farthest"], Field(description="'nearest' or 'farthest'")] = "nearest"
+    fixation: Annotated[str, Field(min_length=1, description="the name of a fixation, like 'nearest'")] = "nearest"
     repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 15
     least_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 0.02")] = 0.02
     most_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 2.0")] = 2.0

@@ -27,8 +27,10 @@ CatchPicture = Literal["standard", "flatter", "deeper"]
 EXAMPLES: dict[str, str] = {"flatter": "example-flat", "deeper": "example-deep"}
 """The scenes of the drawings: a wall of tiles seen from the front, and a tiled corridor. The screen draws them."""
 
-Fixation = Literal["nearest", "farthest"]
-"""Which object of the scene is fixated, and in focus."""
+Fixation = str
+"""Which object of the scene is fixated, and in focus: "nearest", "farthest", or a name of the laboratory's own."""
+
+FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 F_NUMBER = re.compile(r"f/(\d+(?:\.\d+)?)")
 
@@ -106,7 +108,8 @@ class DepthRatingDesign(Plan):
     )
     focal_length_mm: Annotated[float, Field(gt=0, le=1000, description="a positive number of millimetres")] = 50.0
     fixations: Annotated[
-        tuple[Fixation, ...], Field(strict=False, min_length=1, description="a list of 'nearest' and 'farthest'")
+        tuple[Fixation, ...],
+        Field(strict=False, min_length=1, description="a list of 'nearest', 'farthest' and names of one's own"),
     ] = ("nearest", "farthest")
     fixation_order: Annotated[Literal["mixed", "blocked"], Field(description="'mixed' or 'blocked'")] = "mixed"
     scenes: Annotated[Names, Field(description="a list of names of scenes, like ['spheres-01']")] = tuple(
@@ -151,6 +154,8 @@ class DepthRatingDesign(Plan):
     least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25
     most_rating: Annotated[float, Field(gt=1, le=1000, description="a number above 1, like 4.0")] = 4.0
     confidence: Annotated[bool, Field(description="true or false")] = False
+    gaze: Annotated[Literal["none", "mouse", "tracker"], Field(description="'none', 'mouse' or 'tracker'")] = "none"
+    gaze_within_deg: Annotated[float, Field(gt=0, le=90, description="a number of degrees above 0, like 2.0")] = 2.0
 
     shortened: ClassVar = {
         "repetitions": 1,
@@ -167,6 +172,12 @@ class DepthRatingDesign(Plan):
     def _check(self) -> DepthRatingDesign:
         for key in ("apertures", "fixations", "scenes"):
             no_repeats(key, getattr(self, key))
+        for fixation in self.fixations:
+            if not FIXATION.fullmatch(fixation):
+                raise ValueError(
+                    f"fixations names {fixation!r}, but a name begins with a letter, and holds letters, digits and _: "
+                    "give another, in the table of the pictures too."
+                )
         for aperture in self.apertures:
             aperture_mm(aperture, self.focal_length_mm)
         no_repeats("catch_pictures", self.catch_pictures)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -68,15 +68,27 @@ def show_standard(sitting: Sitting) -> None:
     screen.on_event("off", screen.blank())
 
 
-def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> tuple[Any, Any, str | None]:
-    """What draws a picture and its mark, and the picture's file; a drawing has none."""
+class _Part(NamedTuple):
+    """What is drawn in an interval: picture, mark and its place (pixels from the middle), mask; the picture's file."""
+
+    image: Any
+    mark: Any
+    place: tuple[float, float]
+    mask: Any
+    file: str | None
+
+
+def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
+    """What draws a picture, its mark and mask; a drawing has no file, and the mark of the standard."""
     scene, aperture, fixation = shown
     if scene in DRAWINGS:
-        standard, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
-        pixels = example_picture(scene, sitting.pixels(standard).shape[:2])
-        return sitting.screen.picture(pixels), sitting.mark(standard), None
-    picture, image = sitting.picture(scene, aperture, fixation, factors)
-    return image, sitting.mark(picture), picture.png
+        picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
+        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]))
+    else:
+        picture, image = sitting.picture(scene, aperture, fixation, factors)
+    mask = _noise(sitting, (int(image.size[1]), int(image.size[0]))) if sitting.design.mask == "noise" else None
+    file = None if scene in DRAWINGS else picture.png
+    return _Part(image, sitting.mark(picture), sitting.place(picture), mask, file)
 
 
 def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
@@ -86,21 +98,22 @@ def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
     return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]])
 
 
-def _interval(sitting: Sitting, prepared: tuple[Any, Any, Any], seconds: float, event: str) -> float:
+def _interval(sitting: Sitting, part: _Part, seconds: float, event: str) -> float:
     """Show mark, picture, mask and blank: when the picture appeared (s of the sitting)."""
     design: DepthRatingDesign = sitting.design
     screen = sitting.screen
-    image, mark, mask = prepared
 
     def draw(since: float) -> None:
-        image.draw()
+        part.image.draw()
         if design.mark == "kept":
-            mark.draw()
+            part.mark.draw()
 
-    screen.play(lambda since: mark.draw(), design.mark_s, "mark", lit=False)
+    screen.play(lambda since: part.mark.draw(), design.mark_s, "mark", lit=False)
     onset = screen.play(draw, seconds, event)
-    if mask is not None and design.mask_s:
-        screen.play(lambda since: mask.draw(), design.mask_s, "mask", lit=False)
+    if sitting.recorder is not None:
+        sitting.recorder.shown(onset, onset + seconds, part.place)
+    if part.mask is not None and design.mask_s:
+        screen.play(lambda since: part.mask.draw(), design.mask_s, "mask", lit=False)
     screen.empty(design.blank_s, "off")
     return sitting.since_start(onset)
 
@@ -120,22 +133,22 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
         shown.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
     elif design.reference == "same-scene":
         shown.insert(0, ("reference", design.reference_of(trial), design.reference_s))
-    ready: list[tuple[Any, Any, Any]] = []
-    files: dict[str, str | None] = {}
+    ready: dict[str, _Part] = {}
 
     def prepare() -> None:
         for event, which, _ in shown:
-            image, mark, files[event] = _prepared(sitting, which, dict(trial.factors))
-            shape = (int(image.size[1]), int(image.size[0]))
-            ready.append((image, mark, _noise(sitting, shape) if design.mask == "noise" else None))
-            sitting.screen.warm(*(part for part in ready[-1] if part is not None))
+            ready[event] = part = _prepared(sitting, which, dict(trial.factors))
+            sitting.screen.warm(*(one for one in (part.image, part.mark, part.mask) if one is not None))
 
     sitting.screen.empty(design.pause_s, "pause", prepare)
-    onsets = {
-        event: _interval(sitting, parts, seconds, event)
-        for (event, _, seconds), parts in zip(shown, ready, strict=True)
-    }
-    return (min(onsets.values()) if design.scale == "choice" else onsets["picture"]), files["picture"]
+    recorder = sitting.recorder
+    if recorder is not None:
+        recorder.begin()
+    try:
+        onsets = {event: _interval(sitting, ready[event], seconds, event) for event, _, seconds in shown}
+    finally:
+        sitting.taken = None if recorder is None else recorder.end()
+    return (min(onsets.values()) if design.scale == "choice" else onsets["picture"]), ready["picture"].file
 
 
 def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
@@ -160,6 +173,7 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
     if trial.standard_before:
         show_standard(sitting)
     onset, file = show_picture(sitting, trial)
+    taken = sitting.taken
     answer = ask_depth(sitting, trial)
     return Rated(
         onset=onset,
@@ -168,6 +182,8 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         confidence=ask_confidence(sitting),
         stimulus=file,
         start=answer.start,
+        gaze_away=None if taken is None else taken.away,
+        gaze_left=None if taken is None else taken.away is None or taken.away > sitting.design.gaze_within_deg,
     )
 
 

@@ -15,6 +15,7 @@ from focalgradient.stimuli import Picture, StimulusSet
 
 if TYPE_CHECKING:
     from focalgradient.design.words import Words
+    from focalgradient.lab.gaze import Recorder, Taken
     from focalgradient.lab.screen import Screen
 
 __all__ = ["EVENTS", "GREY", "Again", "Experiment", "Quit", "Sitting"]
@@ -134,6 +135,10 @@ class Sitting:
         The trials recorded so far with their answers, those of earlier sittings included.
     procedure
         Of an adaptive experiment, what chooses the level of the next trial.
+    recorder
+        Of the gaze, where the design wants it.
+    taken
+        The gaze of the last trial.
     """
 
     screen: Screen
@@ -147,6 +152,8 @@ class Sitting:
     levels: dict[str, str] = field(default_factory=dict)
     recorded: Sequence[Mapping[str, Any]] = ()
     procedure: Any = None
+    recorder: Recorder | None = None
+    taken: Taken | None = None
 
     @property
     def words(self) -> Words:
@@ -175,8 +182,12 @@ class Sitting:
         assert self.stimuli is not None
         return self.stimuli.scene(picture.scene).target(picture.fixation).position_px
 
-    def mark(self, picture: Picture) -> Any:
-        """The mark on the object that is fixated in a picture."""
+    def place(self, picture: Picture) -> tuple[float, float]:
+        """Where the fixated object of a picture is on the screen: pixels from the middle, x right and y up."""
         height, width = self.pixels(picture).shape[:2]
         x, y = self.fixated(picture)
-        return self.screen.fixation(x - width / 2, height / 2 - y)
+        return x - width / 2, height / 2 - y
+
+    def mark(self, picture: Picture) -> Any:
+        """The mark on the object that is fixated in a picture."""
+        return self.screen.fixation(*self.place(picture))

@@ -8,22 +8,22 @@ is measured; the square of --photodiode turns over with that frame.
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from focalgradient.dataset import Files, Journal, begin_dataset
 from focalgradient.dataset.bids import add_participant
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_installed
-from focalgradient.files import printable, read_json
+from focalgradient.errors import InputError
+from focalgradient.files import printable
 from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
+from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
 from focalgradient.lab.gaze_record import Change, write_tables
-from focalgradient.lab.preparation import WINDOW, import_screen, read_markers
+from focalgradient.lab.preparation import WINDOW, gamma_shown, import_screen, read_markers
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -35,79 +35,6 @@ AROUND_DEG = 0.25
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57
 """Metres, of a screen whose size and distance are not known."""
-
-SIMULATED = "eyetracker.hw.mouse.EyeTracker"
-"""ioHub's eye tracker that follows the mouse."""
-
-
-class Sample(NamedTuple):
-    """Where somebody looked: pixels from the middle of the window, x right and y up; when, on the screen's clock."""
-
-    x: float
-    y: float
-    time: float
-
-
-class Gaze(Protocol):
-    """What tells where somebody looks."""
-
-    name: str
-
-    def sample(self) -> Sample | None:
-        """The newest sample; None where the eyes are not found."""
-
-    def close(self) -> None:
-        """Stop."""
-
-
-class _Mouse:
-    """The pointer, as if it were the gaze; read when a frame is drawn."""
-
-    name = "mouse"
-
-    def __init__(self, screen: Screen):
-        self._screen = screen
-        screen.mouse.setVisible(True)
-
-    def sample(self) -> Sample | None:
-        x, y = self._screen.mouse.getPos()
-        return Sample(float(x), float(y), self._screen.now())
-
-    def close(self) -> None:
-        self._screen.mouse.setVisible(False)
-
-
-class _Tracker:
-    """An eye tracker that ioHub knows, with its own time of each sample."""
-
-    def __init__(self, screen: Screen, kind: str, settings: dict[str, Any], calibrate: bool):
-        from psychopy.iohub import launchHubServer
-
-        self.name, self._screen = kind, screen
-        width, height = (1e3 * screen.display.pixel_pitch * side for side in screen.display.size_px)
-        where = {
-            "physical_dimensions": {"width": width, "height": height, "unit_type": "mm"},
-            "default_eye_distance": {"surface_center": 1e3 * screen.display.distance, "unit_type": "mm"},
-        }
-        self._hub = launchHubServer(window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}})
-        self._tracker: Any = getattr(self._hub.devices, "tracker", None)
-        if self._tracker is None:
-            self._hub.quit()
-            raise InputError(f"the eye tracker {kind} does not answer: see that it is on, and its --tracker file.")
-        if calibrate:
-            self._tracker.runSetupProcedure()
-        self._tracker.setRecordingState(True)
-
-    def sample(self) -> Sample | None:
-        sample, place = self._tracker.getLastSample(), self._tracker.getLastGazePosition()
-        if not sample or place is None:
-            return None
-        age = self._hub.getTime() - sample[7]  # the header's field "time", by ioHub's clock
-        return Sample(float(place[0]), float(place[1]), self._screen.now() - age)
-
-    def close(self) -> None:
-        self._tracker.setRecordingState(False)
-        self._hub.quit()
 
 
 class _Arguments(argparse.ArgumentParser):
@@ -126,13 +53,7 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
         help="folder that 'focalgradient blur' made, of two foci up",
     )
     add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what tells where one looks (default: mouse)")
-    add(
-        "--tracker",
-        type=Path,
-        metavar="FILE",
-        help='JSON file with the eye tracker\'s ioHub settings, as {"eyetracker.hw.tobii.EyeTracker": {...}} '
-        "(default: ioHub's simulated tracker, which follows the mouse)",
-    )
+    add_tracker(parser)
     add("--transition", choices=("eye", "immediate"), default="eye", help="how focus changes (default: eye, 0.3 s)")
     add("--seconds", type=float, default=60.0, metavar="S", help="how long (default: 60)")
     add("--participant", default="pilot", metavar="LABEL", help="letters and digits (default: pilot)")
@@ -167,7 +88,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         options = _arguments(given, program)
         series = read_series(options.series)
         files = Files(options.data, "gazefocus", options.participant, options.session)
-        kind, settings = _tracker_settings(options)
+        kind, settings = tracker_settings(options.gaze, options.tracker)
         hook = read_markers(options.markers)
         module = import_screen()
         display = _display(options, module)
@@ -189,24 +110,6 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         return 2
 
 
-def _tracker_settings(options: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    """Name of the eye tracker in ioHub, and its settings; "mouse" without one."""
-    if options.gaze == "mouse":
-        return "mouse", {}
-    if importlib.util.find_spec("psychopy") is not None:
-        check_installed("ioHub, which reads eye trackers,", "gaze", "gevent", "astunparse", "esprima")
-    if options.tracker is None:
-        controls = {"move": ["CONTINUOUS"], "blink": ["LEFT_BUTTON", "RIGHT_BUTTON"], "saccade_threshold": 0.5}
-        return SIMULATED, {"controls": controls, "runtime_settings": {"sampling_rate": 100}}
-    table = read_json(options.tracker, "the settings of an eye tracker")
-    if not (isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict)):
-        raise InputError(
-            f"{printable(options.tracker)} must hold one eye tracker's name with its settings, as "
-            '{"eyetracker.hw.tobii.EyeTracker": {}}.'
-        )
-    return next(iter(table.items()))
-
-
 def _display(options: argparse.Namespace, module: Any) -> Display:
     size = module.screen_size(options.screen)
     if options.monitor is None:
@@ -214,7 +117,7 @@ def _display(options: argparse.Namespace, module: Any) -> Display:
     found = module.calibration_of(options.monitor)
     if not (found.width and found.distance):
         raise InputError(f"the monitor {options.monitor!r} has no width or no distance: enter them in PsychoPy.")
-    return Display(size, found.width / size[0], found.distance, found.gamma or "sRGB")
+    return Display(size, found.width / size[0], found.distance, gamma_shown(found) or "sRGB")
 
 
 def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[str, Any]:
@@ -256,7 +159,6 @@ def _window(
     about: dict[str, Any],
     journal: Journal,
 ) -> int:
-    (kind, settings) = tracker
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display, patch=options.photodiode)
     start = screen.now()
     changes: list[Change] = []
@@ -269,7 +171,8 @@ def _window(
 
     screen.on_event = listen
     try:
-        gaze = _Mouse(screen) if kind == "mouse" else _Tracker(screen, kind, settings, calibrate=kind != SIMULATED)
+        gaze = open_gaze(screen, tracker)
+        gaze.calibrate()
         pictures = [screen.picture(pixels) for pixels in series.encoded(display)]
         screen.warm(*pictures)
         _instruct(screen)

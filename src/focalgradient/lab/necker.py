@@ -70,9 +70,10 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
             said.draw()
             screen.frame()
             screen.stop_if_asked(screen.keys.events())
-        pixels = np.zeros(light.shape, np.uint8)
         lit = light > 0  # a few in a hundred
-        pixels[lit] = display.encode(LEVEL * light[lit])
+        values = display.encode(LEVEL * light[lit])
+        pixels = np.zeros((*light.shape, *values.shape[1:]), np.uint8)
+        pixels[lit] = values
         loop.append(screen.picture(pixels))
         screen.warm(loop[-1])
     return loop

@@ -16,15 +16,18 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, NoReturn
+from typing import Any, NoReturn
+
+import numpy as np
 
 from focalgradient.dataset import Session
-from focalgradient.design import DESIGNS, NAMES, Design, check_label, design_text, load_design
+from focalgradient.design import DESIGNS, NAMES, DepthRatingDesign, Design, check_label, design_text, load_design
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.consent import Consent, read_consent
 from focalgradient.lab.experiment import Experiment
+from focalgradient.lab.gaze import add_tracker, tracker_settings
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
 
@@ -32,6 +35,7 @@ __all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prep
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
 WINDOW = (1024, 768)  # pixels
+DEPTH_RATING = "depthrating"  # the task whose trials have an object to fixate
 NEAR = 0.01  # by which the degrees of pictures may be wrong
 GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
 
@@ -50,6 +54,8 @@ class Prepared:
         The command line.
     design, stimuli
         What is run; the pictures, where it shows any.
+    tracker
+        Of the gaze: name and settings in ioHub, "mouse" for the pointer; None where the design wants none.
     words
         What is said on the screen.
     consent
@@ -67,6 +73,7 @@ class Prepared:
     options: argparse.Namespace
     design: Design
     stimuli: StimulusSet | None
+    tracker: tuple[str, dict[str, Any]] | None
     words: Words
     consent: Consent | None
     hook: Hook | None
@@ -89,7 +96,8 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     design = DESIGNS[experiment.task]() if options.design is None else load_design(options.design)
     if design.task != experiment.task:
         raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
-    design = check_session(options, design.pilot() if options.pilot else design)
+    design = check_session(options, _with_gaze(options, design.pilot() if options.pilot else design))
+    tracker = _tracker(options, design)
     stimuli = _stimuli(options, experiment, design)
     words = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
@@ -98,7 +106,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     display, calibrated, warnings = _display(options, screen, stimuli)
     experiment.check(design, display, WINDOW if options.windowed else display.size_px)
     experiment.check_pictures(design, display, stimuli)
-    return Prepared(options, design, stimuli, words, consent, hook, screen, display, calibrated, warnings)
+    return Prepared(options, design, stimuli, tracker, words, consent, hook, screen, display, calibrated, warnings)
 
 
 class _Arguments(argparse.ArgumentParser):
@@ -151,6 +159,9 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
     add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
+    if experiment.task == DEPTH_RATING:
+        add("--gaze", choices=("none", "mouse", "tracker"), help="record where one looks, whatever the design says")
+        add_tracker(parser)
     options = parser.parse_args(given)
     if options.screen < 0:
         raise InputError(f"--screen is {options.screen}, but must be 0 or more.")
@@ -163,6 +174,26 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     if options.resume and not options.participant:
         raise InputError("--resume needs to know whose session to resume: give --participant.")
     return options
+
+
+def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
+    """The design, with the gaze recorded as the options say; in a pilot's window the mouse stands for a tracker."""
+    if not isinstance(design, DepthRatingDesign):
+        return design
+    gaze = options.gaze or design.gaze
+    return design.model_copy(update={"gaze": "mouse" if options.pilot and gaze == "tracker" else gaze})
+
+
+def _tracker(options: argparse.Namespace, design: Design) -> tuple[str, dict[str, Any]] | None:
+    """The eye tracker that the design asks for."""
+    gaze = getattr(design, "gaze", "none")
+    if gaze != "tracker" and getattr(options, "tracker", None) is not None:
+        raise InputError(f"--tracker is given, but the gaze is {gaze!r}: give --gaze tracker, or leave it out.")
+    if gaze == "none":
+        return None
+    if gaze == "tracker" and options.windowed:
+        raise InputError("the eye tracker counts from the middle of the whole screen: leave out --windowed.")
+    return tracker_settings(gaze, options.tracker)
 
 
 def check_session(options: argparse.Namespace, design: Design) -> Design:
@@ -272,11 +303,19 @@ def import_screen() -> ModuleType:
     return screen
 
 
+def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
+    """The gamma to encode light by, of a monitor's calibration: of each gun, where they were measured."""
+    if found.channels is not None:
+        red, green, blue = (min(max(gun, 1.0), 4.0) for gun in found.channels)
+        return red, green, blue
+    return None if found.gamma is None else min(max(found.gamma, 1.0), 4.0)
+
+
 def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None) -> tuple[Display, bool, list[str]]:
     """The screen's geometry and encoding, whether they have been calibrated, and what is to be warned of."""
     size, gamma, warnings = screen.screen_size(options.screen), None, []
     pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
-    calibrated, white = False, None
+    calibrated, white, found = False, None, None
     remedy = "or give --uncalibrated to run all the same, with degrees that are not right"
     if options.monitor is not None:
         found = screen.calibration_of(options.monitor)
@@ -285,7 +324,7 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
             red, green, blue = found.channels
             warnings.append(
                 f"the gammas of red, green and blue are {red:.2f}, {green:.2f} and {blue:.2f}: they differ by "
-                f"{apart:.2f}, more than {UNEQUAL:g}, so that greys are coloured."
+                f"{apart:.2f}, more than {UNEQUAL:g}: make the pictures with --gamma {red:.2f},{green:.2f},{blue:.2f}."
             )
         calibrated = bool(found.width and found.distance)
         if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
@@ -307,8 +346,8 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
         )
     if gamma is None:
         warnings.append("the screen's gamma has not been measured: light is shown as if its curve were that of sRGB.")
-    shown_by: float | Literal["sRGB"] = "sRGB" if gamma is None else min(max(gamma, 1.0), 4.0)
-    display = Display(size, pitch, distance, shown_by, **({} if white is None else {"white": white}))
+    shown_by = None if found is None else gamma_shown(found)
+    display = Display(size, pitch, distance, shown_by or "sRGB", **({} if white is None else {"white": white}))
     if stimuli is not None:
         made = stimuli.display
         ratio = made.pixels_per_degree / display.pixels_per_degree
@@ -318,7 +357,7 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
                 f"{display.pixels_per_degree:.2f}: sit at {distance * ratio:.3f} m (and say so in the Monitor Center), "
                 f"make the pictures anew, {remedy}."
             )
-        meant = 2.2 if made.gamma == "sRGB" else made.gamma
+        meant = 2.2 if made.gamma == "sRGB" else float(np.mean(made.gamma))
         if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
             warnings.append(f"the pictures were made for a gamma of {made.gamma}, but the screen's is {gamma:.2f}.")
         height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]

@@ -12,7 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
 
 from focalgradient.dataset import Answer, Apparatus, Session
 from focalgradient.design import Trial
@@ -20,6 +23,7 @@ from focalgradient.errors import InputError
 from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import EVENTS, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import pages, rest
+from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Hook, Prepared, prepare
 
@@ -69,13 +73,17 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
             patch=options.photodiode,
             words=ready.words,
         )
+        sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
         try:
-            sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
             window.on_event = _listener(sitting, ready.hook)
+            if ready.tracker is not None:
+                sitting.recorder = Recorder(window, open_gaze(window, ready.tracker), sitting.start)
             _run(experiment, ready, sitting)
         except Quit:
             return 1
         finally:
+            if sitting.recorder is not None:
+                sitting.recorder.gaze.close()
             window.close()
     except InputError as error:
         print(f"Error: {' '.join(str(error).split())}", file=sys.stderr)
@@ -132,6 +140,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
         sitting.next = next(iter(session.remaining()), None)
         try:
             _uninterrupted(lambda: pages(window, experiment.instructions(sitting), "instructions"))
+            _calibrate(sitting, session)
             _uninterrupted(lambda: experiment.before(sitting))
             _trials(experiment, sitting, session)
         except Quit:
@@ -144,6 +153,28 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
         _uninterrupted(lambda: pages(window, words.pages(f"{experiment.words}.debriefing"), "debriefing"))
     thanks = [words("session.thanks")]
     _uninterrupted(lambda: pages(window, thanks, "thanks", foot=words("session.thanks_keys")))
+
+
+def _calibrate(sitting: Sitting, session: Session) -> None:
+    """Let the eye tracker find the eyes, and note what the gaze is recorded with."""
+    if sitting.recorder is None:
+        return
+    gaze = sitting.recorder.gaze
+    gaze.calibrate()
+    session.note(
+        "eye tracker",
+        name=gaze.name,
+        software=f"psychopy {version('psychopy')}",
+        pixels_per_degree=sitting.screen.display.pixels_per_degree,
+        window_px=sitting.screen.size,
+        **gaze.about(),
+    )
+
+
+def _note_gaze(sitting: Sitting, session: Session, trial: Trial) -> None:
+    """Write down the gaze of a trial, before its answer."""
+    if sitting.taken is not None:
+        session.note("gaze", phase=trial.phase, trial=trial.trial, samples=[list(one) for one in sitting.taken.samples])
 
 
 def _may_keep(window: Screen, session: Session, sitting: Sitting) -> None:
@@ -189,6 +220,7 @@ def _trials(experiment: Experiment, sitting: Sitting, session: Session) -> None:
         )
         answer = _timed(experiment, sitting, session, trial)
         session.note("events", phase=trial.phase, trial=trial.trial, events=sitting.events, failures=sitting.failures)
+        _note_gaze(sitting, session, trial)
         session.record(trial, answer)
         sitting.events, sitting.failures = [], []
         if trial.phase == "practice":
@@ -294,7 +326,7 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
         screen_m=(width, height) if ready.calibrated else None,
         viewing_distance_m=display.distance if ready.calibrated else None,
         refresh_hz=window.refresh_hz,
-        gamma=None if display.gamma == "sRGB" else display.gamma,
+        gamma=None if display.gamma == "sRGB" else float(np.mean(display.gamma)),
         gamma_channels=None if measured is None else measured.channels,
         white_cd_m2=None if measured is None else measured.white,
         versions=ready.screen.versions(),

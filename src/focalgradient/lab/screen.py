@@ -227,6 +227,8 @@ class Screen:
         """Seconds between the frames of the last `play`."""
         self.on_event: Callable[[str, float], object] = lambda event, time: None
         """Is called with the name and the time of each event, as soon as it is on the screen."""
+        self.after_frame: Callable[[], object] = lambda: None
+        """Is called after each frame that `frame` shows."""
         self._patch = self._make_patch(patch)
         self._last = self._until = 0.0
         self.refresh_hz = self._measure()
@@ -262,6 +264,7 @@ class Screen:
         if self.refresh_hz is None and (rest := self._last + self.frame_s - self.now()) > 0:
             time.sleep(rest)
         self._last = self._flip()
+        self.after_frame()
         return self._last
 
     def _flip(self) -> float:

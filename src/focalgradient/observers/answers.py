@@ -60,7 +60,7 @@ def rate(
         random = random_stream(seed, design.task, participant, number)
         clock += BREAK * trial.break_before
         if trial.standard_before or number == 1:
-            _, stimulus = encoded[design.standard_scene, "pinhole", "nearest"]
+            _, stimulus = encoded[design.standard_scene, "pinhole", design.fixations[0]]
             standard = relief(stimulus, person, random)
             clock += design.standard_s
         file: str | None = None

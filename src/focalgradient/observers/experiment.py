@@ -58,7 +58,7 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
             f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
             "out, or say pictures = false."
         )
-    stimuli.picture(design.standard_scene, "pinhole", "nearest")
+    stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
     for trial in design.trials("01"):
         assert isinstance(trial, DepthTrial)
         if trial.scene in EXAMPLES.values():
@@ -120,6 +120,8 @@ def simulate(
     one = observer_named(observer)
     if one.categories and isinstance(design, DepthRatingDesign) and design.scale == "ratio":
         design = DepthRatingDesign.model_validate(design.model_dump() | {"scale": "steps", "steps": one.categories})
+    if isinstance(design, DepthRatingDesign):  # they look where they are told: there is no gaze to record
+        design = design.model_copy(update={"gaze": "none"})
     one, who = observer_named(observer), f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
     for label in wanted[:1]:

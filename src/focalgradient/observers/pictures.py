@@ -112,7 +112,7 @@ def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
     stimuli = read_set(folder)
     picture = stimuli.picture(*shown[0])
     scene = stimuli.scene(picture.scene)
-    fixations = [scene.target("nearest" if end == "nearest" else "farthest").position_px for _, _, end in shown]
+    fixations = [scene.target(end).position_px for _, _, end in shown]
     return encode(stimuli.pixels(picture), stimuli.display, fixations, stimuli.depth(picture.scene))
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,10 +45,36 @@ SIMULATED = "simulated observers"
 """What stands in a picture where no people took part."""
 
 FIXATION = {"nearest": (BLUE, "o", "near object\nin focus"), "farthest": (ORANGE, "s", "far object\nin focus")}
+OTHERS = [(GREEN, "^"), ("#AA3377", "D"), ("#66CCEE", "v"), ("#BBAA22", "P")]
+"""Colours (Tol's bright scheme) and markers of fixations of a laboratory's own."""
+
+Look = tuple[str, str, str]
+"""Colour, marker and label."""
+
+
+def fixation_looks(names: Iterable[str]) -> dict[str, Look]:
+    r"""How each fixation is drawn; of nearest and farthest alone, both.
+
+    >>> [*fixation_looks(["middle", "nearest"])], [*fixation_looks(["nearest"])]
+    (['nearest', 'middle'], ['nearest', 'farthest'])
+    """
+    there = {*names}
+    others = sorted(there - {*FIXATION})
+    if not others:
+        return FIXATION
+    known = {name: look for name, look in FIXATION.items() if name in there}
+    return known | {name: (*OTHERS[at % len(OTHERS)], f"{name}\nin focus") for at, name in enumerate(others)}
+
+
 READING = {"rigid": BLUE, "nonrigid": ORANGE, "both": GREEN, "none": "#BBBBBB"}
 EDGE = [withStroke(linewidth=3, foreground="white")]
 APART = 0.06
 """Of a step along the axis: how far two curves stand to either side, so that their bars do not hide each other."""
+
+
+def _sides(count: int) -> list[float]:
+    """How far the curves of so many fixations stand to either side."""
+    return [APART * (2 * number / max(count - 1, 1) - 1) for number in range(count)]
 
 
 def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
@@ -76,17 +102,19 @@ def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
 
 def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Answers in steps: shares of the steps by aperture for each fixation, and the latent scale with its thresholds."""
+    shown = result.ordinal.fixations if isinstance(result.ordinal, OrdinalResult) else ()
+    looks = fixation_looks(shown)
     with style():
-        figure = new_figure(180, 80, layout="constrained")
-        axes = figure.subplots(1, 3, width_ratios=(1, 1, 1.2))
+        figure = new_figure(180 + 45 * max(len(looks) - 2, 0), 80, layout="constrained")
+        axes = figure.subplots(1, len(looks) + 1, width_ratios=(*[1] * len(looks), 1.2))
         if isinstance(result.ordinal, OrdinalResult):
-            for ax, fixation in zip(axes, FIXATION, strict=False):
+            for ax, fixation in zip(axes, looks, strict=False):
                 draw_steps(ax, result.ordinal, fixation)
-            draw_latent(axes[2], result.ordinal, result.largest_mm)
+            draw_latent(axes[-1], result.ordinal, result.largest_mm)
         if simulated:
-            low, high = axes[2].get_ylim()
-            axes[2].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
-            _say_simulated(axes[2])
+            low, high = axes[-1].get_ylim()
+            axes[-1].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
+            _say_simulated(axes[-1])
         _settle(figure)
     return figure
 
@@ -125,7 +153,8 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     ratio = any(mean.ratio is not None for mean in result.subject_means)
     drawn = [1.0, 3.0] if ratio else []
     labels = []
-    for side, (fixation, (colour, marker, label)) in zip((-APART, APART), FIXATION.items(), strict=True):
+    looks = fixation_looks(mean.fixation for mean in result.subject_means)
+    for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
         alpha = 0.35 if len(result.participants) > 8 else 0.55
         for participant in result.participants:
             own = [
@@ -169,7 +198,8 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
     place = {mm: x for x, (mm, _) in enumerate(sizes)}
     labels = []
-    for side, (fixation, (colour, marker, label)) in zip((-APART, APART), FIXATION.items(), strict=True):
+    looks = fixation_looks(mean.fixation for mean in result.scene_means)
+    for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
         for scene in result.scenes:
             own = [each for each in result.scene_means if (each.scene, each.fixation) == (scene, fixation)]
             heights = [each.ratio.estimate for each in own]
@@ -198,11 +228,12 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
         for each in result.scene_means
         if each.aperture_mm == result.largest_mm and each.aperture_mm
     }
+    looks = fixation_looks(fixation for _, fixation in rises)
     order = sorted(
         {scene for scene, _ in rises},
-        key=lambda scene: next(rises[scene, name].estimate for name in FIXATION if (scene, name) in rises),
+        key=lambda scene: next(rises[scene, name].estimate for name in looks if (scene, name) in rises),
     )
-    for side, (fixation, (colour, marker, _)) in zip((APART, -APART), FIXATION.items(), strict=True):
+    for side, (fixation, (colour, marker, _)) in zip(reversed(_sides(len(looks))), looks.items(), strict=True):
         for y, scene in enumerate(order):
             rise = rises.get((scene, fixation))
             if rise is None:
@@ -224,7 +255,7 @@ def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
     steps = sorted({each.step for each in result.shares})
     share = {(each.aperture_mm, each.step): 100 * each.share for each in own}
     base = np.zeros(len(sizes))
-    colour, _, label = FIXATION[fixation]
+    colour, _, label = fixation_looks(result.fixations)[fixation]
     for number, step in enumerate(steps):
         heights = np.array([share.get((mm, step), 0.0) for mm, _ in sizes])
         strength = 0.15 + 0.85 * number / max(len(steps) - 1, 1)
@@ -245,7 +276,7 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
     labels = []
     for fixation, slope in zip(result.fixations, result.slopes, strict=True):
         if isinstance(slope, Effect):
-            colour, _, label = FIXATION[fixation]
+            colour, _, label = fixation_looks(result.fixations)[fixation]
             ax.fill_between(mm, slope.low * mm, slope.high * mm, color=colour, alpha=0.2, linewidth=0)
             ax.plot(mm, slope.estimate * mm, color=colour, linewidth=2)
             labels.append((slope.estimate * largest_mm, label, colour))

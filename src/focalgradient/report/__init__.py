@@ -37,6 +37,7 @@ from focalgradient.report.document import (
     as_markdown,
 )
 from focalgradient.report.export import report_files, safe_csv, trial_files
+from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
@@ -298,6 +299,7 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield from _shown(own, sheets)
     if isinstance(part.result, DepthRatingResult):
         yield from map(Paragraph, part.result.remarks)
+    yield from gaze_part(part, sheets)
 
 
 def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) -> Iterator[Block]:

@@ -83,6 +83,8 @@ class Ratings:
         The analysis of comparisons, where those are the answers; then `result` is none.
     factors
         Of the laboratory's own, compared.
+    fixated
+        Where the gaze was recorded: the same without trials whose gaze left the fixated object, or why there is none.
     """
 
     data: DataSet | None
@@ -94,6 +96,7 @@ class Ratings:
     scale: Answers = "ratio"
     compared: ComparisonResult | None = None
     factors: tuple[FactorEffect, ...] = ()
+    fixated: Ratings | NotComputed | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,7 +174,14 @@ def analyse_table(
         else:
             result = depth_rating(kept, equivalence_bound=bound, scale=meant, progress=progress)
         own = factor_effects(kept, factors, ratios=meant == "ratio")
-    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own)
+    fixated: Ratings | NotComputed | None = None
+    if data is not None and "gaze_left" in table:
+        stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
+        if stayed["catch"].all():
+            fixated = NotComputed("In all trials the gaze left the fixated object, or is not known.")
+        else:
+            fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
+    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own, fixated)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:

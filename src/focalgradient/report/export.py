@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations
 
 import pandas as pd
 
 from focalgradient.statistics import DepthRatingResult, Effect, NeckerResult, OrdinalResult
 from focalgradient.statistics.crossed import FEWEST_SCENES
+from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["report_files", "safe_csv", "trial_files"]
 
@@ -18,7 +20,7 @@ MEANING = {
     "scene": "scene shown",
     "aperture": "aperture: pinhole, or its f-number",
     "aperture_mm": "diameter of the aperture in millimetres; 0 for the pinhole",
-    "fixation": "object fixated and in focus: nearest or farthest",
+    "fixation": "object fixated and in focus: nearest, farthest, or as the design names it",
     "repetition": "number of the repetition of the picture",
     "rating": "rating as given: ratio to the standard, or step of the scale",
     "log_rating": "natural logarithm of the rating",
@@ -99,7 +101,8 @@ d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "charac
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 d$y <- ordered(d$rating); d$participant_id <- factor(d$participant_id)
 terms <- c()
-for (f in intersect(c("nearest", "farthest"), d$fixation)) {
+known <- c("nearest", "farthest")
+for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
   d[[paste0("blur_", f)]] <- d$aperture_mm / max(d$aperture_mm) * (d$fixation == f)  # 1 at the largest aperture
   terms <- c(terms, paste0("blur_", f))
 }
@@ -109,7 +112,12 @@ model <- as.formula(paste("y ~", paste(fixed, collapse = " + "), "+ (1 +", paste
 fit <- clmm(model, d, control = clmm.control(gradTol = 1e-4))
 slope <- coef(fit)[terms]; v <- vcov(fit)[terms, terms, drop = FALSE]
 if (length(terms) > 1) {
-  k <- rbind(diag(2), c(1, -1)); slope <- as.vector(k %*% slope); v <- k %*% v %*% t(k); terms <- c(terms, "difference")
+  pairs <- combn(length(terms), 2); k <- diag(length(terms))
+  for (i in seq_len(ncol(pairs))) {
+    k <- rbind(k, diag(length(terms))[pairs[1, i], ] - diag(length(terms))[pairs[2, i], ])
+    terms <- c(terms, paste(terms[pairs[1, i]], "less", terms[pairs[2, i]]))
+  }
+  slope <- as.vector(k %*% slope); v <- k %*% v %*% t(k)
 }
 t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
 print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
@@ -163,6 +171,7 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
     if result is not None and isinstance(result.ordinal, OrdinalResult):
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
+        tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
         found = "".join(
             f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect)
         )
@@ -184,13 +193,16 @@ def _rises(trials: pd.DataFrame) -> pd.DataFrame:
     """A row a subject and scene: log ratio of the largest aperture to the pinhole by fixation, and their difference."""
     rows = trials[trials["included"]]
     of = {}
-    for name in ("nearest", "farthest"):
+    names = fixations_of(rows)
+    for name in names:
         own = rows[rows["fixation"] == name]
         if own["aperture_mm"].nunique() > 1 and own["aperture_mm"].min() == 0:
             means = own.groupby(["participant_id", "scene", "aperture_mm"])["log_rating"].mean().unstack()
             of[name] = means.iloc[:, -1] - means.iloc[:, 0]
-    if len(of) == 2:
+    if names == FIXATIONS and len(of) == 2:
         of["difference"] = of["nearest"] - of["farthest"]
+    elif set(names) - {*FIXATIONS}:
+        of |= {f"{one}_less_{other}": of[one] - of[other] for one, other in combinations([*of], 2)}
     wide = pd.DataFrame(of)
     return wide.rename_axis(["participant_id", "scene"]).reset_index() if of else wide
 

@@ -8,6 +8,7 @@ from typing import Any
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
 from focalgradient.statistics import ComparisonResult, Effect, FactorEffect, NotComputed
+from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["comparison_findings", "comparison_methods", "comparison_sheets", "factor_sheet"]
 
@@ -16,11 +17,14 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
     """The results in sentences."""
     what, unit = ("The mean step", "step") if found.scale == "bipolar" else ("The share of choices", "log odds")
     for name, slope, largest in zip(found.fixations, found.slopes, found.against_reference, strict=True):
+        focused = f"the {name} object" if name in FIXATIONS else f"“{name}”"
         yield (
-            f"With the {name} object in focus the picture was judged deeper, the larger its aperture, by ({unit} for a "
+            f"With {focused} in focus the picture was judged deeper, the larger its aperture, by ({unit} for a "
             f"millimetre): {_told(slope)}. {what} at the largest aperture differed from alike by: {_told(largest)}."
         )
-    if found.scale == "bipolar":
+    for (one, other), test in found.differences.items():
+        yield f"Difference of the slopes of “{one}” and “{other}”: {_told(test)}."
+    if found.scale == "bipolar" and not found.differences:
         yield f"Difference of the slopes of the two fixations: {_told(found.interaction)}."
 
 
@@ -59,7 +63,10 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
     tests: list[tuple[str, Effect | NotComputed]] = []
     for name, slope, largest in zip(found.fixations, found.slopes, found.against_reference, strict=True):
         tests += [(f"slope, {name} in focus", slope), (f"largest aperture, {name} in focus", largest)]
-    tests.append(("difference of the slopes", found.interaction))
+    pairs = [
+        (f"difference of the slopes, {one} less {other}", test) for (one, other), test in found.differences.items()
+    ]
+    tests += pairs or [("difference of the slopes", found.interaction)]
     yield listed("comparison_tests.csv", "Tests", ["what", "result"], [[name, _told(test)] for name, test in tests])
 
 

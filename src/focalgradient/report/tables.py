@@ -203,7 +203,8 @@ def _rises(result: DepthRatingResult) -> Sheet:
     cells = _Cells()
     tests: list[tuple[str, str, Effect | NotComputed]] = []
     tested = [(each.fixation, each.rise, each.rise_these_scenes) for each in result.fixations]
-    tested.append(("nearest / farthest", result.interaction, result.interaction_these_scenes))
+    pairs = [(f"{one} / {other}", *tests) for (one, other), tests in result.differences.items()]
+    tested += pairs or [("nearest / farthest", result.interaction, result.interaction_these_scenes)]
     for name, test, fixed in tested:
         tests += [(name, "subjects and scenes", test), (name, THESE, fixed)]
     rows = [
@@ -314,7 +315,9 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
     for fixation, slope, rise in zip(result.fixations, result.slopes, result.rises, strict=True):
         named.append((fixation, "slope (log odds of a higher answer / mm)", slope))
         named.append((fixation, "odds ratio at the largest aperture", rise))
-    named.append(("nearest / farthest", "ratio of the odds ratios", result.interaction))
+    what = "ratio of the odds ratios"
+    pairs = [(f"{one} / {other}", what, test) for (one, other), test in result.differences.items()]
+    named += pairs or [("nearest / farthest", what, result.interaction)]
     rows = [[name, what, *cells.effect(test, ratio="ratio" in what)] for name, what, test in named]
     digits = [
         {"fixation": name, "what": f"logarithm of the {what}" if "ratio" in what else what}

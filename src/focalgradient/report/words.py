@@ -20,6 +20,7 @@ from focalgradient.statistics import (
     Quality,
     Scale,
 )
+from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
     "analysis_necker",
@@ -31,7 +32,10 @@ __all__ = [
     "rating_findings",
 ]
 
-OBJECT = {"nearest": "the nearest object in focus", "farthest": "the farthest object in focus"}
+
+def _object(fixation: str) -> str:
+    """What is in focus, in words."""
+    return f"the {fixation} object in focus" if fixation in FIXATIONS else f"“{fixation}” in focus"
 
 
 def counts(found: Quality) -> str:
@@ -49,7 +53,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         return _ordinal_findings(result.ordinal)
     sentences = []
     for each in result.fixations:
-        subject = f"With {OBJECT[each.fixation]}"
+        subject = f"With {_object(each.fixation)}"
         if isinstance(each.rise, NotComputed):
             sentences.append(f"{subject}, the rise was not tested: {each.rise.reason}")
         else:
@@ -62,7 +66,9 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
             f"The two rises {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
             f"{_test(result.interaction)})."
         )
-    if sentences and result.scale == "ratio":
+    for (one, other), (test, _) in result.differences.items():
+        sentences.append(_pair(one, other, test, "rises"))
+    if sentences and result.scale == "ratio" and result.fixations[0].fixation in FIXATIONS:
         sentences[0] = f"Primary outcome. {sentences[0]}"
     return sentences
 
@@ -95,11 +101,23 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     return sentence
 
 
+def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
+    """The difference between two of more than two fixations."""
+    if isinstance(test, NotComputed):
+        return f"The {what} of “{one}” and “{other}” were not compared: {test.reason}"
+    differ = "differed" if test.significant else "did not differ reliably"
+    ends = interval(test.ratio.low, test.ratio.high, 2)
+    return (
+        f"The {what} of “{one}” and “{other}” {differ} (their ratio {decimals(test.ratio.estimate)}, "
+        f"95{SPACE}% CI {ends}; {_test(test)})."
+    )
+
+
 def _ordinal_findings(result: OrdinalResult) -> list[str]:
     """Answers in steps, in a few sentences."""
     sentences = []
     for fixation, rise in zip(result.fixations, result.rises, strict=True):
-        subject = f"With {OBJECT[fixation]}"
+        subject = f"With {_object(fixation)}"
         if isinstance(rise, NotComputed):
             sentences.append(f"{subject}, the slope was not tested: {rise.reason}")
             continue
@@ -116,7 +134,10 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
             f"The two slopes {differ} (ratio of the odds ratios {decimals(ratio.estimate)}, 95{SPACE}% CI "
             f"{interval(ratio.low, ratio.high, 2)}; {_test(result.interaction)})."
         )
-    return ["Primary outcome. " + sentences[0], *sentences[1:]]
+    for (one, other), test in result.differences.items():
+        sentences.append(_pair(one, other, test, "odds ratios"))
+    primary = "Primary outcome. " if result.fixations[0] in FIXATIONS else ""
+    return [primary + sentences[0], *sentences[1:]]
 
 
 def necker_findings(result: NeckerResult) -> list[str]:
@@ -150,13 +171,21 @@ def methods_ratings(part: Ratings, bound: float) -> list[str]:
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
     return [
         f"{_people(part.quality, part.simulated)} judged the depth of pictures of {_many(scenes, 'scene')} at the "
-        f"apertures {apertures} ({design.get('focal_length_mm', '?')} mm lens), once with the nearest and once with "
-        f"the farthest object in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
+        f"apertures {apertures} ({design.get('focal_length_mm', '?')} mm lens), "
+        f"{_focused(design)} in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
         f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
         _excluded(part.quality, middle="1" if part.scale == "ratio" else "the scale’s middle"),
         *_analysis(part, bound, design),
     ]
+
+
+def _focused(design: Mapping[str, Any]) -> str:
+    """What was fixated, by the design."""
+    names = tuple(design.get("fixations", FIXATIONS))
+    if names == FIXATIONS:
+        return "once with the nearest and once with the farthest object"
+    return f"each with {_listed([f'“{name}”' for name in names])}"
 
 
 def _answers(design: Mapping[str, Any]) -> str:

@@ -226,6 +226,12 @@ def bayes_depth_rating(
             'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
         )
     posteriors: dict[Name, Posterior | NotComputed]
+    others = sorted({*table["fixation"]} - {*FIXATIONS})
+    if others:
+        raise InputError(
+            f"fixation is {others[0]!r} in some trials, but the Bayesian models know nearest and farthest only: leave "
+            "them out."
+        )
     if scale == "ordinal":
         formula, posteriors = _ordinal(table, bound, seed, progress)
     else:

@@ -8,7 +8,9 @@ logistic model (GEE) with standard errors between subjects.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -17,9 +19,9 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.marginal import marginal_slope
-from focalgradient.statistics.means import family, paired_effect, t_interval
+from focalgradient.statistics.means import family, only_difference, paired_effect, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.tables import FIXATIONS, rating_table
+from focalgradient.statistics.tables import fixations_of, rating_table
 
 __all__ = ["ComparisonMean", "ComparisonResult", "compare_pictures"]
 
@@ -56,7 +58,10 @@ class ComparisonResult:
     against_reference
         Of each, at the largest aperture: mean step against 0; share of choices against one half.
     interaction
-        The slope with the nearest object in focus less that with the farthest, of each subject: of steps only.
+        The slope with the nearest object in focus less that with the farthest, of each subject: of steps only, and
+        where there are two fixations.
+    differences
+        Of more than two fixations: the difference of the slopes of each pair, by their names.
 
     Notes
     -----
@@ -71,6 +76,7 @@ class ComparisonResult:
     slopes: tuple[Effect | NotComputed, ...]
     against_reference: tuple[Effect | NotComputed, ...]
     interaction: Effect | NotComputed
+    differences: Mapping[tuple[str, str], Effect | NotComputed]
 
 
 def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
@@ -104,31 +110,37 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
     table = table[~table["catch"]]
     if table.empty:
         raise InputError("All trials are catch trials: there are no answers to analyse.")
-    present = tuple(name for name in FIXATIONS if (table["fixation"] == name).any())
+    present = fixations_of(table)
     of = {name: table[table["fixation"] == name] for name in present}
     lines = {name: _lines(rows) for name, rows in of.items()}
+    differences: dict[tuple[str, str], Effect | NotComputed] = {}
     if scale == "choice":
         slopes: list[Effect | NotComputed] = [_odds(rows) for rows in of.values()]
-        interaction: Effect | NotComputed = NotComputed("Slopes of choices are compared for steps only.")
     else:
         slopes = [
             paired_effect(line.to_numpy(), "subjects' own straight lines, t over subjects") for line in lines.values()
         ]
-        interaction = NotComputed("One fixation only: there is nothing to compare.")
-        if len(present) > 1:
-            both = (lines[present[0]] - lines[present[-1]]).dropna()
-            interaction = paired_effect(both.to_numpy(), "subjects' own straight lines, paired t over subjects")
-    tests = family([*slopes, interaction])
+        for one, other in combinations(present, 2):
+            both = (lines[one] - lines[other]).dropna()
+            differences[one, other] = paired_effect(
+                both.to_numpy(), "subjects' own straight lines, paired t over subjects"
+            )
+    tests = family([*slopes, *differences.values()])
+    differences = dict(zip(differences, tests[len(slopes) :], strict=True))
     return ComparisonResult(
         scale,
         tuple(sorted(set(table["participant_id"]))),
         len(table),
         _means(table),
         present,
-        tuple(tests[:-1]),
+        tuple(tests[: len(slopes)]),
         tuple(family(_largest(rows, scale) for rows in of.values())),
-        tests[-1],
+        only_difference(differences) if scale == "bipolar" else CHOICES,
+        differences if len(present) > 2 else {},
     )
+
+
+CHOICES = NotComputed("Slopes of choices are compared for steps only.")
 
 
 def _lines(rows: pd.DataFrame) -> pd.Series[float]:
@@ -155,7 +167,7 @@ def _largest(rows: pd.DataFrame, scale: Kind) -> Effect | NotComputed:
 
 def _means(table: pd.DataFrame) -> tuple[ComparisonMean, ...]:
     found = []
-    for fixation in FIXATIONS:
+    for fixation in fixations_of(table):
         rows = table[table["fixation"] == fixation]
         names = rows.drop_duplicates("aperture_mm").sort_values("aperture_mm")
         for mm, name in zip(names["aperture_mm"], names["aperture"], strict=True):

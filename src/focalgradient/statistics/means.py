@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,15 @@ from scipy import stats
 
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
-__all__ = ["family", "holm", "paired_effect", "student_effect", "t_interval", "within_half_widths"]
+__all__ = [
+    "family",
+    "holm",
+    "only_difference",
+    "paired_effect",
+    "student_effect",
+    "t_interval",
+    "within_half_widths",
+]
 
 
 def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
@@ -144,6 +152,17 @@ def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
     corrected = np.empty_like(p)
     np.put_along_axis(corrected, order, stepped, -1)
     return corrected
+
+
+def only_difference(differences: Mapping[tuple[str, str], Effect | NotComputed]) -> Effect | NotComputed:
+    """The one difference where there are two fixations, or why there is none.
+
+    >>> only_difference({}).reason
+    'One fixation only: there is nothing to compare.'
+    """
+    if len(differences) > 1:
+        return NotComputed("There are more than two fixations: each pair is compared.")
+    return next(iter(differences.values()), NotComputed("One fixation only: there is nothing to compare."))
 
 
 def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -12,9 +14,9 @@ from scipy import stats
 
 from focalgradient.progress import Progress
 from focalgradient.statistics.cumulative import CumulativeFit, cumulative_fit
-from focalgradient.statistics.means import family, student_effect
+from focalgradient.statistics.means import family, only_difference, student_effect
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
-from focalgradient.statistics.tables import FIXATIONS
+from focalgradient.statistics.tables import fixations_of
 
 __all__ = [
     "OrdinalResult",
@@ -67,7 +69,9 @@ class OrdinalResult:
     rises
         The same from the pinhole (or none) to the largest aperture: `Effect.ratio` is the odds ratio.
     interaction
-        The rise with the nearest object in focus less that with the farthest.
+        The rise with the nearest object in focus less that with the farthest, where there are two fixations.
+    differences
+        Of more than two fixations: the difference of the rises of each pair, by their names.
     thresholds
         Between the steps.
     shares
@@ -91,6 +95,7 @@ class OrdinalResult:
     shares: tuple[StepShare, ...]
     subject_sd: tuple[float, ...]
     log_likelihood: float | None
+    differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
 
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
@@ -135,7 +140,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     >>> found.slopes[0].low < 1.0 < found.slopes[0].high, [each.below for each in found.thresholds]
     (True, [1, 2])
     """
-    fixations = tuple(name for name in FIXATIONS if (rows["fixation"] == name).any())
+    fixations = fixations_of(rows)
     steps, category = np.unique(rows["rating"].to_numpy().astype(int), return_inverse=True)
     subject, names = pd.factorize(rows["participant_id"], sort=True)
     amount = rows["aperture_mm"].to_numpy(dtype=float)
@@ -156,7 +161,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     if len(steps) < 2:
         return missing("All answers are the same: there is no variation to test a slope against.")
     own = [(rows["fixation"] == name).to_numpy() * amount / width for name in fixations]
-    design = np.column_stack([*own, *([rows["fixation"] == fixations[-1]] if len(fixations) > 1 else [])]).astype(float)
+    design = np.column_stack([*own, *(rows["fixation"] == name for name in fixations[1:])]).astype(float)
     scenes = design_matrix(amount, rows["scene"].to_numpy(dtype=object))[:, 2:]
     whole = np.column_stack([design, scenes])
     if np.linalg.matrix_rank(whole - whole.mean(axis=0)) == whole.shape[1]:
@@ -170,18 +175,21 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
             "The cumulative-link mixed model has no finite maximum: answers may follow the aperture without exception."
         )
     contrasts = list(np.eye(design.shape[1])[: len(fixations)])
-    if len(fixations) > 1:
-        contrasts.append(contrasts[0] - contrasts[1])
+    pairs = list(combinations(range(len(fixations)), 2))
+    contrasts += [contrasts[one] - contrasts[other] for one, other in pairs]
     tests = family(_contrast(fit, contrast, len(names)) for contrast in contrasts)
     rises = tuple(tests[: len(fixations)])
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
-    alone = NotComputed("One fixation only: there is nothing to compare.")
+    differences = {
+        (fixations[one], fixations[other]): test
+        for (one, other), test in zip(pairs, tests[len(fixations) :], strict=True)
+    }
     return OrdinalResult(
         formula,
         fixations,
         tuple(_scaled(rise, width) for rise in rises),
         rises,
-        tests[-1] if len(fixations) > 1 else alone,
+        only_difference(differences),
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
@@ -189,6 +197,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         shares,
         tuple(float(sd) for sd in np.sqrt((fit.spread**2).sum(axis=1))),
         fit.log_likelihood,
+        differences if len(fixations) > 2 else {},
     )
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.tables import FIXATIONS, rating_table
+from focalgradient.statistics.tables import FIXATIONS, fixations_of, rating_table
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
 
@@ -160,9 +161,12 @@ class DepthRatingResult:
     fixations
         The results of each fixation present.
     interaction
-        The rise with the nearest object in focus less that with the farthest.
+        The rise with the nearest object in focus less that with the farthest, where there are no others.
     interaction_these_scenes
         The same over subjects, for these scenes only.
+    differences
+        Where there are other fixations: the difference of the rises of each pair, by their names, over subjects and
+        scenes, and for these scenes only.
     ordinal
         The analysis of answers in steps, where the scale is ordinal.
     remarks
@@ -189,6 +193,9 @@ class DepthRatingResult:
     interaction_these_scenes: Effect | NotComputed
     ordinal: OrdinalResult | NotComputed
     remarks: tuple[str, ...]
+    differences: Mapping[tuple[str, str], tuple[Effect | NotComputed, Effect | NotComputed]] = field(
+        default_factory=dict
+    )
 
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
@@ -198,11 +205,14 @@ class DepthRatingResult:
         """The rises and their difference, a line each."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
         tests = [(f"log rise, {each.fixation} in focus", each.rise) for each in self.fixations]
-        difference = self.interaction
+        differences = {pair: test for pair, (test, _) in self.differences.items()}
+        interaction = self.interaction
         if isinstance(self.ordinal, OrdinalResult):
             names = (f"log odds, {name} in focus" for name in self.ordinal.fixations)
-            tests, difference = list(zip(names, self.ordinal.rises, strict=True)), self.ordinal.interaction
-        for name, test in [*tests, ("difference", difference)]:
+            tests = list(zip(names, self.ordinal.rises, strict=True))
+            differences, interaction = dict(self.ordinal.differences), self.ordinal.interaction
+        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in differences.items()]
+        for name, test in [*tests, *(pairs or [("difference", interaction)])]:
             lines.append(f"{name}: {test.reason if isinstance(test, NotComputed) else test.summary()}")
         return "\n".join(lines)
 
@@ -260,12 +270,15 @@ def depth_rating(
         )
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
-    present = [fixation for fixation in FIXATIONS if (table["fixation"] == fixation).any()]
+    present = fixations_of(table)
     of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
     found = [_fixation(name, of[name], equivalence_bound, scale, remarks) for name in present]
-    interaction, fixed = _interaction(of, scale)
-    rises = family([*(each.rise for each in found), interaction])
-    here = family([*(each.rise_these_scenes for each in found), fixed])
+    pairs = [FIXATIONS] if set(present) <= {*FIXATIONS} else list(combinations(present, 2))
+    against = [_difference(of, one, other, scale) for one, other in pairs]
+    rises = family([*(each.rise for each in found), *(test for test, _ in against)])
+    here = family([*(each.rise_these_scenes for each in found), *(test for _, test in against)])
+    differences = dict(zip(pairs, zip(rises[len(found) :], here[len(found) :], strict=True), strict=True))
+    interaction = differences.get(FIXATIONS, (MORE, MORE)) if len(pairs) == 1 else (MORE, MORE)
     slopes, curves = family(each.slope for each in found), family(each.curvature for each in found)
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
@@ -282,11 +295,15 @@ def depth_rating(
             replace(each, rise=rise, rise_these_scenes=fixed, slope=slope, curvature=curve)
             for each, rise, fixed, slope, curve in zip(found, rises, here, slopes, curves, strict=False)
         ),
-        interaction=rises[-1],
-        interaction_these_scenes=here[-1],
+        interaction=interaction[0],
+        interaction_these_scenes=interaction[1],
         ordinal=ordinal_rating(table, remarks, progress) if scale == "ordinal" else RATIO,
         remarks=tuple(dict.fromkeys(remarks)),
+        differences={} if set(present) <= {*FIXATIONS} else differences,
     )
+
+
+MORE = NotComputed("There are other fixations than the nearest and the farthest: each pair is compared.")
 
 
 ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
@@ -342,12 +359,14 @@ def _no_ratio(own: Cells, fixation: str) -> NotComputed:
     return NotComputed("There is the pinhole only: there is no larger aperture." if len(own.amounts) < 2 else "")
 
 
-def _interaction(of: Mapping[str, Cells], scale: Scale) -> tuple[Effect | NotComputed, Effect | NotComputed]:
-    """The difference of the two rises of each subject and scene, over both; and for these scenes."""
+def _difference(
+    of: Mapping[str, Cells], one: str, other: str, scale: Scale
+) -> tuple[Effect | NotComputed, Effect | NotComputed]:
+    """The difference of two rises of each subject and scene, over both; and for these scenes."""
     if scale == "ordinal":
         return ORDINAL, ORDINAL
     rises = []
-    for fixation in FIXATIONS:
+    for fixation in (one, other):
         if fixation not in of:
             missing = NotComputed(f"No trials have the {fixation} object fixated: there is nothing to compare.")
             return missing, missing
@@ -378,9 +397,8 @@ def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
         SubjectMean(who, fixation, name, float(mm), int(size), math.exp(mean), ratio(who, fixation, mean))
         for who, fixation, mm, name, size, mean in rows
     ]
-    return tuple(
-        sorted(means, key=lambda mean: (mean.participant_id, FIXATIONS.index(mean.fixation), mean.aperture_mm))
-    )
+    order = fixations_of(table)
+    return tuple(sorted(means, key=lambda mean: (mean.participant_id, order.index(mean.fixation), mean.aperture_mm)))
 
 
 def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMean, ...]:
@@ -410,7 +428,7 @@ def _means(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
     aperture = table.drop_duplicates("aperture_mm").set_index("aperture_mm")["aperture"].sort_index()
-    keys = [(fixation, float(mm)) for fixation in FIXATIONS for mm in aperture.index if (fixation, mm) in logs]
+    keys = [(fixation, float(mm)) for fixation in of for mm in aperture.index if (fixation, mm) in logs]
     whole = logs.dropna()
     if len(whole) < len(logs):
         left = _names(logs.index.difference(whole.index))

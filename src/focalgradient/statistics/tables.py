@@ -12,13 +12,13 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 
-__all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "rating_table", "report_table"]
+__all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "rating_table", "report_table"]
 
 PINHOLE: Final = "pinhole"
 """The aperture that leaves no blur: what the others are compared with."""
 
 FIXATIONS: Final = ("nearest", "farthest")
-"""Which object is fixated, and in focus."""
+"""Which object is fixated, and in focus, in the paper; a laboratory may have others."""
 
 PERCEPTS: Final = ("rigid", "nonrigid", "none", "both")
 """What was reported of the cube: no key held is "none", and both at once is "both"."""
@@ -50,9 +50,10 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     ----------
     table
         Columns `participant_id`, `trial`, `scene`, `aperture` ("pinhole" or "f/NUMBER"), `aperture_mm` (diameter; 0 for
-        the pinhole), `fixation` ("nearest" or "farthest"), `rating` (ratio to the standard) and `catch`; others are
-        kept. An index of (file, row) makes complaints name both. With a column `kind` ("human" or "simulated"), people
-        and simulated observers must not be mixed; with a column `session`, trials are counted within it.
+        the pinhole), `fixation` ("nearest", "farthest", or other names), `rating` (ratio to the standard) and `catch`;
+        others are kept. An index of (file, row) makes complaints name both. With a column `kind` ("human" or
+        "simulated"), people and simulated observers must not be mixed; with a column `session`, trials are counted
+        within it.
     scale
         On the scales "bipolar" and "choice" a rating may be 0, and on the first below it.
 
@@ -63,7 +64,8 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     """
     table = _checked(table, RATING_COLUMNS, "depth ratings", ["participant_id", "session", "trial"])
     _refuse(table, table["scene"].isna(), "scene", "but every row must name its scene")
-    _levels(table, "fixation", FIXATIONS)
+    named = table["fixation"].map(lambda name: isinstance(name, str) and bool(name.strip()))
+    _refuse(table, ~named.astype(bool), "fixation", "but every row must name the object in focus")
     names = table["aperture"].astype(str)
     wrong = ~names.map(lambda name: bool(re.fullmatch(r"pinhole|f/\d+(\.\d+)?", name)))
     _refuse(table, wrong, "aperture", 'but must be "pinhole" or "f/" and a number')
@@ -84,6 +86,16 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     first = table.groupby("aperture_mm")["aperture"].transform("first")
     _refuse(table, names != first, "aperture", "but its aperture_mm goes by another name in another row")
     return table
+
+
+def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:
+    """Names of the fixations in a table: nearest and farthest first, then others by their names.
+
+    >>> fixations_of(pd.DataFrame({"fixation": ["middle", "farthest", "nearest"]}))
+    ('nearest', 'farthest', 'middle')
+    """
+    there = set(table["fixation"])
+    return (*(name for name in FIXATIONS if name in there), *sorted(there - {*FIXATIONS}))
 
 
 def report_table(table: pd.DataFrame) -> pd.DataFrame:

@@ -36,13 +36,14 @@ __all__ = ["import_pictures"]
 REQUIRED = ("file", "scene", "aperture", "fixation")
 OPTIONAL = ("x_px", "y_px", "depth", "focus_m")
 FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 APERTURE = re.compile(r"(?:f/)?(\d+(?:\.\d+)?)")
 MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of the table: `where` names it; `fixations` has both where one pinhole picture serves both."""
+    """A row of the table: `where` names it; `fixations` has all where one pinhole picture serves all."""
 
     where: str
     file: str
@@ -81,7 +82,8 @@ def import_pictures(
         That holds the pictures: 8-bit PNG, JPEG or TIFF files, all of one size, as the display is to show them.
     table
         CSV with the columns ``file`` (in `folder`), ``scene``, ``aperture`` (``pinhole`` or an f-number) and
-        ``fixation`` (``nearest`` or ``farthest``; may be empty for a pinhole picture, which then serves both). It may
+        ``fixation`` (``nearest``, ``farthest``, or any other names of letters, digits and _; may be empty for a pinhole
+        picture, which then serves all). It may
         have ``x_px`` and ``y_px`` (where the fixated object is, from the upper left corner), ``depth`` (a file in
         `folder`, in metres) and ``focus_m``; every other column is kept in the manifest.
     out
@@ -129,7 +131,11 @@ def import_pictures(
     if not made.complete:
         made.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         scenes = list(dict.fromkeys(row.scene for row in rows))
-        middles = [name for name in scenes if _scene(made, folder, [one for one in rows if one.scene == name], size)]
+        every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
+        ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
+        middles = [
+            name for name in scenes if _scene(made, folder, [one for one in rows if one.scene == name], size, ends)
+        ]
         if middles:
             warnings.warn(
                 f"the table does not tell where the fixated objects of {', '.join(middles[:5])} are: their marks are "
@@ -163,6 +169,7 @@ def _rows(table: Path) -> list[Row]:
     twice = [column for column in header if header.count(column) > 1]
     if twice:
         raise InputError(f"{name} row 1: the column {twice[0]!r} stands there twice: leave one out.")
+    every = _fixations([row[header.index("fixation")].strip() for row in lines[1:] if len(row) == len(header)])
     rows: list[Row] = []
     known: dict[tuple[object, ...], str] = {}
     versions: Counter[tuple[str, ...]] = Counter()
@@ -172,7 +179,7 @@ def _rows(table: Path) -> list[Row]:
         where = f"{name} row {number}"
         if len(cells) != len(header):
             raise InputError(f"{where} has {len(cells)} cells, but the header has {len(header)}: mend the row.")
-        row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)))
+        row = _row(where, dict(zip(header, (cell.strip() for cell in cells), strict=True)), every)
         for end in row.fixations:
             before = known.setdefault((row.scene, row.aperture, end, *row.further.values()), where)
             if before != where:
@@ -188,7 +195,13 @@ def _rows(table: Path) -> list[Row]:
     return rows
 
 
-def _row(where: str, cells: dict[str, str]) -> Row:
+def _fixations(cells: Sequence[str]) -> tuple[Fixation, ...]:
+    """Names of all fixations that a table has: nearest and farthest, unless others are named."""
+    named = tuple(dict.fromkeys(name for name in cells if name))
+    return FIXATIONS if set(named) <= {*FIXATIONS} else named
+
+
+def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
     def wrong(column: str, expected: str) -> InputError:
         return InputError(f"{where}, column {column}: is {cells[column]!r}, but must be {expected}.")
 
@@ -208,9 +221,9 @@ def _row(where: str, cells: dict[str, str]) -> Row:
         raise wrong("aperture", "'pinhole' or an f-number like 'f/5.6'")
     aperture = f"f/{float(found[1]):g}" if found else "pinhole"
     both = aperture == "pinhole" and not cells["fixation"]
-    if not (both or cells["fixation"] in FIXATIONS):
-        raise wrong("fixation", "'nearest' or 'farthest', or empty for a pinhole picture that serves both")
-    fixations = tuple(end for end in FIXATIONS if both or end == cells["fixation"])
+    if not (both or NAME.fullmatch(cells["fixation"])):
+        raise wrong("fixation", "a name of letters, digits and _, or empty for a pinhole picture that serves all")
+    fixations = tuple(end for end in every if both or end == cells["fixation"])
     x, y = number("x_px"), number("y_px")
     if (x is None) != (y is None):
         column = "x_px" if x is None else "y_px"
@@ -281,7 +294,7 @@ def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
     return values[..., :3]
 
 
-def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int]) -> bool:
+def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int], ends: tuple[Fixation, ...]) -> bool:
     """Put a scene with its depth into the set's content; whether a mark had to be put in the middle."""
     name = rows[0].scene
     with_depth = [row for row in rows if row.depth is not None]
@@ -304,7 +317,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
         made.put({f"{name}/depth.npy": buffer.getvalue()})
     entry: dict[str, Any] = {"seed": None, "depth": None if depth is None else f"{name}/depth.npy"}
     middle = False
-    for end in FIXATIONS:
+    for end in ends:
         own = [row for row in rows if row.fixations == (end,)]
         places = [row for row in own if row.position is not None]
         other = next((row for row in places if row.position != places[0].position), None)
@@ -312,6 +325,8 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
             raise InputError(f"{other.where}, column x_px: another position stands above for this scene and fixation.")
         position = places[0].position if places else None
         distance = next((row.focus for row in own if row.focus is not None), None)
+        if position is None and end not in FIXATIONS:  # depth does not tell where it is
+            position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         if depth is not None:
             try:
                 position, distance = target_of(depth, end, position)
@@ -319,7 +334,11 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
                 raise InputError(f"{with_depth[0].where}, column depth: {error}") from error
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
-        entry[end] = {"name": end, "distance_m": distance, "position_px": list(position)}
+        target = {"name": end, "distance_m": distance, "position_px": list(position)}
+        if end in FIXATIONS:
+            entry[end] = target
+        else:
+            entry.setdefault("targets", {})[end] = target
     made.content["scenes"][name] = entry
     return middle
 
@@ -333,7 +352,8 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
     if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
         made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": buffer.getvalue()})
     for end in row.fixations:
-        focus = row.focus or made.content["scenes"][row.scene][end]["distance_m"]
+        scene = made.content["scenes"][row.scene]
+        focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]
         made.content["pictures"].append(
             {
                 "scene": row.scene,

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ __all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "displa
 LARGEST_PICTURE = 256 << 20
 """Bytes: an 8-bit PNG of the largest display has some 100 MB."""
 
-Fixation = Literal["nearest", "farthest"]
-"""Which object is fixated, and in focus."""
+Fixation = str
+"""Which object is fixated, and in focus: "nearest", "farthest", or another name that the set's table gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Target:
     Parameters
     ----------
     name
-        ``"nearest"`` or ``"farthest"``.
+        ``"nearest"``, ``"farthest"``, or as the table of the pictures names it.
     distance_m
         Along the camera's axis; NaN where it is not known, as of imported pictures.
     position_px
@@ -54,12 +54,25 @@ class ShownScene:
     name: str
     seed: int | None
     depth: str | None
-    nearest: Target
-    farthest: Target
+    targets: Mapping[Fixation, Target]
+
+    @property
+    def nearest(self) -> Target:
+        """The nearest object."""
+        return self.target("nearest")
+
+    @property
+    def farthest(self) -> Target:
+        """The farthest object."""
+        return self.target("farthest")
 
     def target(self, fixation: Fixation) -> Target:
-        """The object that is fixated."""
-        return self.nearest if fixation == "nearest" else self.farthest
+        """The object that is fixated; `InputError` if the scene has none of that name."""
+        if fixation not in self.targets:
+            raise InputError(
+                f"fixation is {fixation!r}, but the scene {self.name!r} has {', '.join(self.targets)}: give such."
+            )
+        return self.targets[fixation]
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,11 +141,11 @@ class StimulusSet:
         if name not in known:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
         entry = known[name]
-        near, far = (
-            Target(entry[end]["name"], _number(entry[end]["distance_m"]), tuple(entry[end]["position_px"]))
-            for end in ("nearest", "farthest")
-        )
-        return ShownScene(name, entry["seed"], entry["depth"], near, far)
+        ends = {end: entry[end] for end in ("nearest", "farthest") if end in entry} | entry.get("targets", {})
+        targets = {
+            end: Target(one["name"], _number(one["distance_m"]), tuple(one["position_px"])) for end, one in ends.items()
+        }
+        return ShownScene(name, entry["seed"], entry["depth"], targets)
 
     def picture(self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None) -> Picture:
         """The picture of a scene through an aperture with one object in focus; `InputError` if there is none.
@@ -145,7 +158,8 @@ class StimulusSet:
         raise InputError(
             f"the set in {self.folder} has no picture of {scene!r} through {aperture!r} with {fixation!r} in focus: it "
             f"has the scenes {', '.join(self.scenes)}, each through "
-            f"{', '.join(dict.fromkeys(one.aperture for one in self.pictures))}, 'nearest' or 'farthest' in focus."
+            f"{', '.join(dict.fromkeys(one.aperture for one in self.pictures))}, with "
+            f"{', '.join(dict.fromkeys(one.fixation for one in self.pictures))} in focus."
         )
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
@@ -236,7 +250,7 @@ def display_json(display: Display) -> dict[str, Any]:
     """A display as plain JSON, with its units in the names."""
     return {
         "kind": "sRGB" if display.gamma == "sRGB" else "gamma",
-        "gamma": display.gamma,
+        "gamma": list(display.gamma) if isinstance(display.gamma, tuple) else display.gamma,
         "bits": 8,
         "dither": display.dither,
         "white_cd_m2": display.white,
@@ -261,7 +275,7 @@ def _display(said: Mapping[str, Any]) -> Display:
         (width, height),
         said["pixel_pitch_mm"] * 1e-3,
         said["distance_m"],
-        said["gamma"],
+        tuple(said["gamma"]) if isinstance(said["gamma"], list) else said["gamma"],
         said["white_cd_m2"],
         said["dither"],
     )

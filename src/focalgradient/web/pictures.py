@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
 from focalgradient.display import Display
 from focalgradient.psf import DISC_K
@@ -41,7 +43,7 @@ def _interval(
 ) -> dict[str, Any]:
     file = picture_file(stimuli, shown)
     scene = design.standard_scene if file is None else shown[0]
-    x, y = stimuli.scene(scene).target("nearest" if shown[2] == "nearest" else "farthest").position_px
+    x, y = stimuli.scene(scene).target(shown[2]).position_px
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": design.mark_s, "mark_kept": design.mark == "kept"}
     return {"url": f"/pictures/{file or shown[0] + '.png'}", "seconds": seconds, "event": event, **mark}
 
@@ -82,7 +84,7 @@ def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:
         "level": LEVEL,
         "shrink": SHRINK,
         "twist": TWIST,
-        "gamma": 0.0 if display.gamma == "sRGB" else display.gamma,
+        "gamma": 0.0 if display.gamma == "sRGB" else float(np.mean(display.gamma)),
     }
     return {"cube": {**sizes, "width": width, "height": height}}
 

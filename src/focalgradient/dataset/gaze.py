@@ -1,0 +1,327 @@
+"""Gaze: fixations found in samples, how far they were from the fixated object, and the files that BIDS has for both.
+
+A session's samples are in its journal, a note of kind "gaze" after each trial. The files ``_recording-eye1_physio``
+(samples), ``_recording-eye1_physioevents`` (fixations) and ``_events`` (when pictures were shown, and on which screen)
+are made of it, as the tables are; their columns are those of BIDS 1.11 (BEP020).
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import math
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+from focalgradient.files import read_bytes
+
+__all__ = [
+    "DISPERSION_DEG",
+    "FOUND",
+    "Fixation",
+    "Recording",
+    "Sample",
+    "Shown",
+    "away",
+    "fixations",
+    "gaze_files",
+    "recording_files",
+    "same_content",
+]
+
+DISPERSION_DEG = 1.0
+"""Largest dispersion of a fixation, width + height in degrees (I-DT, Salvucci & Goldberg 2000: 0.5 to 1 degree)."""
+
+SHORTEST_S = 0.1
+"""Shortest fixation in seconds (Salvucci & Goldberg 2000: 0.1 to 0.2 s)."""
+
+FOUND = 0.5
+"""Least share of the samples, while a picture is shown, that must have a gaze; below, the trial tells nothing."""
+
+LEAST_RATE = 20.0
+"""Samples a second below which a recording is taken for interrupted."""
+
+RECORDING = "recording-eye1"
+
+
+class Sample(NamedTuple):
+    """Where somebody looked.
+
+    `time` in seconds; `x`, `y` in pixels from the screen's upper left corner, None where no eye was found; `pupil` as
+    the tracker gives it, None where it does not.
+    """
+
+    time: float
+    x: float | None
+    y: float | None
+    pupil: float | None = None
+
+
+class Fixation(NamedTuple):
+    """A stay of the gaze: when it began, how long it lasted (s), and its mean place (pixels, as `Sample`)."""
+
+    onset: float
+    duration: float
+    x: float
+    y: float
+
+
+def fixations(samples: Iterable[Sample], pixels_per_degree: float) -> list[Fixation]:
+    """Find fixations by their dispersion (I-DT of Salvucci & Goldberg 2000).
+
+    A fixation is a run of samples, 0.1 s or longer, whose width and height add up to 1 degree at most. A sample without
+    a gaze, or a pause, ends it.
+
+    Parameters
+    ----------
+    samples
+        In order of time.
+    pixels_per_degree
+        Of the screen.
+
+    Examples
+    --------
+    >>> still = [Sample(number / 100, 400.0, 300.0) for number in range(30)]
+    >>> moved = [Sample(0.3 + number / 100, 500.0, 300.0) for number in range(30)]
+    >>> [(found.onset, round(found.duration, 2), found.x) for found in fixations([*still, *moved], 40)]
+    [(0.0, 0.29, 400.0), (0.3, 0.29, 500.0)]
+    """
+    found: list[Fixation] = []
+    run: list[tuple[float, float, float]] = []
+    most = DISPERSION_DEG * pixels_per_degree
+    low_x = high_x = low_y = high_y = 0.0
+
+    def end() -> None:
+        if run and run[-1][0] - run[0][0] >= SHORTEST_S - 1e-9:
+            times, xs, ys = zip(*run, strict=True)
+            found.append(Fixation(times[0], times[-1] - times[0], sum(xs) / len(xs), sum(ys) / len(ys)))
+            run.clear()
+
+    for time, x, y, _ in samples:
+        if x is None or y is None or (run and time - run[-1][0] > 1 / LEAST_RATE):
+            end()
+            run.clear()
+        if x is None or y is None:
+            continue
+        while run:
+            low_x, high_x, low_y, high_y = min(low_x, x), max(high_x, x), min(low_y, y), max(high_y, y)
+            if high_x - low_x + high_y - low_y <= most:
+                break
+            end()
+            run = run[1:]
+            if run:
+                _, xs, ys = zip(*run, strict=True)
+                low_x, high_x, low_y, high_y = min(xs), max(xs), min(ys), max(ys)
+        if not run:
+            low_x = high_x = x
+            low_y = high_y = y
+        run.append((time, x, y))
+    end()
+    return found
+
+
+class Shown(NamedTuple):
+    """A picture while it was shown: from when to when (s), and where its fixated object was (pixels, as `Sample`)."""
+
+    start: float
+    end: float
+    x: float
+    y: float
+
+
+def away(samples: Sequence[Sample], shown: Iterable[Shown], pixels_per_degree: float) -> float | None:
+    """Greatest distance in degrees between a fixation and the fixated object, while pictures were shown.
+
+    None where the eyes were not found for half of the time, or never stayed anywhere.
+
+    Examples
+    --------
+    >>> samples = [Sample(number / 100, 480.0, 300.0) for number in range(100)]
+    >>> away(samples, [Shown(0.0, 1.0, 400.0, 300.0)], 40)
+    2.0
+    """
+    farthest: float | None = None
+    for start, end, x, y in shown:
+        own = [sample for sample in samples if start <= sample.time <= end]
+        if sum(sample.x is not None for sample in own) < FOUND * max(len(own), 1):
+            return None
+        for one in fixations(own, pixels_per_degree):
+            farthest = max(farthest or 0.0, math.hypot(one.x - x, one.y - y) / pixels_per_degree)
+    return farthest
+
+
+class Recording(NamedTuple):
+    """Samples of a trial; `offset` carries their times over to the session's, which begins with its first sitting."""
+
+    sitting: int
+    trial: int
+    offset: float
+    pixels_per_degree: float
+    samples: Sequence[Sample]
+
+
+def _timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Mapping[str, Any]]]:
+    """Each event with its sitting, and what carries that sitting's times over to the first's (s)."""
+    sitting, offset = 1, 0.0
+    began = datetime.fromisoformat(events[0]["time"])
+    for event in events:
+        if event["event"] == "resumed":
+            sitting += 1
+            offset = (datetime.fromisoformat(event["time"]) - began).total_seconds()
+        yield sitting, offset, event
+
+
+def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
+    """The recordings in a journal, in order."""
+    device = math.nan
+    for sitting, offset, event in _timed(events):
+        if event["event"] == "note" and event.get("kind") == "eye tracker":
+            device = event["pixels_per_degree"]
+        elif event["event"] == "note" and event.get("kind") == "gaze":
+            number = event["trial"] if event["phase"] == "main" else 0
+            samples = [Sample(*one) for one in event["samples"]]
+            yield Recording(sitting, number, offset, device, samples)
+
+
+def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
+    """What the files of a session hold whose journal has these events, by the end of their names; none without gaze.
+
+    `screen` is the sidecar's entry ``StimulusPresentation``.
+    """
+    device = next((event for event in events if event.get("kind") == "eye tracker"), None)
+    if device is None:
+        return {}
+    return recording_files(list(_recordings(events)), device) | _shown_files(events, screen)
+
+
+def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
+    """The table of the pictures that were shown: the samples' timeline, and the screen that their places are on."""
+    seconds = float(events[0]["design"].get("picture_s", 0.0))
+    lines = ["onset\tduration\ttrial_type\tsitting\ttrial"]
+    for sitting, offset, event in _timed(events):
+        if event["event"] == "trial":
+            number = event["trial"] if event["phase"] == "main" else 0
+            row = (event["onset"] + offset, seconds, "picture", sitting, number)
+            lines.append("\t".join(map(_cell, row)))
+    about = {
+        "StimulusPresentation": dict(screen),
+        "onset": {"Description": "When the (first) picture appeared.", "Units": "s"},
+        "duration": {"Description": "How long the design shows a picture.", "Units": "s"},
+        "trial_type": {"Description": "What it is.", "Levels": {"picture": "The picture of a trial."}},
+        "sitting": SITTING,
+        "trial": TRIAL,
+    }
+    return {"events.tsv": ("\n".join(lines) + "\n").encode(), "events.json": _json(about)}
+
+
+def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) -> dict[str, bytes]:
+    """Samples and fixations as BIDS has them, tables without a header and compressed, each with its sidecar."""
+    rows, found = [], []
+    last = -math.inf
+    for one in recordings:
+        for sample in one.samples:
+            time = round(sample.time + one.offset, 6)
+            if time > last:  # a clock that was set back between two sittings must not turn the order round
+                rows.append((time, sample.x, sample.y, sample.pupil, one.sitting, one.trial))
+                last = time
+        found += [
+            (each.onset + one.offset, each.duration, "fixation", each.x, each.y, one.sitting, one.trial)
+            for each in fixations(one.samples, one.pixels_per_degree)
+        ]
+    steps = [later[0] - sooner[0] for sooner, later in pairwise(rows)]
+    rate = round(1 / median(steps), 3) if steps else float(device.get("sampling_rate") or 0)
+    common = {"sitting": SITTING, "trial": TRIAL}
+    coordinates = {
+        name: {"LongName": f"Gaze position ({axis})", "Description": about, "Units": "pixel"}
+        for name, axis, about in (
+            ("x_coordinate", "x", "From the screen's left edge to the right."),
+            ("y_coordinate", "y", "From the screen's upper edge down."),
+        )
+    }
+    samples = {
+        "PhysioType": "eyetrack",
+        "SamplingFrequency": rate,
+        "StartTime": rows[0][0] if rows else 0.0,
+        "Columns": ["timestamp", "x_coordinate", "y_coordinate", "pupil_size", "sitting", "trial"],
+        "RecordedEye": device.get("eye", "cyclopean"),
+        "SampleCoordinateSystem": "gaze-on-screen",
+        "SampleCoordinateUnits": "pixel",
+        "RecordingType": "epoched",
+        "ManufacturersModelName": device["name"],
+        "SoftwareVersions": device.get("software", "unknown"),
+        "CalibrationCount": int(device.get("calibrated", False)),
+        "PixelsPerDegree": device["pixels_per_degree"],
+        "timestamp": {
+            "Description": "On the clock of the session's first sitting; later sittings follow by the wall clock.",
+            "Units": "s",
+        },
+        **coordinates,
+        "pupil_size": {
+            "Description": "As the eye tracker gives it: area or diameter, in its own unit.",
+            "Units": "arbitrary",
+        },
+        **common,
+    }
+    events = {
+        "Description": "Fixations, found in the samples by their dispersion (I-DT, Salvucci & Goldberg 2000: "
+        f"width + height up to {DISPERSION_DEG:g} degree, {SHORTEST_S:g} s or longer).",
+        "OnsetSource": "timestamp",
+        "Columns": ["onset", "duration", "trial_type", "x_coordinate", "y_coordinate", "sitting", "trial"],
+        "onset": {"Description": "When it began.", "Units": "s"},
+        "duration": {"Description": "How long it lasted.", "Units": "s"},
+        "trial_type": {"Description": "What it is.", "Levels": {"fixation": "The gaze stayed at one place."}},
+        **coordinates,
+        **common,
+    }
+    return {
+        f"{RECORDING}_physio.tsv.gz": _packed(rows),
+        f"{RECORDING}_physio.json": _json(samples),
+        f"{RECORDING}_physioevents.tsv.gz": _packed(found),
+        f"{RECORDING}_physioevents.json": _json(events),
+    }
+
+
+def same_content(path: Path, made: bytes) -> bool:
+    """Whether a file says what was made of the journal: its rows; of a sidecar its settings, not their descriptions."""
+    content = read_bytes(path, "a file of the gaze")
+    if content == made:
+        return True
+    try:
+        if path.suffix == ".gz":  # another machine may compress otherwise
+            wanted = gzip.decompress(made)
+            with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:
+                return file.read(len(wanted) + 1) == wanted
+        there, wanted_settings = json.loads(content), json.loads(made)
+    except (OSError, EOFError, ValueError, zlib.error):
+        return False
+    settings = [key for key, value in wanted_settings.items() if key != "Description" and not _described(value)]
+    return isinstance(there, dict) and all(there.get(key) == wanted_settings[key] for key in settings)
+
+
+def _described(value: object) -> bool:
+    return isinstance(value, dict) and "Description" in value
+
+
+SITTING = {"Description": "1; one more after each time that the session was cut off and resumed."}
+TRIAL = {"Description": "Number of the trial, as in the table of the answers; 0 in practice."}
+
+
+def _packed(rows: Iterable[Sequence[Any]]) -> bytes:
+    lines = "".join("\t".join(map(_cell, row)) + "\n" for row in rows)
+    return gzip.compress(lines.encode(), mtime=0)  # the same samples give the same bytes
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "n/a"
+    return f"{value:.6f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+
+
+def _json(content: Mapping[str, Any]) -> bytes:
+    return (json.dumps(content, indent=2) + "\n").encode()

@@ -1,0 +1,263 @@
+"""Where somebody looks, by an eye tracker that ioHub knows or the mouse's pointer in its place, and what is kept."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from focalgradient.dataset.gaze import Sample as Kept
+from focalgradient.dataset.gaze import Shown, away
+from focalgradient.errors import InputError, check_installed
+from focalgradient.files import printable, read_json
+
+if TYPE_CHECKING:
+    from focalgradient.lab.screen import Screen
+
+__all__ = ["SIMULATED", "Gaze", "Recorder", "Sample", "Taken", "add_tracker", "open_gaze", "tracker_settings"]
+
+SIMULATED = "eyetracker.hw.mouse.EyeTracker"
+"""ioHub's eye tracker that follows the mouse."""
+
+RATE = 100
+"""Samples a second of the simulated tracker."""
+
+
+class Sample(NamedTuple):
+    """Where somebody looked: pixels from the middle of the window, x right and y up; when, on the screen's clock.
+
+    `x` is NaN where no eye was found; `pupil` as the tracker gives it.
+    """
+
+    x: float
+    y: float
+    time: float
+    pupil: float | None = None
+
+
+class Gaze(Protocol):
+    """What tells where somebody looks."""
+
+    name: str
+
+    def sample(self) -> Sample | None:
+        """The newest sample; None where the eyes are not found."""
+
+    def samples(self) -> list[Sample]:
+        """All samples since the last call, in order of time."""
+
+    def about(self) -> dict[str, Any]:
+        """What the recording is made with: sampling rate, eye, software."""
+
+    def calibrate(self) -> None:
+        """Let the tracker find the eyes, by its own procedure."""
+
+    def close(self) -> None:
+        """Stop."""
+
+
+class _Mouse:
+    """The pointer, as if it were the gaze; read when a frame is drawn."""
+
+    name = "mouse"
+
+    def __init__(self, screen: Screen):
+        self._screen = screen
+
+    def sample(self) -> Sample | None:
+        if not self._screen.window.mouseVisible:
+            self._screen.window.mouseVisible = True
+        x, y = self._screen.mouse.getPos()
+        return Sample(float(x), float(y), self._screen.now())
+
+    def samples(self) -> list[Sample]:
+        found = self.sample()
+        return [] if found is None else [found]
+
+    def about(self) -> dict[str, Any]:
+        return {}
+
+    def calibrate(self) -> None:
+        pass
+
+    def close(self) -> None:
+        self._screen.window.mouseVisible = False
+
+
+class _Tracker:
+    """An eye tracker that ioHub knows, with its own time of each sample."""
+
+    def __init__(self, screen: Screen, kind: str, settings: dict[str, Any]):
+        from psychopy.iohub import launchHubServer
+
+        self.name, self._screen, self._settings = kind, screen, settings
+        width, height = (1e3 * screen.display.pixel_pitch * side for side in screen.display.size_px)
+        where = {
+            "physical_dimensions": {"width": width, "height": height, "unit_type": "mm"},
+            "default_eye_distance": {"surface_center": 1e3 * screen.display.distance, "unit_type": "mm"},
+        }
+        self._hub = launchHubServer(window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}})
+        self._tracker: Any = getattr(self._hub.devices, "tracker", None)
+        if self._tracker is None:
+            self._hub.quit()
+            raise InputError(f"the eye tracker {kind} does not answer: see that it is on, and its --tracker file.")
+        self._tracker.setRecordingState(True)
+
+    def calibrate(self) -> None:
+        if self.name == SIMULATED:
+            return
+        self._tracker.setRecordingState(False)
+        self._tracker.runSetupProcedure()
+        self._tracker.setRecordingState(True)
+
+    def _here(self, time: float) -> float:
+        """A time of ioHub's clock, on the screen's."""
+        return self._screen.now() - (float(self._hub.getTime()) - time)
+
+    def sample(self) -> Sample | None:
+        sample, place = self._tracker.getLastSample(), self._tracker.getLastGazePosition()
+        if not sample or place is None:
+            return None
+        return Sample(float(place[0]), float(place[1]), self._here(sample[7]))  # the header's field "time"
+
+    def samples(self) -> list[Sample]:
+        found = [_averaged(event) for event in self._tracker.getEvents() if hasattr(event, "status")]
+        kept = [Sample(x, y, self._here(time), pupil) for time, x, y, pupil in found]
+        return sorted(kept, key=lambda one: one.time)
+
+    def about(self) -> dict[str, Any]:
+        runtime = self._settings.get("runtime_settings", {})
+        eyes = str(runtime.get("track_eyes", ""))
+        eye = {"LEFT_EYE": "left", "RIGHT_EYE": "right"}.get(eyes, "cyclopean")
+        return {"sampling_rate": runtime.get("sampling_rate"), "eye": eye, "calibrated": self.name != SIMULATED}
+
+    def close(self) -> None:
+        self._tracker.setRecordingState(False)
+        self._hub.quit()
+
+
+def _averaged(event: Any) -> tuple[float, float, float, float | None]:
+    """Time, place and pupil of an event of ioHub that is a sample: of one eye, or the mean of those found of two.
+
+    ioHub's status of one eye is 2 where it is lost; of two, 20 stands for the left and 2 for the right.
+    """
+    nan = float("nan")
+    if hasattr(event, "gaze_x"):
+        lost = event.status == 2
+        return event.time, *((nan, nan, None) if lost else (event.gaze_x, event.gaze_y, _size(event.pupil_measure1)))
+    eyes = [name for name, lost in (("left", event.status // 10), ("right", event.status % 10)) if lost != 2]
+    if not eyes:
+        return event.time, nan, nan, None
+    x, y, pupil = (
+        sum(float(getattr(event, f"{eye}_{field}")) for eye in eyes) / len(eyes)
+        for field in ("gaze_x", "gaze_y", "pupil_measure1")
+    )
+    return event.time, x, y, _size(pupil)
+
+
+def _size(pupil: float) -> float | None:
+    return float(pupil) if pupil > 0 else None
+
+
+def add_tracker(parser: argparse.ArgumentParser) -> None:
+    """Add --tracker to a command."""
+    parser.add_argument(
+        "--tracker",
+        type=Path,
+        metavar="FILE",
+        help='JSON file with the eye tracker\'s ioHub settings, as {"eyetracker.hw.tobii.EyeTracker": {...}} '
+        "(default: ioHub's simulated tracker, which follows the mouse)",
+    )
+
+
+def tracker_settings(gaze: str, file: Path | None) -> tuple[str, dict[str, Any]]:
+    """Name of the eye tracker in ioHub, and its settings; "mouse" without one.
+
+    Raises
+    ------
+    InputError
+        If ioHub lacks something, or the file names no eye tracker.
+    """
+    if gaze == "mouse":
+        return "mouse", {}
+    if importlib.util.find_spec("psychopy") is not None:
+        check_installed("ioHub, which reads eye trackers,", "gaze", "gevent", "astunparse", "esprima")
+    if file is None:
+        controls = {"move": ["CONTINUOUS"], "blink": ["LEFT_BUTTON", "RIGHT_BUTTON"], "saccade_threshold": 0.5}
+        runtime = {"sampling_rate": RATE, "track_eyes": "RIGHT_EYE"}
+        return SIMULATED, {"controls": controls, "runtime_settings": runtime}
+    table = read_json(file, "the settings of an eye tracker")
+    if not (isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict)):
+        raise InputError(
+            f"{printable(file)} must hold one eye tracker's name with its settings, as "
+            '{"eyetracker.hw.tobii.EyeTracker": {}}.'
+        )
+    return next(iter(table.items()))
+
+
+def open_gaze(screen: Screen, tracker: tuple[str, dict[str, Any]]) -> Gaze:
+    """Begin to listen to the mouse or to an eye tracker.
+
+    Raises
+    ------
+    InputError
+        If the eye tracker does not answer.
+    """
+    kind, settings = tracker
+    return _Mouse(screen) if kind == "mouse" else _Tracker(screen, kind, settings)
+
+
+class Taken(NamedTuple):
+    """The gaze of one trial: samples as a data set keeps them, and how far it was from the object (degrees)."""
+
+    samples: Sequence[Kept]
+    away: float | None
+
+
+class Recorder:
+    """The gaze during trials, sample by sample.
+
+    Parameters
+    ----------
+    screen
+        At whose frames samples are fetched.
+    gaze
+        Where they come from.
+    start
+        When the sitting began, on the screen's clock.
+    """
+
+    def __init__(self, screen: Screen, gaze: Gaze, start: float):
+        self.gaze = gaze
+        self._screen, self._start = screen, start
+        self._samples: list[Kept] = []
+        self._shown: list[Shown] = []
+
+    def begin(self) -> None:
+        """Begin a trial: what came before is forgotten."""
+        self.gaze.samples()
+        self._samples, self._shown = [], []
+        self._screen.after_frame = self._fetch
+
+    def _fetch(self) -> None:
+        width, height = self._screen.size
+        for x, y, time, pupil in self.gaze.samples():
+            at = round(time - self._start, 6)
+            if x != x:
+                self._samples.append(Kept(at, None, None))
+            else:
+                self._samples.append(Kept(at, round(width / 2 + x, 2), round(height / 2 - y, 2), pupil))
+
+    def shown(self, start: float, end: float, place: tuple[float, float]) -> None:
+        """Keep when a picture was shown, on the screen's clock, and where its object: pixels from the middle, y up."""
+        width, height = self._screen.size
+        self._shown.append(Shown(start - self._start, end - self._start, width / 2 + place[0], height / 2 - place[1]))
+
+    def end(self) -> Taken:
+        """End a trial: its samples."""
+        self._fetch()
+        self._screen.after_frame = lambda: None
+        samples = sorted(self._samples, key=lambda one: one.time)
+        return Taken(samples, away(samples, self._shown, self._screen.display.pixels_per_degree))
