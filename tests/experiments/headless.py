@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import platform
+import signal
 import struct
 import subprocess
 import sys
@@ -115,9 +116,16 @@ class Running:
         self._said = screen.folder / "errors.txt"
         with self._said.open("w") as errors:
             self.process = subprocess.Popen(
-                command, env=screen.environment, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=screen.folder
+                command,
+                env=screen.environment,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                cwd=screen.folder,
+                start_new_session=True,
             )
-        self._watch = threading.Timer(LONGEST, self.process.kill)
+        # With all that it has started, as ioHub's own process, which would keep the pipe open.
+        self._watch = threading.Timer(LONGEST, os.killpg, (self.process.pid, signal.SIGKILL))
         self._watch.daemon = True
         self._watch.start()
 
