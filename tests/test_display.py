@@ -109,3 +109,22 @@ def test_steps_that_no_eye_sees_are_refused() -> None:
 def test_bad_input(make, said: str) -> None:
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_guns_of_unequal_gamma_show_the_light_that_is_meant() -> None:
+    guns = (1.9, 2.2, 2.5)
+    display = Display(gamma=guns)
+    light = np.random.default_rng(1).uniform(0.05, 1, (20, 30, 3))
+    values = display.encode(light)
+    for at, gamma in enumerate(guns):
+        assert (values[..., at] == Display(gamma=gamma).encode(light[..., at])).all()
+        shown = (values[..., at] / 255) ** gamma  # what the gun does with them
+        assert np.abs(shown - light[..., at]).max() < 0.006
+    assert np.abs(display.decode(values) - light).max() < 0.006
+    grey = display.encode(light[..., 0])
+    assert grey.shape == (20, 30, 3)
+    assert np.ptp(display.decode(grey), axis=-1).max() < 0.012  # as grey as 8 bits can be
+    with pytest.raises(InputError, match="no colours along their last axis"):
+        display.decode(np.arange(256))
+    with pytest.raises(InputError, match="three of them"):
+        Display(gamma=(2.0, 2.2))  # type: ignore[arg-type]

@@ -176,10 +176,10 @@ def test_screens_that_are_calibrated_give_degrees_and_gamma(tmp_path):
     display, calibrated, warnings = display_of(tmp_path, "--monitor far --uncalibrated")
     assert warnings == ["the pictures were made for a gamma of sRGB, but the screen's is 1.00."]
     display, calibrated, warnings = display_of(tmp_path, "--monitor measured")
-    assert (display.gamma, display.white) == (2.2, 87.5)
+    assert (display.gamma, display.white) == ((2.1, 2.2, 2.4), 87.5)
     assert warnings == [
-        "the gammas of red, green and blue are 2.10, 2.20 and 2.40: they differ by 0.30, more than 0.1, so that greys "
-        "are coloured."
+        "the gammas of red, green and blue are 2.10, 2.20 and 2.40: they differ by 0.30, more than 0.1, "
+        "so that greys of pictures made for another gamma are coloured: make them with --gamma 2.10,2.20,2.40."
     ]
     display, calibrated, warnings = display_of(tmp_path, "--pilot")
     assert not calibrated

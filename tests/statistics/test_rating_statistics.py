@@ -245,7 +245,7 @@ BAD = [
     ({"aperture": "f22"}, 'Row 5 .*aperture is f22, but must be "pinhole" or "f/" and a number'),
     ({"aperture": "pinhole"}, "Row 5 .*aperture_mm is 2.0, but a pinhole, and only a pinhole, has 0"),
     ({"aperture_mm": 3.0}, "Row 5 .*aperture_mm is 3.0, but must be the same"),
-    ({"fixation": "middle"}, "Row 5 .*fixation is middle, but must be one of nearest, farthest"),
+    ({"fixation": ""}, "Row 5 .*fixation is , but every row must name the object in focus"),
     ({"trial": 4}, "Row 5 .*trial is 4, but that trial stands in a row above"),
     ({"catch": "yes"}, "Row 5 .*catch is yes, but must be true or false"),
     ({"kind": "simulated"}, "Row 5 .*kind is simulated, .*analyse people and simulated observers apart"),

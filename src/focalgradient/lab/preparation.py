@@ -303,6 +303,23 @@ def import_screen() -> ModuleType:
     return screen
 
 
+def _made_for(guns: tuple[float, float, float], stimuli: StimulusSet | None) -> bool:
+    """Whether guns are alike, or the pictures were made for them as they are."""
+    made = None if stimuli is None else stimuli.display.gamma
+    if isinstance(made, tuple):
+        return max(abs(one - other) for one, other in zip(made, guns, strict=True)) <= GAMMA_NEAR
+    return max(guns) - min(guns) <= UNEQUAL
+
+
+def _unequal(guns: tuple[float, float, float]) -> str:
+    red, green, blue = (f"{gun:.2f}" for gun in guns)
+    return (
+        f"the gammas of red, green and blue are {red}, {green} and {blue}: they differ by {max(guns) - min(guns):.2f}, "
+        f"more than {UNEQUAL:g}, so that greys of pictures made for another gamma are coloured: make them with --gamma "
+        f"{red},{green},{blue}."
+    )
+
+
 def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
     """The gamma to encode light by, of a monitor's calibration: of each gun, where they were measured."""
     if found.channels is not None:
@@ -320,12 +337,8 @@ def _display(options: argparse.Namespace, screen: Any, stimuli: StimulusSet | No
     if options.monitor is not None:
         found = screen.calibration_of(options.monitor)
         gamma, white = found.gamma, found.white
-        if found.channels is not None and (apart := max(found.channels) - min(found.channels)) > UNEQUAL:
-            red, green, blue = found.channels
-            warnings.append(
-                f"the gammas of red, green and blue are {red:.2f}, {green:.2f} and {blue:.2f}: they differ by "
-                f"{apart:.2f}, more than {UNEQUAL:g}: make the pictures with --gamma {red:.2f},{green:.2f},{blue:.2f}."
-            )
+        if found.channels is not None and not _made_for(found.channels, stimuli):
+            warnings.append(_unequal(found.channels))
         calibrated = bool(found.width and found.distance)
         if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
             raise InputError(

@@ -59,6 +59,9 @@ FIXED = {
     "back": "farthest",
     "background": "farthest",
 }
+OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""Name of a fixation of one's own."""
+
 SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
 PARTS = re.compile(r"[\s_,;.:()\-]+")
 F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
@@ -262,10 +265,12 @@ def _aperture(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str,
 def _fixation(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:
     text = conditions.get(cell.strip(), cell.strip())
     fixed = FIXED.get(text.lower())
+    if fixed is None and cell.strip() in conditions and OWN.fullmatch(text):
+        return text
     if fixed is None:
         raise InputError(
             f"{_row(table, row)}: fixation is {printable(cell)!r}, but must be near or far: give its meaning with "
-            "--conditions NAME=near."
+            "--conditions NAME=near, or NAME=NAME for a fixation of your own."
         )
     return fixed
 
