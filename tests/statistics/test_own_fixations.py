@@ -8,7 +8,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import depth_rating_figure, ordinal_figure
 from focalgradient.report.words import rating_findings
 from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating, read_ratings
-from focalgradient.statistics.bayes import check_installed
+from focalgradient.statistics.bayes import bayes_depth_rating
 
 NAMES = ("gate", "house", "tree")
 RISES = {"gate": 0.1, "house": 0.05, "tree": 0.0}
@@ -88,11 +88,6 @@ def test_a_table_of_ones_own_names_them_in_its_conditions(table: pd.DataFrame, t
 
 
 def test_bayes_refuses_them(table: pd.DataFrame) -> None:
-    from focalgradient.statistics import bayes
-
-    try:
-        check_installed()
-    except InputError:
-        pytest.skip("the extra bayes is not installed")
+    pytest.importorskip("bambi", reason="the extra bayes is not installed")
     with pytest.raises(InputError, match="know nearest and farthest only"):
-        bayes.bayes_depth_rating(table, bound=1.2)
+        bayes_depth_rating(table, bound=1.2)
