@@ -1,32 +1,68 @@
-"""Depth of walls from what eyes with measured aberrations see: own optics known, or a mean eye's assumed.
+"""Depth of walls from what eyes with measured aberrations see, by readers that know more or less of their own optics.
 
-    python benchmarks/depth_of_people.py [--eyes N] [FOLDER]
+    python benchmarks/depth_of_people.py [--eyes N] [--distances N] [--workers N | --scheduler ADDRESS] [--out DIR]
+        [FOLDER]
 
 FOLDER holds mean_6mm.csv and covariance_6mm.csv of a population's Zernike coefficients (micrometres, in the OSA's
 order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a population of our own choice stands in:
 independent coefficients about 0, of standard deviations that fall by half with each radial order.
 
-Three walls in two kinds of views for an eye and a pupil, each by own and by mean optics: about a minute and a half of
-processor time an eye.
+Each eye sees walls at several distances through pupils of 3 and 5 mm, in two wavebands, and at two moments. Depth is
+estimated (a) with the eye's own optics, (b) with the mean eye's in their place, (c) with what a reader has learned
+from its own views of walls at known distances (`learned.py`). The lower orders are corrected, as by spectacles, and
+the eye's accommodation is known to it.
+
+Also, of every eye: how well a single patch tells the side of focus, with the eye's odd aberrations only, with its even
+ones only, with all, and with two wavebands.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from time import process_time
 
 import numpy as np
+from learned import Experience, learned_optics
 
 from focalgradient import View, recover_depth
-from focalgradient.eye import Eye, Oscillation, ZernikePopulation, accommodation_views, band_views, osa_order, score
+from focalgradient.eye import (
+    Cones,
+    Eye,
+    Oscillation,
+    ZernikePopulation,
+    accommodation_views,
+    band_views,
+    osa_order,
+    score,
+)
+from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.files import write_whole
+from focalgradient.parallel import completed, shared
 
 PIXEL = np.radians(1 / 60)
-FOCUS, SHAPE = 2.0, (112, 112)
+FOCUS, SHAPE, NEAR = 2.0, (112, 112), 0.3
 PUPILS = (0.003, 0.005)
-BEYOND = (-0.5, 0.3, 0.8)
-"""Dioptres of the walls beyond focus."""
+KINDS = ("bands", "moments")
+MOMENTS = [0.125, 0.375]
+"""Seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
+
+READERS = ("own", "mean", "learned")
+FARTHEST, NEAREST = -0.9, 1.2
+"""Dioptres beyond focus between which walls stand."""
+
+NOISE, CORRELATION = 0.01, 0.95
+"""Standard deviation of a pixel's noise over the mean; of the bands' textures with each other's."""
+
+KEPT = {
+    "odd aberrations": lambda n, m: n % 2 == 1,
+    "even aberrations": lambda n, m: n % 2 == 0,
+    "all aberrations": lambda n, m: True,
+    "no aberrations": lambda n, m: False,
+}
 
 
 def population(folder: Path | None) -> ZernikePopulation:
@@ -44,50 +80,156 @@ def at_focus(coefficients: Sequence[float], pupil: float) -> Eye:
     return replace(eye, accommodation=eye.accommodation + FOCUS - eye.focus_vergence)
 
 
-def seen(kind: str, eye: Eye, distance: float, seed: int) -> list[View]:
-    """The views of a wall, 1 % noise; bands' textures correlated at 0.95."""
+def rendered(kind: str, eye: Eye, distance: float, seed: int) -> list[View]:
+    """The views of a wall, with noise; bands' textures are correlated."""
     if kind == "bands":
-        rendered = band_views(distance, eye, SHAPE, PIXEL, noise=0.01, correlation=0.95, seed=seed)
+        found = band_views(distance, eye, SHAPE, PIXEL, noise=NOISE, correlation=CORRELATION, seed=seed)
     else:
-        times, course = [0.125, 0.375], Oscillation()
-        rendered = accommodation_views(distance, eye, times, course, SHAPE, PIXEL, noise=0.01, seed=seed)
-    return [one.view for one in rendered]
+        found = accommodation_views(distance, eye, MOMENTS, Oscillation(), SHAPE, PIXEL, noise=NOISE, seed=seed)
+    return [one.view for one in found]
 
 
-def assumed(views: Sequence[View], eye: Eye) -> list[View]:
-    """The views as of another eye's aberrations."""
-    other = [replace(v.optics, eye=replace(v.optics.eye, aberrations=eye.aberrations)) for v in views]  # type: ignore
-    return [View(view.image, optics, view.pixel_angle) for view, optics in zip(views, other, strict=True)]
+@dataclass(frozen=True)
+class Job:
+    """One eye and pupil: its number, coefficients, those of the mean eye, and the walls' dioptres beyond focus."""
+
+    number: int
+    pupil: float
+    coefficients: tuple[float, ...]
+    mean: tuple[float, ...]
+    beyond: tuple[float, ...]
+
+
+Row = dict[str, float | str]
+
+
+def measured(job: Job) -> tuple[list[Row], Row, float]:
+    """Scores of every reader, kind of views and wall; what tells the side; processor seconds."""
+    began = process_time()
+    eye, mean = (at_focus(some, job.pupil) for some in (job.coefficients, job.mean))
+    rows: list[Row] = []
+    for kind in KINDS:
+        seed = 1000 * job.number
+        if kind == "bands":
+            optics = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
+        else:
+            optics = [Cones.of(one, "L+M") for one in eye.through(MOMENTS, Oscillation())]
+        of_mean = [replace(one, eye=replace(one.eye, aberrations=mean.aberrations)) for one in optics]
+        experience = Experience.of(optics, PIXEL, 1 / NEAR, noise=NOISE, correlation=CORRELATION, seed=seed)
+        learned = learned_optics(experience, optics)
+        for place, beyond in enumerate(job.beyond):
+            distance = 1 / (FOCUS - beyond)
+            views = rendered(kind, eye, distance, seed + 1 + place)
+            for reader in READERS:
+                taken = {"own": optics, "mean": of_mean, "learned": learned}[reader]
+                some = [View(view.image, one, PIXEL) for view, one in zip(views, taken, strict=True)]
+                depth = recover_depth(some, near=NEAR)
+                found = score(depth.vergence, depth.valid, np.full(SHAPE, distance), FOCUS)
+                # Where nothing is claimed, what would have been is stated apart.
+                whole = score(depth.vergence, np.ones(SHAPE, bool), np.full(SHAPE, distance), FOCUS)
+                about = {"eye": job.number, "pupil_mm": 1e3 * job.pupil, "views": kind, "reader": reader}
+                extra = {"unmasked_error_D": whole["median_error_D"], "unmasked_side": whole["side_right"]}
+                rows.append({**about, "beyond_D": beyond, **found, **extra})
+    return rows, {"eye": job.number, "pupil_mm": 1e3 * job.pupil, **sides(eye)}, process_time() - began
+
+
+def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
+    """How well a patch of side x side minutes of arc tells `defocus` beyond focus from as much nearer: nats.
+
+    The mean of the two Kullback-Leibler divergences of what is seen: a natural texture of a standard deviation of 0.2
+    of the mean, with noise. 5 nats leave an error in about one patch of a thousand. Focus is where the eye, of these
+    aberrations, passes most.
+    """
+    down, right = np.fft.fftfreq(side)[:, None] / PIXEL, np.fft.rfftfreq(side) / PIXEL
+    radius = np.hypot(down, right) * PIXEL
+    radius[0, 0] = np.inf
+    natural = np.where(radius < 0.5, 1 / radius**2, 0)
+    twice = np.where(np.arange(natural.shape[1]) > 0, 2.0, 1.0)
+    over_noise = natural * (0.2 / NOISE) ** 2 * side**2 / (natural * twice).sum()
+    near, found = np.linspace(-0.4, 0.4, 17), {}
+    for name, keeps in KEPT.items():
+        one = replace(eye, aberrations=tuple(term for term in eye.aberrations if keeps(*term[:2])))
+        alone = Cones.of(one, "L+M", wavelengths=1)
+        passed = np.abs(alone.through_focus(down[::2], right[::2], alone.focus_vergence + near)).sum(axis=(1, 2))
+        for colour, wavelengths in (("one wavelength", 1), ("daylight", 5), ("two bands", 5)):
+            bands = ("L+M", "S") if colour == "two bands" else ("L+M",)
+            cones = [Cones.of(one, band, wavelengths=wavelengths) for band in bands]
+            # About 0 the passed light is even where aberrations are odd, and its maximum exactly there.
+            best = cones[0].focus_vergence + near[passed.argmax()]
+            seen = np.stack([cone.through_focus(down, right, best + defocus * np.array([-1, 1])) for cone in cones])
+            covariance = np.einsum("alyx,blyx->lyxab", seen, seen.conj()) * over_noise[..., None, None]
+            if len(bands) == 2:  # what bands do not share
+                covariance[..., 0, 1] *= CORRELATION
+                covariance[..., 1, 0] *= CORRELATION
+            first, second = covariance + np.eye(len(bands))
+            apart = np.linalg.solve(first, second) + np.linalg.solve(second, first)
+            nats = (apart.trace(axis1=-2, axis2=-1).real / 2 - len(bands)) * twice / 2
+            found[f"{name}, {colour}"] = float(nats.sum())
+    return found
+
+
+def table(rows: Sequence[Row]) -> list[str]:
+    """Medians over eyes and walls of each pupil, kind of views and reader."""
+    lines = ["pupil  views    optics    valid %  median error D  side right %  |  all pixels: error D  side right %"]
+    for pupil in sorted({float(row["pupil_mm"]) for row in rows}):
+        for kind in KINDS:
+            for reader in READERS:
+                some = [r for r in rows if (r["pupil_mm"], r["views"], r["reader"]) == (pupil, kind, reader)]
+                claimed = [r for r in some if r["valid"]]
+
+                def middle(name: str, of: Sequence[Row], how: object = np.median) -> float:
+                    values = [float(row[name]) for row in of if not np.isnan(float(row[name]))]
+                    return float(how(values)) if values else np.nan  # type: ignore
+
+                lines.append(
+                    f"{pupil:g} mm   {kind:8} {reader:8} {100 * middle('valid', some, np.mean):7.0f} "
+                    f"{middle('median_error_D', claimed):14.3f} {100 * middle('side_right', claimed, np.mean):13.1f}"
+                    f"  | {middle('unmasked_error_D', some):19.3f} {100 * middle('unmasked_side', some, np.mean):14.1f}"
+                )
+    return lines
+
+
+def side_table(of: Sequence[Row]) -> list[str]:
+    """Medians over eyes of what tells the side of focus."""
+    lines = ["pupil  what tells 0.5 D beyond focus from 0.5 D nearer     median nats  eyes above 5"]
+    for pupil in sorted({float(row["pupil_mm"]) for row in of}):
+        some = [row for row in of if row["pupil_mm"] == pupil]
+        for name in some[0]:
+            if name not in ("eye", "pupil_mm"):
+                values = np.array([float(row[name]) for row in some])
+                lines.append(f"{pupil:g} mm   {name:47} {np.median(values):12.2f} {100 * np.mean(values > 5):11.0f} %")
+    return lines
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--eyes", type=int, default=100)
+    parser.add_argument("--distances", type=int, default=20)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--scheduler")
+    parser.add_argument("--out", type=Path, help="folder for people.json, which analysis/people.py draws")
     given = parser.parse_args()
     people = population(given.folder)
-    print("pupil  views    optics  valid %  median error D  side right %   (medians over eyes and walls)", flush=True)
-    for pupil in PUPILS:
-        mean = at_focus(np.asarray(people.mean_um, float).tolist(), pupil)
-        for kind in ("bands", "moments"):
-            found: dict[str, list[dict[str, float]]] = {"own": [], "mean": []}
-            for number in range(given.eyes):
-                eye = at_focus(people.drawn(np.random.default_rng([1, number])).tolist(), pupil)
-                for beyond in BEYOND:
-                    distance = 1 / (FOCUS - beyond)
-                    views = seen(kind, eye, distance, number)
-                    for name, some in (("own", views), ("mean", assumed(views, mean))):
-                        depth = recover_depth(some, near=0.3)
-                        found[name].append(score(depth.vergence, depth.valid, np.full(SHAPE, distance), FOCUS))
-            for name, scores in found.items():
-                valid = 100 * np.median([one["valid"] for one in scores])
-                error, side = (
-                    np.median([one[key] for one in scores if one["valid"] > 0] or [np.nan])
-                    for key in ("median_error_D", "side_right")
-                )
-                print(
-                    f"{1e3 * pupil:g} mm   {kind:8} {name:6} {valid:7.0f} {error:14.3f} {100 * side:13.1f}", flush=True
-                )
+    mean = tuple(np.asarray(people.mean_um, float).tolist())
+    # None within a tenth of a dioptre of focus, where there is no side.
+    beyond = np.linspace(FARTHEST, NEAREST, max(given.distances, 2) + 1 - max(given.distances, 2) % 2)
+    beyond = beyond[np.abs(beyond) > 0.1][: given.distances]
+    jobs = [
+        Job(n, pupil, tuple(people.drawn(np.random.default_rng([1, n])).tolist()), mean, tuple(beyond.tolist()))
+        for n in range(given.eyes)
+        for pupil in PUPILS
+    ]
+    rows, telling, seconds = [], [], 0.0
+    with shared(given.workers, given.scheduler) as executor:
+        for number, (some, side, took) in completed(executor, measured, jobs):
+            rows, telling, seconds = [*rows, *some], [*telling, side], seconds + took
+            print(f"eye {jobs[number].number}, {1e3 * jobs[number].pupil:g} mm: {took:.0f} s", flush=True)
+            if given.out is not None:
+                given.out.mkdir(parents=True, exist_ok=True)
+                write_whole(given.out / "people.json", json.dumps({"rows": rows, "sides": telling}).encode())
+    print("\n".join([*table(rows), "", *side_table(telling)]))
+    print(f"{given.eyes} eyes, {len(beyond)} walls each; {seconds:.0f} s of processor time")
 
 
 if __name__ == "__main__":

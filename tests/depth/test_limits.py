@@ -111,7 +111,8 @@ def test_laws(f_numbers: list[float], noise: float, sigma: float, psf: str) -> N
         )
 
     all_views = bound(f_numbers)
-    assert all_views <= bound(f_numbers[:-1] if len(f_numbers) > 2 else f_numbers) * (1 + 1e-9)  # more tells no less
+    fewer = bound(f_numbers[:-1] if len(f_numbers) > 2 else f_numbers)
+    assert all_views <= fewer * (1 + 1e-9) or min(all_views, fewer) > 1e9  # more tells no less; equal ones nothing
     assert bound(f_numbers[::-1]) == pytest.approx(all_views, rel=1e-6)
     if all_views < 1e3:  # equal apertures tell nothing
         assert bound(f_numbers, noise=2 * noise) == pytest.approx(2 * all_views, rel=1e-6)

@@ -68,7 +68,7 @@ def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise()
     shared_power = SharedPower(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]))
     sd = [0.01, 0.02, 0.02]
     filters, own = comparing_filters(blurs, sd, power, shared_power)
-    passed = (blurs.pass_band() > 1 - 1e-9).all(axis=0)
+    passed = (blurs.pass_band > 1 - 1e-9).all(axis=0)
     shown = blurs.transfer * shared_power.gain[:, None, None] / np.array(sd)[:, None, None]
     covariance = np.eye(3)[:, :, None, None] + own[0][:, None] * own[0][None]
     left = np.einsum("anlf,nmlf,bmlf->ablf", filters, covariance, filters)

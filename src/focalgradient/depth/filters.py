@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, sparse
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from focalgradient.depth.numerics import share_rows
 
@@ -51,10 +51,6 @@ LOW = (0.01, 0.08)
 FINEST_STEP, GROWTH = 1 / 320, 0.06
 """Cycles per pixel between the middle frequencies of a plane, and the share of its own frequency by which steps grow:
 blur passes little beyond 1.3 cycles per radius, over which cubic splines then err by less than 1e-3."""
-
-
-SPLINE_END = 1e-4
-"""Weight below which a value is left out of a spline: each has all values in it, but far ones next to nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,16 +131,28 @@ def _circles(directions: int = 48) -> sparse.csr_array:
     )
 
 
+@cache
+def _to_coefficients() -> tuple[Image, Image]:
+    """Matrices that take values along the plane's two axes to the coefficients of cubic splines through them."""
+    at = plane()
+    assert at.down is not None
+    assert at.right is not None
+    down, right = (make_interp_spline(axis, np.eye(axis.size)).c.astype(np.float32) for axis in (at.down, at.right))
+    return down, right
+
+
 @lru_cache(maxsize=16)
 def _splines(rows: int, columns: int) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Matrices that take values at the plane's frequencies to those of a real image's spectrum, by cubic splines."""
+    """Matrices that take these coefficients to values at the frequencies of a real image's spectrum."""
     at = plane()
     assert at.down is not None
     assert at.right is not None
     both = zip((at.down, at.right), (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)
-    down, right = (CubicSpline(axis, np.eye(axis.size))(wanted) for axis, wanted in both)
-    local = (np.where(np.abs(one) > SPLINE_END, one, 0).astype(np.float32) for one in (down, right))
-    return sparse.csr_array(next(local)), sparse.csr_array(next(local))
+    down, right = (
+        BSpline.design_matrix(np.clip(wanted, *axis[[0, -1]]), make_interp_spline(axis, axis).t, 3)
+        for axis, wanted in both
+    )
+    return down.astype(np.complex64), right.astype(np.complex64)
 
 
 def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequencies: Frequencies = ROUND) -> FloatArray:
@@ -204,6 +212,11 @@ class Spectra:
             np.rint(frequency * (FINE * (RADIAL - 1) * np.sqrt(2))).astype(np.int32),
         )
 
+    def over(self, noise_sd: Sequence[float] | FloatArray) -> Spectra:
+        """The same of the images over their noise."""
+        values = [spectrum / np.float32(sd) for spectrum, sd in zip(self.values, noise_sd, strict=True)]
+        return replace(self, values=values)
+
     def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
         """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
         index = (self.position.ravel() + FINE // 2) // FINE
@@ -241,9 +254,9 @@ class Spectra:
         if frequencies.down is None:
             samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
             return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
-        down, right = _splines(*self.size)
-        across = (right @ row.reshape(down.shape[1], -1).astype(np.complex64).T).T
-        return np.asarray(down @ across)
+        (first, second), (down, right) = _to_coefficients(), _splines(*self.size)
+        coefficients = first @ row.reshape(len(first), -1).astype(np.complex64) @ second.T
+        return np.asarray(down @ (right @ coefficients.T).T)
 
     def stack(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """One filtered image for each of `filters` (r x n x F): r x H x W."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ ONE_FOCUS = 1e-9
 """Relative difference of focus vergences up to which they are one: rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Blurs:
     """Each view's blur at each candidate level."""
 
@@ -42,16 +42,17 @@ class Blurs:
     edged: bool  # whether blur ends sharply, as a disc does
     frequencies: Frequencies = ROUND  # F
 
-    def pass_band(self) -> FloatArray:
+    @cached_property
+    def pass_band(self) -> NDArray[Any]:
         """Weight (amplitude) of each view at each frequency: of a disc, what lies below its second zero.
 
         Beyond it the phase of the disc's transfer depends on more than real lenses' blur is known to. Where a view's
         transfer is exactly 0 its weight is 0.
         """
         if not self.edged:
-            return np.ones(self.transfer.shape)
+            return np.ones(self.transfer.shape, self.transfer.real.dtype)
         band = disc_pass(self.radius[:, :, None], limit=8.0, power=8, frequencies=self.frequencies)
-        return band * (self.transfer != 0)
+        return (band * (self.transfer != 0)).astype(self.transfer.real.dtype)
 
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""

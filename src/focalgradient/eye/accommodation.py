@@ -300,13 +300,11 @@ def _drawn(one: Cones, stimulus: Stimulus, screen: float, vergence: float) -> Fl
 
 
 @dataclass(frozen=True, slots=True)
-class _Formed:
-    """Optics that form a view: cones of an eye at one `focus` (D), its chromatic aberration scaled, or in one light."""
+class _AtFocus:
+    """Cones of an eye at one `focus` (D)."""
 
     cones: Cones
     focus: float
-    chromatic_scale: float
-    light_nm: float | None
 
     @property
     def light(self) -> str:
@@ -318,7 +316,15 @@ class _Formed:
 
     @property
     def focus_vergence(self) -> float:
-        return self.focus
+        return _focus(self.cones) + self.focus
+
+
+@dataclass(frozen=True, slots=True)
+class _Formed(_AtFocus):
+    """Optics that form a view: the eye's chromatic aberration scaled, or in one light."""
+
+    chromatic_scale: float
+    light_nm: float | None
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         wavelengths = (self.light_nm,) if self.light_nm is not None else self.cones.wavelengths_nm
@@ -336,23 +342,8 @@ STEP, SPAN = 0.0125, 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class _Known:
-    """Optics that a view is taken to have: `cones` at a `focus` (D), their transfer read off a table by defocus."""
-
-    cones: Cones
-    focus: float
-
-    @property
-    def light(self) -> str:
-        return self.cones.light
-
-    @property
-    def aperture_diameter(self) -> float:
-        return self.cones.aperture_diameter
-
-    @property
-    def focus_vergence(self) -> float:
-        return _focus(self.cones) + self.focus
+class _Known(_AtFocus):
+    """Optics that a view is taken to have: their transfer read off a table by defocus."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         table = _table(self.cones, np.ascontiguousarray(frequency, dtype=float).tobytes())
@@ -394,10 +385,6 @@ def target_course(times: ArrayLike, vergences: ArrayLike) -> Callable[[float], f
         raise InputError(f"times is {described(times)}, but must hold a time for each vergence, none before the last.")
 
     def course(time: float) -> float:
-        number = int(np.searchsorted(at, time, side="right"))
-        if number in (0, at.size):
-            return float(values[min(number, at.size - 1)])
-        share = (time - at[number - 1]) / (at[number] - at[number - 1])
-        return float(values[number - 1] + share * (values[number] - values[number - 1]))
+        return float(np.interp(time, at, values))
 
     return course

@@ -35,12 +35,12 @@ CONTRAST = 0.2
 
 Progress = Callable[[float], object]
 
-Seen = Scene | float | tuple[ArrayLike, ArrayLike]
+SceneInput = Scene | float | tuple[ArrayLike, ArrayLike]
 """A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
 
 
 def band_views(
-    scene: Seen,
+    scene: SceneInput,
     eye: Eye,
     shape: tuple[int, int],
     pixel_angle: float,
@@ -118,7 +118,7 @@ def band_views(
 
 
 def accommodation_views(
-    scene: Seen,
+    scene: SceneInput,
     eye: Eye,
     times: Sequence[float],
     course: TimeCourse,
@@ -163,7 +163,7 @@ def accommodation_views(
 
 
 def eye_views(
-    scene: Seen,
+    scene: SceneInput,
     cones: Sequence[Cones],
     shape: tuple[int, int],
     pixel_angle: float,
@@ -217,7 +217,7 @@ def eye_views(
 class _Formed:
     """What a view is formed from; `number` is its place among the views, which its noise depends on."""
 
-    scene: Seen
+    scene: SceneInput
     cones: Cones
     shape: tuple[int, int]
     pixel_angle: float
@@ -323,8 +323,7 @@ def _by_waves(
     radial[0, 0] = np.inf
     fields = [
         np.fft.irfft2(
-            np.where(radial < 0.5, np.fft.rfft2(np.random.default_rng([seed, part]).standard_normal((side, side))), 0)
-            / radial,
+            np.where(radial < 0.5, np.fft.rfft2(_texture_stream(seed, part).standard_normal((side, side))), 0) / radial,
             (side, side),
         )
         for part in (0, 1)
@@ -335,6 +334,11 @@ def _by_waves(
     whole = 1 + CONTRAST * np.fft.irfft2(np.fft.rfft2(texture) * seen, (side, side))
     top, left = ((side - n) // 2 for n in shape)
     return cones, whole[top : top + shape[0], left : left + shape[1]], np.full(shape, float(distance))
+
+
+def _texture_stream(seed: int, part: int) -> np.random.Generator:
+    """The random numbers of a texture: other ones than a caller draws from the same seed for noise of its own."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(part,)))
 
 
 def _whole_transfer(

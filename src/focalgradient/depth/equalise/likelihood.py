@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, optimize, special, stats
 
 from focalgradient.depth import numerics
+from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.minima import read_minima
-from focalgradient.depth.equalise.residuals import Residuals, residual_filters
+from focalgradient.depth.equalise.residuals import Residuals
 from focalgradient.depth.filters import (
     RADII,
     FloatArray,
@@ -37,13 +38,17 @@ from focalgradient.depth.filters import (
 )
 from focalgradient.depth.search import Blurs
 
-__all__ = ["Equalised", "Nodes", "ResidualStatistics", "SharedPower", "comparing_filters", "equalise"]
+__all__ = ["Equalised", "Filters", "Nodes", "ResidualStatistics", "SharedPower", "comparing_filters", "equalise"]
 
 LEAST_NOISE = 1e-4
 """Noise variance, over the one assumed, that is found at least: of views without noise a parabola may lie below 0."""
 
 JUMP = 0.5
 """Share of the local variance of depth about its plane that is added to its variance: a choice."""
+
+
+Filters = tuple[list[NDArray[Any]], NDArray[Any]]
+"""Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +69,7 @@ class SharedPower:
         `transfer` is each view's (n x L x F), `power` that of the shared texture (F).
         """
         mine = self.waveband == np.arange(1, len(self.independent))[:, None]
-        scale = np.sqrt(self.independent[1:, None] * power)
+        scale = np.sqrt(self.independent[1:, None] * power).astype(transfer.real.dtype)
         noises: NDArray[Any] = mine[:, :, None, None] * scale[:, None, None, :] * transfer
         return noises
 
@@ -304,21 +309,27 @@ class Equalised:
         return numerics.repeat_blocks(values, self.step, shape)
 
 
+def view_spectra(images: Sequence[Image], blurs: Blurs) -> Spectra:
+    """Spectra of the views (H x W each), with as much mirrored surround as their blurs reach."""
+    return Spectra.of(images, int(np.clip(2 * blurs.radius.max(), 16, 64)))
+
+
 def equalise(
-    images: Sequence[Image],
+    images: Sequence[Image] | Spectra,
     blurs: Blurs,
     noise_sd: Sequence[float],
     *,
     window: float,
     shared: SharedPower | None = None,
     power: FloatArray | None = None,
+    filters: Filters | None = None,
 ) -> Equalised:
     """Compare whole images at every candidate level.
 
     Parameters
     ----------
     images
-        The views on one grid and at one exposure, each H x W.
+        The views on one grid and at one exposure, each H x W; or their spectra (`view_spectra`).
     blurs
         Each view's blur at each candidate level.
     noise_sd
@@ -330,74 +341,50 @@ def equalise(
     power
         Of the sharp scene at the blurs' frequencies, in the images' unit squared; estimated from the images where it is
         not given.
+    filters
+        What `comparing_filters` gives, where that is known.
     """
-    reach = int(np.clip(2 * blurs.radius.max(), 16, 64))  # pixels of mirrored surround
-    spectra = Spectra.of([image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)], reach)
+    spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(noise_sd)
     frequencies = blurs.frequencies
-    power = _scene_power(spectra, noise_sd, frequencies) if power is None else power
-    filters, own = comparing_filters(blurs, noise_sd, power, shared)
-    residuals = [Residuals.of(spectra, rows, frequencies) for rows in filters]
-    change = np.zeros(blurs.radius.shape[1])
-    if len(own):
-        both = [_in_noise(residual, rows, own, frequencies) for residual, rows in zip(residuals, filters, strict=True)]
-        residuals, change = [residual for residual, _ in both], np.sum([part for _, part in both], axis=0)
+    if filters is None:
+        power = _scene_power(spectra, noise_sd, frequencies) if power is None else power
+        filters = comparing_filters(blurs, noise_sd, power, shared)
+    rows, own = filters
+    residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies) for one in rows]
+    change = np.sum([residual.change for residual in residuals], axis=0)
     return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
 
 
-def scene_power(images: Sequence[Image], noise_sd: Sequence[float], frequencies: Frequencies) -> FloatArray:
+def scene_power(
+    images: Sequence[Image], noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies
+) -> FloatArray:
     """Power at the `frequencies` of the sharp scene of `images`, as `equalise` estimates it."""
-    over_noise = [image / np.float32(sd) for image, sd in zip(images, noise_sd, strict=True)]
-    return _scene_power(Spectra.of(over_noise, 16), noise_sd, frequencies)
+    return _scene_power(Spectra.of(images, 16).over(noise_sd), noise_sd, frequencies)
 
 
 def comparing_filters(
-    blurs: Blurs, noise_sd: Sequence[float], power: FloatArray, shared: SharedPower | None
-) -> tuple[list[NDArray[Any]], NDArray[Any]]:
+    blurs: Blurs, noise_sd: Sequence[float] | FloatArray, power: FloatArray, shared: SharedPower | None
+) -> Filters:
     """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
 
     Also returns the amplitude of wavebands' independent textures over the noise, wavebands x n x L x F.
     """
-    view_weight = blurs.pass_band()
-    transfers = view_weight * blurs.transfer / np.asarray(noise_sd)[:, None, None]
-    own: NDArray[Any] = np.zeros((0, *transfers.shape))
+    kind = blurs.transfer.real.dtype
+    view_weight = blurs.pass_band
+    transfers = view_weight * blurs.transfer / np.asarray(noise_sd, kind)[:, None, None]
+    own: NDArray[Any] = np.zeros((0, *transfers.shape), transfers.dtype)
     if shared is not None:
-        own, transfers = shared.noises(transfers, power), transfers * shared.gain[:, None, None]
-    transfers = _whitened(transfers, own)
-    signal = power * (np.abs(transfers) ** 2).sum(axis=0)
+        own = shared.noises(transfers, power)
+        transfers *= shared.gain[:, None, None].astype(kind)
     # A frequency whose signal has q times the power of the noise is best given the weight q / (1 + q). The lowest
     # depend little on blur and much on uneven light, and their filters reach far over the image.
     lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
     band = (1 - np.exp(-((blurs.frequencies.radius / lowest[:, None]) ** 2))) * blurs.frequencies.fine_pass()
-    weight = np.sqrt(signal / (1 + signal)) * band
-    # Filters meet spectra without a conjugate.
-    return [_whitened(rows, own.conj()) * view_weight * weight for rows in residual_filters(transfers)], own
+    filters = whitened_filters(transfers, own, view_weight, band, power)
+    return filters, own
 
 
-def _whitened(rows: NDArray[Any], own: NDArray[Any]) -> NDArray[Any]:
-    """Rows (n x L x F) times the root of the inverse of the noise's covariance, 1 + the sum of u u^H over `own`."""
-    for u in own:
-        size = (np.abs(u) ** 2).sum(axis=0) + 1e-30
-        rows = rows + u * ((u.conj() * rows).sum(axis=0) * (1 / np.sqrt(1 + size) - 1) / size)
-    return rows
-
-
-def _in_noise(
-    residual: Residuals, filters: NDArray[Any], own: NDArray[Any], frequencies: Frequencies
-) -> tuple[Residuals, FloatArray]:
-    """The residual with what noise leaves of it where wavebands have textures of their `own`; its change by level."""
-
-    def let_through(rows: NDArray[Any], parts: NDArray[Any]) -> NDArray[Any]:
-        """What each source of noise comes to: the views', then the wavebands' own textures."""
-        return np.concatenate([rows, *((u * rows).sum(axis=0, keepdims=True) for u in parts)])
-
-    passed, slopes = let_through(filters, own), let_through(np.gradient(filters, axis=1), own)
-    altered = let_through(filters, np.gradient(own, axis=2))[len(filters) :]
-    known = residual.with_noise(passed, slopes, frequencies)
-    measure = residual.measure_at(frequencies)
-    return known, 2 * (passed[len(filters) :].conj() * altered).real.sum(axis=0) @ measure
-
-
-def _scene_power(spectra: Spectra, noise_sd: Sequence[float], frequencies: Frequencies) -> FloatArray:
+def _scene_power(spectra: Spectra, noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies) -> FloatArray:
     """Power of the sharp scene at the `frequencies`, in the images' units, if natural.
 
     Its level is that of the view with most. `spectra` are those of the images over their noise.

@@ -14,11 +14,23 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
-from focalgradient.depth.filters import FloatArray, Image, natural_power
+from focalgradient.depth.equalise.comparing import noise_passed
+from focalgradient.depth.equalise.likelihood import (
+    Equalised,
+    Filters,
+    Nodes,
+    SharedPower,
+    comparing_filters,
+    equalise,
+    scene_power,
+    view_spectra,
+)
+from focalgradient.depth.equalise.residuals import Residuals
+from focalgradient.depth.filters import FloatArray, Frequencies, Image, Spectra, natural_power
 from focalgradient.depth.noise import noise_from_spectrum
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
@@ -29,7 +41,7 @@ ROUNDS, STEPS = 2, 3
 """Times that noise is found, and each time the gain in steps, at most."""
 
 ALIKE = 0.05
-"""Logarithm of a gain that is too little to find the noise once more with it."""
+"""Logarithm of a gain, or of its change in a step, that is too little to find the noise, or the gain, once more."""
 
 STEP = 0.05
 """Share of the gain by which it is changed to see what that does."""
@@ -42,6 +54,10 @@ LITTLE = 1e-3
 
 COARSE = 4
 """Levels of which one is used until the last step."""
+
+SIDEWAYS = 1e-2
+"""Energy, in units of the noise variance, by which the derivative of residuals by the gain may err: a gain that is off
+by 5 % makes 2.5e-5 of it."""
 
 FLOOR = 3e-2
 """Noise assumed at least, over the image's standard deviation: less would distinguish levels finer than they lie."""
@@ -92,27 +108,31 @@ def estimate_band_gains(
     gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
     gain_sd = np.zeros(len(names))
 
-    def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
-        shared = SharedPower(band, gain, own)
-        equalised = equalise(part.images, blurs, sd.tolist(), window=window, shared=shared)
+    spectra = view_spectra(part.images, blurs)
+    power = scene_power(part.images, np.ones(len(sd)), blurs.frequencies)
+
+    def compare(blurs: Blurs, filters: Filters) -> tuple[Equalised, Nodes]:
+        equalised = equalise(spectra, blurs, sd.tolist(), window=window, filters=filters)
         return equalised, equalised.read(weight)
 
     def improve(blurs: Blurs, own: FloatArray) -> float:
-        """Improve the gains, by filters that know them; return the greatest change, in standard deviations."""
+        """Improve the gains, by filters that know them; return the greatest change of a logarithm."""
         nonlocal gain
-        equalised, nodes = compare(blurs, own)
+        filters = comparing_filters(blurs, sd, power, SharedPower(band, gain, own))
+        (equalised, nodes), over_noise = compare(blurs, filters), spectra.over(sd)
         moved = 0.0
         for number in range(1, len(names)):
-            shared = SharedPower(band, gain, own)
-            change, gain_sd[number] = _gain_change(equalised, nodes, part.images, blurs, sd, weight, shared, number)
+            raised = comparing_filters(blurs, sd, power, _raised(SharedPower(band, gain, own), number))
+            changed = _gain_change(equalised, nodes, over_noise, filters[0], raised, blurs.frequencies, weight)
+            change, gain_sd[number] = changed
             gain = gain * np.where(band == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
-            moved = max(moved, abs(change) / gain_sd[number])
+            moved = max(moved, abs(change))
         return moved
 
     for _ in range(ROUNDS):
         # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
         # way to it, and more be found.
-        equalised, nodes = compare(coarse, little)
+        equalised, nodes = compare(coarse, comparing_filters(coarse, sd, power, SharedPower(band, gain, little)))
         # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
         weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
@@ -122,7 +142,7 @@ def estimate_band_gains(
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), floors, most)
         for _ in range(STEPS):
-            if improve(coarse, own) < 0.5:
+            if improve(coarse, own) < ALIKE:
                 break
         if np.abs(np.log(gain)).max() < ALIKE:
             break  # the gain assumed was good enough for what was found with it
@@ -133,25 +153,27 @@ def estimate_band_gains(
 def _gain_change(
     equalised: Equalised,
     nodes: Nodes,
-    images: Sequence[Image],
-    blurs: Blurs,
-    sd: FloatArray,
+    spectra: Spectra,
+    filters: list[NDArray[Any]],
+    raised: Filters,
+    frequencies: Frequencies,
     weight: Image,
-    shared: SharedPower,
-    number: int,
 ) -> tuple[float, float]:
-    """Change of the logarithm of one waveband's gain that fits best, with depth free at every node; its sd."""
-    other = equalise(images, blurs, sd.tolist(), window=equalised.window, shared=_raised(shared, number))
+    """Change of the logarithm of one waveband's gain that fits best, with depth free at every node; its sd.
+
+    `filters` are those of the gain as it is, `raised` those of the gain raised by the share STEP.
+    """
     level = equalised.evaluate(nodes).level
     sums = np.zeros((5, *level.shape), np.float32)  # of r'^2, r' g', g'^2, r r' and r g', with g' by the gain
     by_level, by_gain = -equalised.change / 2, np.zeros(equalised.levels)  # what noise alone makes of the last two
     left, noise = np.zeros_like(level), np.zeros(equalised.levels)
-    for here, there in zip(equalised.residuals, other.residuals, strict=True):
+    for here, old, new in zip(equalised.residuals, filters, raised[0], strict=True):
         rest, slope = here.at(level)
-        aside = (there.at(level)[0] - rest) / np.float32(STEP)
+        by_step = Residuals.of(spectra, (new - old) / np.float32(STEP), None, frequencies, SIDEWAYS)
+        aside = by_step.at(level)[0]
         sums += np.stack([slope**2, slope * aside, aside**2, rest * slope, rest * aside])
         by_level += np.gradient(here.noise) / 2
-        by_gain += (there.noise - here.noise) / STEP / 2
+        by_gain += (noise_passed(new, raised[1], here.measure_at(frequencies))[1] - here.noise) / STEP / 2
         left, noise = left + rest**2, noise + here.noise
     places = np.arange(equalised.levels)
     # Of noise there is at most what is left.
@@ -184,18 +206,21 @@ def shift_by_gain(gains: BandGains, blurs: Blurs) -> FloatArray:
 
     For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """
-    power = natural_power(1.0, blurs.frequencies)
-    areas = power * blurs.frequencies.areas
-    scene = blurs.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
-    filters, _ = comparing_filters(blurs, gains.noise_sd, power, gains.shared)
-    variance = np.zeros(blurs.radius.shape[1])
+    every = 2  # the shift changes slowly by level
+    some = blurs.every(every)
+    power = natural_power(1.0, some.frequencies)
+    areas = power * some.frequencies.areas
+    scene = some.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
+    filters, _ = comparing_filters(some, gains.noise_sd, power, gains.shared)
+    variance = np.zeros(some.radius.shape[1])
     for number in range(1, len(gains.gain_sd)):
-        others, _ = comparing_filters(blurs, gains.noise_sd, power, _raised(gains.shared, number))
+        others, _ = comparing_filters(some, gains.noise_sd, power, _raised(gains.shared, number))
         both, slope = np.zeros_like(variance), np.zeros_like(variance)
         for here, there in zip(filters, others, strict=True):
-            by_level = (np.gradient(here, axis=1) * scene).sum(axis=0)
+            by_level = (np.gradient(here, every, axis=1) * scene).sum(axis=0)
             by_gain = ((there - here) / STEP * scene).sum(axis=0)
-            both += ((by_level.conj() * by_gain).real * areas).sum(axis=1)
-            slope += (np.abs(by_level) ** 2 * areas).sum(axis=1)
+            both += (by_level.conj() * by_gain).real @ areas
+            slope += np.abs(by_level) ** 2 @ areas
         variance += (both / np.maximum(slope, 1e-12 * slope.max()) * gains.gain_sd[number]) ** 2
-    return np.sqrt(variance)
+    levels = blurs.radius.shape[1]
+    return np.sqrt(np.interp(np.arange(levels), np.arange(0, levels, every), variance))

@@ -1,0 +1,181 @@
+"""Filters that compare views: onto what no sharp scene explains, at every candidate depth; compiled.
+
+Blur that is not round needs filters over the plane of frequencies, some million values at a time. They are worked out
+frequency by frequency, without the intermediate arrays that array expressions would need.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.numerics import share_rows
+
+__all__ = ["noise_passed", "residual_filters", "whitened_filters"]
+
+TINY = 1e-6
+"""Share of the largest transfer below which all vanish: noise is then compared with noise."""
+
+
+def residual_filters(transfers: NDArray[Any]) -> list[NDArray[Any]]:
+    """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
+
+    Parameters
+    ----------
+    transfers
+        n x L x F: transfer of view i at candidate l and frequency f, over the standard deviation of its noise; complex
+        where blur is not round.
+
+    Returns
+    -------
+    list of ndarray
+        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
+        that for two views it is (H2, -H1) / sqrt(H1^2 + H2^2).
+
+    Examples
+    --------
+    >>> residual_filters(np.array([[[0.8]], [[0.6]]]))[0].ravel().round(3).tolist()
+    [0.6, -0.8]
+    """
+    ones, none = np.ones(transfers.shape[1:]), np.zeros((0, *transfers.shape), transfers.dtype)
+    return whitened_filters(transfers, none, np.ones_like(transfers.real), ones)
+
+
+def whitened_filters(
+    transfers: NDArray[Any], own: NDArray[Any], view_weight: FloatArray, weight: FloatArray, power: Any = None
+) -> list[NDArray[Any]]:
+    """`residual_filters` where noise is not white alone: its covariance is 1 + the sum of u u^H over `own`.
+
+    Parameters
+    ----------
+    transfers
+        As of `residual_filters`.
+    own
+        m x n x L x F: each further source's amplitude in each view.
+    view_weight
+        n x L x F: weight of each view, by which filters are multiplied.
+    weight
+        L x F: weight of each frequency, the same for all views.
+    power
+        F: power of the scene. Where given, a frequency whose signal has q times the power of the noise has the weight
+        sqrt(q / (1 + q)) besides.
+    """
+    views, levels, count = transfers.shape
+    filters = np.empty((views - 1, *transfers.shape), transfers.dtype)
+    tiny = TINY * float(np.abs(transfers).max())
+    known = np.full(count, np.inf) if power is None else power
+
+    def some(first: int, last: int) -> None:
+        _whitened_filters(transfers, own, view_weight, weight, known, tiny, first, last, filters)
+
+    share_rows(levels, some)
+    return list(filters)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _whitened_filters(transfers, own, view_weight, weight, power, tiny, first, last, filters):  # type: ignore[no-untyped-def]
+    views, _, count = transfers.shape
+    # Of this frequency: the views' transfers, a filter, and how views are joined to the best estimate so far.
+    column, row, joined = np.empty((3, views), transfers.dtype)
+    for level in range(first, last):
+        for f in range(count):
+            for i in range(views):
+                column[i] = transfers[i, level, f]
+            _whiten(column, own, level, f, False)
+            signal = 0.0
+            for i in range(views):
+                signal += column[i].real ** 2 + column[i].imag ** 2
+            share = weight[level, f]
+            if power[f] < np.inf:
+                share *= math.sqrt(power[f] * signal / (1 + power[f] * signal))
+            # The estimate's transfer is `reached`. Its sign follows the first view's, for the filters to change
+            # smoothly with vergence.
+            joined[0] = 1
+            reached = column[0]
+            for j in range(1, views):
+                square = reached.real**2 + reached.imag**2 + column[j].real ** 2 + column[j].imag ** 2
+                norm = math.sqrt(square + tiny**2)
+                over = 1 / norm
+                for i in range(views):
+                    row[i] = joined[i] * column[j] * over if i < j else 0
+                row[j] = -reached * over
+                _whiten(row, own, level, f, True)  # filters meet spectra without a conjugate
+                for i in range(views):
+                    filters[j - 1, i, level, f] = row[i] * view_weight[i, level, f] * share
+                for i in range(j + 1):
+                    joined[i] = np.conj(column[i]) * over
+                reached = reached * 0 + norm
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
+    """Multiply by the root of the inverse of 1 + the sum of u u^H, or of its conjugate."""
+    for source in range(len(own)):
+        size = 1e-30
+        met = row[0] * 0
+        for i in range(len(row)):
+            u = own[source, i, level, f]
+            size += u.real**2 + u.imag**2
+            met += (u if conjugate else np.conj(u)) * row[i]
+        met *= (1 / math.sqrt(1 + size) - 1) / size
+        for i in range(len(row)):
+            u = own[source, i, level, f]
+            row[i] += (np.conj(u) if conjugate else u) * met
+
+
+def noise_passed(
+    filters: NDArray[Any], own: NDArray[Any], measure: FloatArray
+) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray]:
+    """What noise of variance 1 in every view, and of the sources `own`, comes to behind `filters` (n x L x F).
+
+    Returns
+    -------
+    gains
+        (n + m) x L x F: power gain of each source.
+    noise
+        L: the variance left.
+    noise_slope
+        L: what it adds to the variance of the score, per level^2.
+    change
+        L: what the noise's own change by level would add to the residual's variance.
+    """
+    views, levels, count = filters.shape
+    gains = np.empty((views + len(own), levels, count), filters.real.dtype)
+    sums = np.zeros((3, levels))
+    share_rows(levels, lambda first, last: _noise_passed(filters, own, measure, first, last, gains, sums))
+    return gains, *sums
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _noise_passed(filters, own, measure, first, last, gains, sums):  # type: ignore[no-untyped-def]
+    views, levels, count = filters.shape
+    for level in range(first, last):
+        before, after = max(level - 1, 0), min(level + 1, levels - 1)
+        over = 1 / max(after - before, 1)
+        for f in range(count):
+            gain = slope = change = 0.0
+            for i in range(views):
+                value = filters[i, level, f]
+                risen = (filters[i, after, f] - filters[i, before, f]) * over
+                gains[i, level, f] = value.real**2 + value.imag**2
+                gain += gains[i, level, f]
+                slope += risen.real**2 + risen.imag**2
+            for source in range(len(own)):
+                value = risen = altered = filters[0, level, f] * 0
+                for i in range(views):
+                    u = own[source, i, level, f]
+                    value += u * filters[i, level, f]
+                    risen += u * ((filters[i, after, f] - filters[i, before, f]) * over)
+                    altered += (own[source, i, after, f] - own[source, i, before, f]) * over * filters[i, level, f]
+                gains[views + source, level, f] = value.real**2 + value.imag**2
+                gain += gains[views + source, level, f]
+                slope += risen.real**2 + risen.imag**2
+                change += value.real * altered.real + value.imag * altered.imag
+            sums[0, level] += gain * measure[f]
+            sums[1, level] += gain * slope * measure[f]
+            sums[2, level] += 2 * change * measure[f]
