@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import process_time
@@ -39,8 +39,10 @@ from focalgradient.eye import (
     osa_order,
     score,
 )
+from focalgradient.eye.light import Band
 from focalgradient.eye.retina import S_FINEST_CPD
 from focalgradient.files import write_whole
+from focalgradient.optics import Optics
 from focalgradient.parallel import completed, shared
 
 PIXEL = np.radians(1 / 60)
@@ -57,7 +59,7 @@ FARTHEST, NEAREST = -0.9, 1.2
 NOISE, CORRELATION = 0.01, 0.95
 """Standard deviation of a pixel's noise over the mean; of the bands' textures with each other's."""
 
-KEPT = {
+KEPT: dict[str, Callable[[int, int], bool]] = {
     "odd aberrations": lambda n, m: n % 2 == 1,
     "even aberrations": lambda n, m: n % 2 == 0,
     "all aberrations": lambda n, m: True,
@@ -116,19 +118,22 @@ def measured(job: Job) -> tuple[list[Row], Row, float]:
             optics = [Cones.of(one, "L+M") for one in eye.through(MOMENTS, Oscillation())]
         of_mean = [replace(one, eye=replace(one.eye, aberrations=mean.aberrations)) for one in optics]
         experience = Experience.of(optics, PIXEL, 1 / NEAR, noise=NOISE, correlation=CORRELATION, seed=seed)
-        learned = learned_optics(experience, optics)
+        readers: dict[str, Sequence[Optics]] = {
+            "own": optics,
+            "mean": of_mean,
+            "learned": learned_optics(experience, optics),
+        }
         for place, beyond in enumerate(job.beyond):
             distance = 1 / (FOCUS - beyond)
             views = rendered(kind, eye, distance, seed + 1 + place)
-            for reader in READERS:
-                taken = {"own": optics, "mean": of_mean, "learned": learned}[reader]
+            for reader, taken in readers.items():
                 some = [View(view.image, one, PIXEL) for view, one in zip(views, taken, strict=True)]
                 depth = recover_depth(some, near=NEAR)
                 found = score(depth.vergence, depth.valid, np.full(SHAPE, distance), FOCUS)
                 # Where nothing is claimed, what would have been is stated apart.
                 whole = score(depth.vergence, np.ones(SHAPE, bool), np.full(SHAPE, distance), FOCUS)
-                about = {"eye": job.number, "pupil_mm": 1e3 * job.pupil, "views": kind, "reader": reader}
-                extra = {"unmasked_error_D": whole["median_error_D"], "unmasked_side": whole["side_right"]}
+                about: Row = {"eye": job.number, "pupil_mm": 1e3 * job.pupil, "views": kind, "reader": reader}
+                extra: Row = {"unmasked_error_D": whole["median_error_D"], "unmasked_side": whole["side_right"]}
                 rows.append({**about, "beyond_D": beyond, **found, **extra})
     return rows, {"eye": job.number, "pupil_mm": 1e3 * job.pupil, **sides(eye)}, process_time() - began
 
@@ -152,7 +157,7 @@ def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
         alone = Cones.of(one, "L+M", wavelengths=1)
         passed = np.abs(alone.through_focus(down[::2], right[::2], alone.focus_vergence + near)).sum(axis=(1, 2))
         for colour, wavelengths in (("one wavelength", 1), ("daylight", 5), ("two bands", 5)):
-            bands = ("L+M", "S") if colour == "two bands" else ("L+M",)
+            bands: tuple[Band, ...] = ("L+M", "S") if colour == "two bands" else ("L+M",)
             cones = [Cones.of(one, band, wavelengths=wavelengths) for band in bands]
             # About 0 the passed light is even where aberrations are odd, and its maximum exactly there.
             best = cones[0].focus_vergence + near[passed.argmax()]
@@ -220,7 +225,9 @@ def main() -> None:
         for n in range(given.eyes)
         for pupil in PUPILS
     ]
-    rows, telling, seconds = [], [], 0.0
+    rows: list[Row] = []
+    telling: list[Row] = []
+    seconds = 0.0
     with shared(given.workers, given.scheduler) as executor:
         for number, (some, side, took) in completed(executor, measured, jobs):
             rows, telling, seconds = [*rows, *some], [*telling, side], seconds + took
