@@ -7,6 +7,7 @@ per radian; the formulas for a pupil of given size take cycles per degree, as th
 
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
+from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation
@@ -40,6 +41,7 @@ __all__ = [
     "Accommodation",
     "Band",
     "BlurName",
+    "ChromaticStimulus",
     "Cones",
     "Course",
     "Eye",
@@ -65,6 +67,7 @@ __all__ = [
     "best_gaussian",
     "blur_transfer",
     "chromatic_difference",
+    "chromatic_stimulus",
     "chromatic_wavelength",
     "cone_fundamentals",
     "cone_images",

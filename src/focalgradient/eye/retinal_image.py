@@ -14,7 +14,7 @@ from focalgradient.eye.light import cone_fundamentals
 from focalgradient.eye.model_eye import Eye
 from focalgradient.render import blur_picture
 
-__all__ = ["retinal_image"]
+__all__ = ["caught_by_cones", "parts_of_light", "retinal_image"]
 
 ENDS_NM = (420.0, 680.0)
 """Wavelengths between which parts of the spectrum are equally wide in focus; the first and the last take what lies
@@ -77,6 +77,30 @@ def retinal_image(
     >>> green > 3 * blue, seen.sum(axis=(0, 1)).round(2).tolist()  # light is kept
     (True, [1.0, 1.0, 1.0])
     """
+    cones, caught = caught_by_cones(
+        picture,
+        distance,
+        eye,
+        pixel_angle=pixel_angle,
+        wavelengths=wavelengths,
+        primaries=primaries,
+        progress=progress,
+    )
+    back: NDArray[np.float32] = (cones @ np.linalg.inv(caught)).astype(np.float32)
+    return back
+
+
+def caught_by_cones(
+    picture: ArrayLike,
+    distance: ArrayLike,
+    eye: Eye,
+    *,
+    pixel_angle: float,
+    wavelengths: int,
+    primaries: str,
+    progress: Callable[[float, str], object] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What L, M and S cones catch of the `retinal_image` (H x W x 3), and of each primary (primaries x cones)."""
     image = np.asarray(picture, dtype=float)
     if image.ndim != 3 or image.shape[2] != 3:
         raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
@@ -84,17 +108,16 @@ def retinal_image(
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
     if not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
-    middles, caught = _parts(wavelengths, primaries)
+    middles, caught = parts_of_light(wavelengths, primaries)
     cones = np.zeros(image.shape)
     for number, (nm, by_primary) in enumerate(zip(middles, caught, strict=True)):
         if progress is not None:
             progress(number / wavelengths, f"blurring light of {nm:.0f} nm")
         cones += blur_picture(image, distance, eye.in_light(nm), pixel_angle=pixel_angle) @ by_primary
-    back: NDArray[np.float32] = (cones @ np.linalg.inv(caught.sum(axis=0))).astype(np.float32)
-    return back
+    return cones, np.asarray(caught.sum(axis=0))
 
 
-def _parts(count: int, primaries: str) -> tuple[list[float], NDArray[np.float64]]:
+def parts_of_light(count: int, primaries: str) -> tuple[list[float], NDArray[np.float64]]:
     """Middle wavelengths (nm) of parts of the spectrum, and what cones catch of each primary in each (x 3 x 3)."""
     nm, spectra = display_primaries(primaries)
     focus = chromatic_difference(nm)
