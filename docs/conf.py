@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import re
@@ -9,6 +10,7 @@ import warnings
 from pathlib import Path
 
 import focalgradient
+from focalgradient.dataset.columns import COLUMNS, TITLES
 
 project = "focalgradient"
 author = "the focalgradient maintainers"
@@ -34,7 +36,7 @@ autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 default_role = "code"  # in docstrings `name` is code
-exclude_patterns = ["_build", "blur_page", "examples"]
+exclude_patterns = ["_build", "blur_page", "examples", "generated/*.md"]  # the last are included
 suppress_warnings = ["config.cache", "misc.highlighting_failure"]  # a lexer for CSV there is none
 nitpicky = False
 templates_path = ["_templates"]
@@ -68,5 +70,40 @@ def names(room: str) -> list[str]:
     own = ((name, getattr(importlib.import_module(room), name)) for name in importlib.import_module(room).__all__)
     return [name for name, value in own if inspect.isroutine(value) or inspect.isclass(value)]
 
+
+def tables_of_columns() -> str:
+    """What the columns of the data sets' tables mean, as their sidecars say it."""
+    rows = []
+    for task, columns in COLUMNS.items():
+        rows += [f"### {TITLES[task]} (`{task}`)", "", "| column | what it is | unit or values |", "|---|---|---|"]
+        for column in columns:
+            said = column.described()
+            values = said.get("Units") or ", ".join(said.get("Levels", {})) or said.get("Format", "text")
+            rows.append(f"| `{column.name}` | {said['Description']} | {values} |")
+        rows.append("")
+    return "\n".join(rows)
+
+
+def list_of_figures() -> str:
+    """The programs of `analysis/` that make a figure, with their first line."""
+    rows = ["| program | what it shows |", "|---|---|"]
+    for path in sorted(ROOT.parent.glob("analysis/*.py")):
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        if any(isinstance(part, ast.FunctionDef) and part.name == "make" for part in module.body):
+            first = (ast.get_docstring(module) or "").split("\n\n")[0].replace("\n", " ")
+            rows.append(f"| `analysis/{path.name}` | {first} |")
+    return "\n".join(rows) + "\n"
+
+
+(ROOT / "generated").mkdir(exist_ok=True)
+for file, text in (("columns.md", tables_of_columns()), ("figures.md", list_of_figures())):
+    (ROOT / "generated" / file).write_text(text, encoding="utf-8")
+
+REPORT = ROOT.parent / "results" / "report.html"
+"""What `make reproduce` wrote, if it was run."""
+
+if REPORT.is_file():
+    tags.add("reproduced")  # noqa: F821  Sphinx gives `tags`
+    html_extra_path = [str(REPORT)]
 
 autosummary_context = {"names": {room: names(room) for room in ROOMS}}

@@ -64,6 +64,18 @@ def test_the_camera_is_the_true_one_within_its_uncertainty(made):
     assert len(load_targets(folder / "targets.toml").shots) == 6
 
 
+def test_the_camera_is_what_calibrate_makes_of_the_targets(made, tmp_path):
+    folder, _ = made
+    again = CliRunner().invoke(main, ["calibrate", str(folder / "targets.toml"), "--out", str(tmp_path / "again.toml")])
+    assert again.exit_code == 0, again.output
+    kept, found = (load_camera(path).calibration for path in (folder / "camera.toml", tmp_path / "again.toml"))
+    assert found.offset == pytest.approx(kept.offset, abs=0.05 * kept.sd[2])
+    assert np.allclose(found.sd, kept.sd, rtol=0.02)
+    assert found.focus[FOCUS_M] == pytest.approx(kept.focus[FOCUS_M], abs=0.05 * kept.sd[5])
+    for stop in STOPS:
+        assert found.f_numbers[stop] == pytest.approx(kept.f_numbers[stop], rel=0.002)
+
+
 def test_edges_by_the_calibrated_camera_give_the_distances_of_the_cards(made, tmp_path):
     folder, _ = made
     command = ["depth", str(folder / "cards.png"), "--method", "edges", "--f-number", "5.6", "--near", "0.85"]

@@ -78,6 +78,9 @@ distance_sd_m = 0.002     # of each measured distance
 f_number_tolerance = 0.07
 """
 
+CAMERA = Path(__file__).with_name("demo_camera.toml")
+"""What `focalgradient calibrate` makes of the targets: kept, as it takes half a minute the first time."""
+
 README = """\
 A folder of examples, made by `focalgradient demo`. Nothing here was photographed or answered by a person:
 the pictures are ray cast, the ratings are drawn at random from a model.
@@ -125,7 +128,7 @@ def demo(context: click.Context, out: Path) -> None:
     everything = (*names, *targets, "targets.toml", "ratings.csv", "camera.toml", "README.txt", "depth")
     writable(out, [name for name in everything if name != "depth"])
     _refuse_others(out, everything)
-    with progress(7) as say:
+    with progress(6) as say:
         out.mkdir(parents=True, exist_ok=True)
         write_whole(out / "README.txt", README.encode())  # first: by it the folder is known as ours
         say("two photographs")
@@ -143,12 +146,11 @@ def demo(context: click.Context, out: Path) -> None:
         files |= _picture()
         say("ratings")
         files["ratings.csv"] = _ratings()
+        files["camera.toml"] = CAMERA.read_bytes()
         replace_set(out, files, "views.toml")
-        say("a calibrated camera")
-        replace_set(out, {"camera.toml": _camera(out / "targets.toml")}, "camera.toml")
     show(
         None,  # the result is that of depth
-        f"Written: {len(files) + 2} files in {out}; README.txt says what each is.",
+        f"Written: {len(files) + 1} files in {out}; README.txt says what each is.",
         f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}",
     )
     context.invoke(depth, inputs=(out / "views.toml",), out=out / "depth", f_numbers=(), focus_distances=())
@@ -242,19 +244,6 @@ def _targets_toml(targets: dict[str, tuple[float, float]]) -> str:
         for name, (metres, stop) in targets.items()
     ]
     return TARGETS_HEAD + "".join(views)
-
-
-def _camera(targets_toml: Path) -> bytes:
-    """The camera as the target gives it."""
-    from focalgradient.calibration import calibrate
-    from focalgradient.photographs import Calibrated, camera_toml, load_targets
-    from focalgradient.photographs.tables import Sensor
-
-    targets = load_targets(targets_toml)
-    readings = [targets.read(shot) for shot in targets.shots]
-    found = calibrate(readings, 1e-3 * FOCAL_LENGTH_MM, 1e-6 * PITCH_UM, targets.priors)
-    sensor = Sensor.model_validate({name: getattr(targets.camera, name) for name in Sensor.model_fields})
-    return camera_toml(Calibrated(sensor=sensor, calibration=found)).encode()
 
 
 def _frames() -> list[NDArray[np.uint8]]:

@@ -365,7 +365,8 @@ def _grow_planes(weight, weighted, variances, state, window, steep, first, last,
             spread = e0 * (e0 * q00 + 2 * (e1 * q01 + e2 * q02)) + e1 * (e1 * q11 + 2 * e2 * q12) + e2 * e2 * q22
             if state[4, row, column] == 0 or (not start and step * step > 9 * variance):
                 # The wider window contradicts the narrower one: growth ends here.
-                grown[:, row, column] = state[:, row, column]
+                for k in range(4):
+                    grown[k, row, column] = state[k, row, column]
                 grown[4, row, column] = 0
                 continue
             grown[0, row, column] = value + step
