@@ -1,4 +1,4 @@
-"""Fig. 2(a) measured for a simulated eye: distance told by colour, and by a wavering focus."""
+"""Fig. 2(a) measured for a simulated eye: distance by two wavebands, and by accommodative microfluctuations."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ class Display:
         Parameters
         ----------
         diameters
-            Of blur discs at one place in the pictures to be told apart, in pixels.
+            Of blur discs at one place in the pictures to be distinguished, in pixels.
 
         Raises
         ------

@@ -63,7 +63,7 @@ def _limits() -> Iterator[int]:
 
 
 def _taken() -> int:
-    """Bytes of address space that this process has; 0 where that cannot be told."""
+    """Bytes of address space that this process has; 0 where that is unknown."""
     with suppress(OSError, ValueError, IndexError):
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         return pages * os.sysconf("SC_PAGE_SIZE")

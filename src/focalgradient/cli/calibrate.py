@@ -135,11 +135,11 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
         hidden[out].write_bytes(text.encode())
     show(
         _found(camera) | {"written": printable(out)},
-        *_told(camera, len({reading.distance for reading in readings})),
+        *_camera_lines(camera, len({reading.distance for reading in readings})),
         "",
         *_predicted(shots, readings, camera, by_view, by_distance),
         *([shape] if shape else []),
-        *([] if found is None else _field_told(found)),
+        *([] if found is None else _field_lines(found)),
         f"Written: {printable(out)}",
     )
 
@@ -192,7 +192,7 @@ def _field(
     return found
 
 
-def _field_told(found: FieldFit) -> list[str]:
+def _field_lines(found: FieldFit) -> list[str]:
     """What the maps of the target say."""
     if not math.isfinite(found.left):
         return ["Field: the maps of the target are too sparse to tell how focus varies over the frame."]
@@ -249,7 +249,7 @@ def _found(camera: Calibration) -> dict[str, Any]:
     }
 
 
-def _told(camera: Calibration, distances: int) -> list[str]:
+def _camera_lines(camera: Calibration, distances: int) -> list[str]:
     """The parameters, each with its sd and what it is known from."""
     sd, informed = camera.sd, camera.informed
     rows = [("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}", informed[0])]

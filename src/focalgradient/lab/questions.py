@@ -45,7 +45,7 @@ def ask(screen: Screen, scale: Scale | Steps, event: str = "question") -> Given:
     """Ask for an answer on a scale: on a slider (arrow keys or mouse), typed, or a step; confirmed with the Enter key.
 
     Nothing is shown on the scale before the first key: it puts the marker at a random place, so that no answer is
-    suggested, and whoever presses one key and no more can be told by it.
+    suggested, and whoever presses one key and no more can be detected by it.
     """
     if isinstance(scale, Steps):
         return _steps(screen, scale, event)

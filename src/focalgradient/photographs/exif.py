@@ -243,7 +243,7 @@ def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None
         for tag, now in zip((ExifTags.Base.ExifImageWidth, ExifTags.Base.ExifImageHeight), size, strict=True)
     ]
     scale = [was / now for was, now in zip(taken, size, strict=True)]
-    # Unequal scales: cropped, not (only) resized, so that the pitch cannot be told. One pixel may be lost to rounding.
+    # Unequal scales: cropped, not (only) resized, so that the pitch is unknown. One pixel may be lost to rounding.
     if abs(scale[0] - scale[1]) > 1.5 * max(s / now for s, now in zip(scale, size, strict=True)):
         return None
     return 1e3 * unit / per_unit * scale[0]

@@ -32,7 +32,7 @@ LARGE = 6.0
 """Pixels of a disc's radius from which linear interpolation has its transfer to 0.005 up to 1/8 cycle a pixel."""
 
 SURFACES = 24
-"""Depths told apart in a tile, at most. They lie one pixel of vergence apart or more (see `hidden`)."""
+"""Depths distinguished in a tile, at most. They lie one pixel of vergence apart or more (see `hidden`)."""
 
 NONE = 1e-4
 """Share of the lens below which a depth counts as a gap."""

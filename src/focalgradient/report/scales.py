@@ -20,12 +20,12 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
         focused = f"the {name} object" if name in FIXATIONS else f"“{name}”"
         yield (
             f"With {focused} in focus the picture was judged deeper, the larger its aperture, by ({unit} for a "
-            f"millimetre): {_told(slope)}. {what} at the largest aperture differed from alike by: {_told(largest)}."
+            f"millimetre): {_worded(slope)}. {what} at the largest aperture differed from alike by: {_worded(largest)}."
         )
     for (one, other), test in found.differences.items():
-        yield f"Difference of the slopes of “{one}” and “{other}”: {_told(test)}."
+        yield f"Difference of the slopes of “{one}” and “{other}”: {_worded(test)}."
     if found.scale == "bipolar" and not found.differences:
-        yield f"Difference of the slopes of the two fixations: {_told(found.interaction)}."
+        yield f"Difference of the slopes of the two fixations: {_worded(found.interaction)}."
 
 
 def comparison_methods(scale: str, design: Mapping[str, Any]) -> str:
@@ -67,18 +67,18 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
         (f"difference of the slopes, {one} less {other}", test) for (one, other), test in found.differences.items()
     ]
     tests += pairs or [("difference of the slopes", found.interaction)]
-    yield listed("comparison_tests.csv", "Tests", ["what", "result"], [[name, _told(test)] for name, test in tests])
+    yield listed("comparison_tests.csv", "Tests", ["what", "result"], [[name, _worded(test)] for name, test in tests])
 
 
 def factor_sheet(found: tuple[FactorEffect, ...], scale: str) -> Sheet:
     """Own factors: each level against the first, as a table."""
-    rows = [[one.factor, f"{one.level} − {one.against}", one.measure, _told(one.effect)] for one in found]
+    rows = [[one.factor, f"{one.level} − {one.against}", one.measure, _worded(one.effect)] for one in found]
     unit = "logarithm of the ratings" if scale == "ratio" else "units of the scale"
     caption = f"Factors of the design: differences between levels, {unit}; Holm within factor and measure"
     return listed("factors.csv", caption, ["factor", "levels", "of", "difference"], rows)
 
 
-def _told(effect: Effect | NotComputed) -> str:
+def _worded(effect: Effect | NotComputed) -> str:
     return effect.reason if isinstance(effect, NotComputed) else effect.summary()
 
 

@@ -243,7 +243,7 @@ class _Scene:
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """A picture: its files, what was measured in it, what is told of its scene, and the scene's white."""
+    """A picture: its files, what was measured in it, what is recorded of its scene, and the scene's white."""
 
     stem: str
     files: Mapping[str, bytes]

@@ -108,7 +108,7 @@ def import_pictures(
     Warns
     -----
     FocalGradientWarning
-        If it is not told where a fixated object is: its mark is put in the middle of the picture.
+        If the place of a fixated object is not given: its mark is put in the middle of the picture.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
     display, say = display or Display(), progress or (lambda share, words: None)
@@ -229,7 +229,7 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
         column = "x_px" if x is None else "y_px"
         raise InputError(f"{where}, column {column}: is empty, but x_px and y_px belong together: give both.")
     if both and x is not None:
-        raise InputError(f"{where}, column x_px: which object it is of is not told: give it where fixation stands.")
+        raise InputError(f"{where}, column x_px: which object it is of is missing: give it where fixation stands.")
     return Row(
         where,
         inner_name(cells["file"], f"{where}, column file"),
