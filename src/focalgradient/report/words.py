@@ -354,7 +354,7 @@ def _catches(design: Mapping[str, Any]) -> str:
 def _same(designs: list[Mapping[str, Any]]) -> str:
     """A warning where sessions had different designs."""
     apart = [{key: value for key, value in design.items() if key != "seed"} for design in designs]
-    return "" if all(one == apart[0] for one in apart) else "Sessions differ in their design; the first is described here. "
+    return "" if all(one == apart[0] for one in apart) else "Sessions differ in their design; the first is given here. "
 
 
 def _test(effect: Effect) -> str:

@@ -72,7 +72,7 @@ class Folder:
         self.content = {key: value for key, value in found.items() if key not in {*asked, "versions", "files"}}
         if not (self.complete or by == versions):
             raise InputError(
-                f"{path} was begun by other versions of the programs ({_listed(by)}; now {_listed(versions)}): go on with "
+                f"{path} was begun by other versions of programs ({_named(by)}; now {_named(versions)}): go on with "
                 "those, or choose another folder."
             )
 
@@ -136,7 +136,7 @@ def _differing(asked: Mapping[str, Any], held: Mapping[str, Any], keys: list[str
     return changed
 
 
-def _listed(versions: Mapping[str, Any]) -> str:
+def _named(versions: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {number}" for name, number in versions.items())
 
 
