@@ -13,8 +13,9 @@ export PYTHON
 # Threads are ours (one a core); linear algebra that spins threads of its own only takes their time.
 export OPENBLAS_NUM_THREADS = 1
 run := .venv/bin/python
-# On all cores; the tests of one file stay together, as they share what is made for them and the screens they open.
-pytest := $(run) -m pytest --numprocesses logical --dist loadfile
+# On all cores; the tests of one file stay together, as they share what is made for them and the screens they open. In the
+# order collected: the long ones first, the examples of docstrings last.
+pytest := $(run) -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
 .PHONY: setup reproduce test test-slow test-all docs clean
 

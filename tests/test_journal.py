@@ -48,6 +48,7 @@ def resumed(root, session=None) -> Session:
     return Session.resume(root, "pinhole", "01", session, apparatus=APPARATUS)
 
 
+@pytest.mark.slow
 @posix
 def test_kills_at_random_moments_lose_no_finished_trial_and_end_in_a_valid_data_set(tmp_path):
     killed = 0

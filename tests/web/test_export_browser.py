@@ -90,6 +90,7 @@ def served_events(folder: Path, design: str, label: str = "002") -> list[Any]:
     return [shape(event) for event in read_journal(journal(folder / "served" / "data", label)).events]
 
 
+@pytest.mark.slow
 def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tmp_path: Path) -> None:
     bundle = exported(tmp_path, DEPTH, "--completion", "https://example.org/done")
     with platform(bundle) as stub, opened(browser, stub, "jatos.html") as page:
