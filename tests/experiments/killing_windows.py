@@ -1,4 +1,7 @@
-"""Experiment 1 in a real window, killed again and again: `python tests/experiments/killing_windows.py` kills 200 times.
+"""Experiments in real windows, killed again and again: `python tests/experiments/killing_windows.py` kills 200 times.
+
+A second number is the seed; a word, `blur-threshold` or `gaze`, kills the adaptive experiment, or depth rating while the
+gaze (the pointer) is recorded.
 
 Somebody takes part, with real keys; the program is killed (SIGKILL, SIGTERM) while it starts, shows, asks or writes,
 and resumed, until 200 kills are done and the last session is complete. What it said to have recorded must be there, in
@@ -21,11 +24,11 @@ from pathlib import Path
 
 from headless import Headless, headless, make_set
 
-from focalgradient.dataset import bids_problems, export, read_dataset, read_journal, validate
+from focalgradient.dataset import Files, bids_problems, export, read_dataset, read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.lab import EXPERIMENTS, run
 
-DESIGN = """
+RATING = """
 task = "depthrating"
 scenes = ["spheres-01"]
 apertures = ["pinhole", "f/5.6"]
@@ -43,12 +46,30 @@ catch_pictures = ["standard"]
 blank_s = 0.0
 pause_s = 0.0
 """
+THRESHOLD = """
+task = "blurthreshold"
+scenes = ["spheres-01"]
+repetitions = 10
+catch_trials = 2
+practice_trials = 1
+break_every = 5
+mark_s = 0.05
+picture_s = 0.05
+least_break_s = 0.05
+blank_s = 0.05
+pause_s = 0.05
+"""
+DESIGNS = {
+    "depth-rating": ("depth-rating", RATING),
+    "blur-threshold": ("blur-threshold", THRESHOLD),
+    "gaze": ("depth-rating", RATING + 'gaze = "mouse"\n'),
+}
 KEYS = {"question": ("Right", "Return"), "instructions": ("space",), "ready": ("space",), "break": ("space",)}
-KEYS |= {"example": ("space",), "debriefing": ("space",)}
+KEYS |= {"example": ("space",), "debriefing": ("space",), "feedback": ("space",)}
 LONGEST = 60.0  # seconds of a life, if it is not killed
 
 
-def start(screen: Headless, folder: Path, participant: str, resume: bool) -> tuple[int, int]:
+def start(screen: Headless, folder: Path, experiment: str, participant: str, resume: bool) -> tuple[int, int]:
     """Fork a life of the program: its process, and where it says its events."""
     options = ["--participant", participant, "--data", str(folder / "data"), "--stimuli", str(folder / "set")]
     options += ["--design", str(folder / "design.toml"), "--uncalibrated", "--windowed"]
@@ -62,14 +83,20 @@ def start(screen: Headless, folder: Path, participant: str, resume: bool) -> tup
     os.dup2(write, 1)
     os.dup2(os.open(screen.folder / "errors.txt", os.O_WRONLY | os.O_CREAT | os.O_APPEND), 2)
     os.environ.update(screen.environment)
-    os._exit(run(EXPERIMENTS["depth-rating"], options))
+    os._exit(run(EXPERIMENTS[experiment], options))
 
 
 def life(
-    screen: Headless, folder: Path, participant: str, resume: bool, chance: random.Random, way: signal.Signals
+    screen: Headless,
+    folder: Path,
+    experiment: str,
+    participant: str,
+    resume: bool,
+    chance: random.Random,
+    way: signal.Signals,
 ) -> tuple[bool, int, str]:
     """Take part until the program is killed or at its end: whether it was killed, trials recorded, the last event."""
-    child, pipe = start(screen, folder, participant, resume)
+    child, pipe = start(screen, folder, experiment, participant, resume)
     early = chance.random() < 0.25
     deadline = time.monotonic() + (chance.uniform(0, 3.0) if early else LONGEST)
     recorded, last = 0, "starting"
@@ -90,7 +117,8 @@ def life(
             if name == "sitting" and not early:
                 deadline = time.monotonic() + chance.uniform(0, 4.0)
             if name in KEYS:
-                screen.keys(*KEYS[name])
+                choice = name == "question" and experiment == "blur-threshold"
+                screen.keys(*((chance.choice(("Left", "Right")),) if choice else KEYS[name]))
             elif name == "thanks":
                 screen.keys("space")
                 deadline = time.monotonic() + LONGEST
@@ -103,7 +131,8 @@ def life(
     return killed, recorded, last
 
 
-def main(kills: int = 200, seed: int = 1) -> None:
+def main(kills: int = 200, seed: int = 1, which: str = "depth-rating") -> None:
+    experiment, design = DESIGNS[which]
     chance = random.Random(seed)
     total: Counter[str] = Counter()
     moments: Counter[str] = Counter()
@@ -111,16 +140,16 @@ def main(kills: int = 200, seed: int = 1) -> None:
     with tempfile.TemporaryDirectory() as name, headless(Path(name, "x")) as screen:
         folder = Path(name)
         make_set(folder / "set", ["spheres-00", "spheres-01"], (64, 48))
-        (folder / "design.toml").write_text(DESIGN)
+        (folder / "design.toml").write_text(design)
         trials = len(load_design(folder / "design.toml").trials("01"))
         while total["SIGKILL"] + total["SIGTERM"] < kills:
             total["sessions"] += 1
             participant = f"{total['sessions']:02}"
-            journal = folder / f"data/sourcedata/sub-{participant}/beh/sub-{participant}_task-depthrating_beh.jsonl"
+            journal = Files(folder / "data", experiment.replace("-", ""), participant).journal
             known: list[dict] = []
             while True:
                 way = chance.choice([signal.SIGKILL, signal.SIGTERM])
-                killed, recorded, last = life(screen, folder, participant, journal.exists(), chance, way)
+                killed, recorded, last = life(screen, folder, experiment, participant, journal.exists(), chance, way)
                 log = read_journal(journal) if journal.exists() else None
                 kept = [] if log is None else log.of("trial")
                 assert kept[: len(known)] == known, "a finished trial was lost, or changed"
@@ -141,11 +170,13 @@ def main(kills: int = 200, seed: int = 1) -> None:
         found = validate(folder / "data", folder / "set")
         assert not found.problems, found.problems
         assert bids_problems(folder / "data") == []
-        assert len(read_dataset(folder / "data").depth_rating) == total["sessions"] * (trials - 1)  # but practice
+        (table,) = [table for table in read_dataset(folder / "data").tables.values() if len(table)]
+        assert len(table) == total["sessions"] * (trials - 1)  # but practice
     seconds = time.monotonic() - begun
     print(f"\nseed {seed}, {seconds:.0f} s: {dict(total)}, {found.trials} trials, none lost; valid, by BIDS too")
     print(f"killed after: {dict(moments.most_common())}")
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    words = [word for word in sys.argv[1:] if not word.isdigit()]
+    main(*map(int, filter(str.isdigit, sys.argv[1:])), **({"which": words[0]} if words else {}))

@@ -13,6 +13,7 @@ from PIL import Image
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import DepthTrial, load_design
+from focalgradient.report import make_report
 from focalgradient.statistics import quality
 
 pytestmark = psychopy_here
@@ -131,6 +132,11 @@ def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
     assert head["words"]["language"] == ("de" if "de" in design else "en")
     _frames(log)
     assert Counter(events)["reference"] == (len(log.of("trial")) if "same-scene" in design else 0)
+    report = make_report(folder / "data")
+    assert report.problems == ()
+    assert len(report.files["depth_rating_trials.csv"].splitlines()) == 1 + len(table)
+    if LOOK:
+        Path(LOOK, f"{scale}.html").write_bytes(report.files["report.html"])
     assert table["standard_before"].tolist() == [scale == "ratio", *[False] * (len(table) - 1)]
 
 

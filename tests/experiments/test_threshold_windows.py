@@ -16,6 +16,7 @@ from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, run
 from focalgradient.lab.blur_threshold import answers, blurred
+from focalgradient.report import make_report
 from focalgradient.stimuli import read_set
 
 LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
@@ -92,6 +93,9 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
         assert procedure.level() == pytest.approx(level)
         procedure.learn([*procedure.learnt, (level, right)])
     assert counted["level"].nunique() > 3
+    report = make_report(folder / "data")
+    assert report.problems == ()
+    assert b"threshold" in report.files["report.html"]
 
 
 def test_pictures_are_blurred_by_so_many_dioptres_as_the_level_says(tmp_path):
