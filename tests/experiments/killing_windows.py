@@ -1,7 +1,7 @@
 """Experiments in real windows, killed again and again: `python tests/experiments/killing_windows.py` kills 200 times.
 
-A second number is the seed; a word, `blur-threshold` or `gaze`, kills the adaptive experiment, or depth rating while the
-gaze (the pointer) is recorded.
+A second number is the seed; a word, `blur-threshold` or `gaze`, kills the adaptive experiment, or depth rating while
+the gaze (the pointer) is recorded.
 
 Somebody takes part, with real keys; the program is killed (SIGKILL, SIGTERM) while it starts, shows, asks or writes,
 and resumed, until 200 kills are done and the last session is complete. What it said to have recorded must be there, in
