@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 
 from focalgradient import Lens
 from focalgradient.cli import main
+from focalgradient.eye import Eye, chromatic_stimulus
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
 from focalgradient.video import write_frames
@@ -176,6 +177,7 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
         ([*LENS, "--field", "200"], "--field"),
         ([*LENS, "--field", "4", "--chromatic"], "an eye"),
         (["--pupil", "4", "--field", "4", "--wavelengths", "9"], "add --chromatic"),
+        (["--pupil", "4", "--field", "4", "--to-show"], "add --chromatic"),
         ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
         ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
         ([*LENS, "--field", "1e-4"], "reduce the picture"),
@@ -245,3 +247,19 @@ def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None
     with pytest.warns(match="66.67% of the pixels have no depth"):
         found = read_distances(tmp_path / "d.npy")
     assert found.metres.tolist() == [[1, 2, 2, 2], [3, 3, 3, 3], [3, 3, 3, 3]]
+
+
+def test_what_a_display_must_show_for_the_image_of_real_depth(folder: Path) -> None:
+    """It is what the library finds, and the summary states what is left."""
+    np.save(folder / "wall.npy", np.full((48, 64), 2.0))
+    given = ("--pupil", 4, "--focus", "1.0", "--field", 1, "--chromatic", "--to-show")
+    result = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "out", *given)
+    assert result.exit_code == 0, result.output
+    light = np.load(folder / "out" / "blurred-1.0m.npy")
+    picture = srgb_to_linear(cv2.imread(str(folder / "picture.png"))[..., ::-1] / 255)
+    angle = 2 * np.tan(np.radians(0.5)) / 64
+    found = chromatic_stimulus(picture, np.full((48, 64), 2.0), Eye(0.004, 1.0), screen=1.0, pixel_angle=angle)
+    assert np.allclose(light, found.shown, atol=1e-4)
+    residuals = json.loads((folder / "out" / "summary.json").read_text())["pictures"][0]["residuals"][0]
+    assert residuals["residual"] == pytest.approx(found.residual, rel=1e-2)
+    assert max(residuals["residual"]) < max(residuals["alike"])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.options import gamma_of, positive, screen_size
 from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
@@ -25,7 +26,6 @@ from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
-    from focalgradient.eye import Eye
     from focalgradient.optics import Optics
 
 __all__ = ["blur"]
@@ -115,6 +115,11 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     type=click.IntRange(3, 81),
     metavar="N",
     help="With --chromatic: parts of a display's light, each in its own focus, 9 or more.  [default: 3 lights]",
+)
+@click.option(
+    "--to-show",
+    is_flag=True,
+    help="With --chromatic: what a display at --focus must show for the eye to get this image in every colour.",
 )
 @click.option(
     "--display", "display_file", type=click.Path(path_type=Path), metavar="FILE", help="A display (TOML); else:"
@@ -299,10 +304,14 @@ class _Job:
         pictures = to_come * len(self.focus) * lights
         announce(SECONDS_PER_MEGAPIXEL * 1e-6 * distances.metres.size * pictures, f"{pictures} blurred pictures")
         writers: dict[str, Any] = {}
-        largest = []
+        largest, residuals = [], []
         for number, (metres, optics) in enumerate(zip(self.focus, self.optics, strict=True)):
             part = _share_of(say, number, len(self.focus))
-            light = self._seen(shown.light, distances.metres, optics, angle, part)
+            if self.options["to_show"]:
+                light, residual = self._to_show(shown.light, distances.metres, optics, metres, angle, part)
+                residuals.append(residual)
+            else:
+                light = self._seen(shown.light, distances.metres, optics, angle, part)
             largest.append(_largest(optics, distances.metres, angle))
             writers[f"{self.stem}-{metres}m.png"] = self._png(light)
             writers[f"{self.stem}-{metres}m.npy"] = partial(_save, light)
@@ -318,6 +327,7 @@ class _Job:
             "distance_m": [low, high],
             "share_of_holes_filled": distances.filled,
             "largest_blur_px": largest,
+            **({"residuals": residuals} if residuals else {}),
         }
         return writers, facts
 
@@ -348,6 +358,21 @@ class _Job:
             for n, nm in enumerate(LIGHTS)
         ]
         return np.stack(seen, axis=-1)
+
+    def _to_show(
+        self, light: Any, metres: Any, eye: Any, screen: float, angle: float, tell: Progress
+    ) -> tuple[Any, dict[str, list[float]]]:
+        """What a display at `screen` (m) must show, and what is left by it and by simpler pictures."""
+        from focalgradient.eye import chromatic_stimulus
+
+        colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
+        parts = self.options["wavelengths"] or 9
+        white = self.options["white"]
+        found = chromatic_stimulus(
+            colours / white, metres, eye, screen=screen, pixel_angle=angle, wavelengths=parts, progress=tell
+        )
+        names = ("residual", "unlimited", "scene_shown", "alike")
+        return white * found.shown, {name: list(getattr(found, name)) for name in names}
 
     def _pixel_angle(self, width: int) -> float:
         """Radians of a pixel of a picture `width` pixels wide."""
@@ -406,6 +431,8 @@ def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
 
     if options["wavelengths"] is not None and not options["chromatic"]:
         raise InputError("--wavelengths is how many parts of the light --chromatic has: add --chromatic.")
+    if options["to_show"] and not (options["chromatic"] and all(math.isfinite(metres) for metres in focus)):
+        raise InputError("--to-show is for an eye and a display at --focus: add --chromatic, and a finite --focus.")
     camera = options["f_number"] is not None or options["focal_length"] is not None
     if camera + (options["pupil"] is not None) + (options["eye_file"] is not None) != 1:
         raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
@@ -415,53 +442,7 @@ def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
         if options["chromatic"]:
             raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye.")
         return [Lens(1e-3 * options["focal_length"], options["f_number"], metres) for metres in focus]
-    return [_eye(options, 1 / metres) for metres in focus]
-
-
-def _eye(options: dict[str, Any], accommodation: float) -> Eye:
-    from focalgradient.eye import Eye
-
-    if options["pupil"] is not None:
-        return Eye(1e-3 * options["pupil"], accommodation)
-    path: Path = options["eye_file"]
-    table = read_toml(path, "an eye's file")
-    known = {"pupil_mm", "chromatic_scale", "stiles_crawford", "aberrations", "wavelength_nm"}
-    known |= {"zernike", "measured_mm", "measured_nm"}
-    if unknown := sorted(set(table) - known):
-        raise InputError(f"{printable(path)} has the key {unknown[0]!r}, but an eye has {', '.join(sorted(known))}.")
-    if not isinstance(table.get("pupil_mm"), (int, float)):
-        raise InputError(f"{printable(path)}: pupil_mm is missing: give the pupil's diameter in millimetres.")
-    if ("zernike" in table) + ("aberrations" in table) > 1:
-        raise InputError(f"{printable(path)} has both zernike and aberrations: leave one out.")
-    if "zernike" not in table and (stray := {"measured_mm", "measured_nm"} & set(table)):
-        raise InputError(f"{printable(path)} has {min(stray)} without zernike, the table that it belongs to: add it.")
-    try:
-        if "zernike" in table:
-            return _measured_eye(path, table, accommodation)
-        others = {name: value for name, value in table.items() if name not in ("pupil_mm", "aberrations")}
-        terms = tuple((n, m, float(um)) for n, m, um in table.get("aberrations", []))
-        return Eye(1e-3 * table["pupil_mm"], accommodation, aberrations=terms, **others)
-    except InputError:
-        raise
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{printable(path)}: aberrations must be a list of [n, m, micrometres], and all else numbers."
-        ) from error
-
-
-def _measured_eye(path: Path, table: dict[str, Any], accommodation: float) -> Eye:
-    """The eye of a table of Zernike coefficients; corrected, as glasses do, so that it focuses where it is to."""
-    from dataclasses import replace
-
-    from focalgradient.eye import Eye, read_zernike
-
-    if not isinstance(table["zernike"], str):
-        raise InputError(f"{printable(path)}: zernike must be the name of a table of coefficients in micrometres.")
-    others = {name: value for name, value in table.items() if name not in ("pupil_mm", "measured_mm", "zernike")}
-    measured = {"measured_diameter": 1e-3 * table["measured_mm"]} if "measured_mm" in table else {}
-    coefficients = read_zernike(path.parent / table["zernike"])
-    eye = Eye.from_zernike(coefficients, 1e-3 * table["pupil_mm"], **measured, **others)
-    return replace(eye, accommodation=accommodation)
+    return [eye_of(options, 1 / metres) for metres in focus]
 
 
 def _display(options: dict[str, Any]) -> Display | None:

@@ -23,6 +23,7 @@ from focalgradient.eye.light import (
 )
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
+from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
@@ -78,6 +79,7 @@ __all__ = [
     "lommel_point_spread",
     "luminosity",
     "mean_eye_mtf",
+    "midget_density",
     "optical_transfer",
     "osa_index",
     "osa_order",
@@ -85,6 +87,7 @@ __all__ = [
     "pupil_transfer",
     "read_zernike",
     "resized_zernike",
+    "resolved_cpd",
     "retinal_image",
     "score",
     "target_course",

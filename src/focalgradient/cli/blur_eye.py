@@ -1,0 +1,61 @@
+"""The eye of ``focalgradient blur``: of a pupil, or of a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_toml
+
+if TYPE_CHECKING:
+    from focalgradient.eye import Eye
+
+__all__ = ["eye_of"]
+
+
+def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
+    """The eye of ``--pupil`` or ``--eye``, accommodated to `accommodation` (D)."""
+    from focalgradient.eye import Eye
+
+    if options["pupil"] is not None:
+        return Eye(1e-3 * options["pupil"], accommodation)
+    path: Path = options["eye_file"]
+    table = read_toml(path, "an eye's file")
+    known = {"pupil_mm", "chromatic_scale", "stiles_crawford", "aberrations", "wavelength_nm"}
+    known |= {"zernike", "measured_mm", "measured_nm"}
+    if unknown := sorted(set(table) - known):
+        raise InputError(f"{printable(path)} has the key {unknown[0]!r}, but an eye has {', '.join(sorted(known))}.")
+    if not isinstance(table.get("pupil_mm"), (int, float)):
+        raise InputError(f"{printable(path)}: pupil_mm is missing: give the pupil's diameter in millimetres.")
+    if ("zernike" in table) + ("aberrations" in table) > 1:
+        raise InputError(f"{printable(path)} has both zernike and aberrations: leave one out.")
+    if "zernike" not in table and (stray := {"measured_mm", "measured_nm"} & set(table)):
+        raise InputError(f"{printable(path)} has {min(stray)} without zernike, the table that it belongs to: add it.")
+    try:
+        if "zernike" in table:
+            return _measured_eye(path, table, accommodation)
+        others = {name: value for name, value in table.items() if name not in ("pupil_mm", "aberrations")}
+        terms = tuple((n, m, float(um)) for n, m, um in table.get("aberrations", []))
+        return Eye(1e-3 * table["pupil_mm"], accommodation, aberrations=terms, **others)
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{printable(path)}: aberrations must be a list of [n, m, micrometres], and all else numbers."
+        ) from error
+
+
+def _measured_eye(path: Path, table: dict[str, Any], accommodation: float) -> Eye:
+    """The eye of a table of Zernike coefficients; corrected, as glasses do, so that it focuses where it is to."""
+    from dataclasses import replace
+
+    from focalgradient.eye import Eye, read_zernike
+
+    if not isinstance(table["zernike"], str):
+        raise InputError(f"{printable(path)}: zernike must be the name of a table of coefficients in micrometres.")
+    others = {name: value for name, value in table.items() if name not in ("pupil_mm", "measured_mm", "zernike")}
+    measured = {"measured_diameter": 1e-3 * table["measured_mm"]} if "measured_mm" in table else {}
+    coefficients = read_zernike(path.parent / table["zernike"])
+    eye = Eye.from_zernike(coefficients, 1e-3 * table["pupil_mm"], **measured, **others)
+    return replace(eye, accommodation=accommodation)

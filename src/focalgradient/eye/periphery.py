@@ -1,0 +1,96 @@
+"""How finely the retina samples its image away from the fovea: cones and midget ganglion cells by eccentricity.
+
+Receptive fields of midget ganglion cells by the formula of Watson (2014, "A formula for human retinal ganglion cell
+receptive field density as a function of visual field location", J. Vis. 14(7):15), which fits the counts of Curcio &
+Allen (1990) with the displacement of cells from their cones taken away. In the fovea each cone feeds one on and one off
+midget cell (Kolb & Dekorver 1991), so that one class samples as finely as cones do; farther out cells, and not cones,
+limit what is resolved.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite
+
+__all__ = ["Meridian", "midget_density", "resolved_cpd"]
+
+Meridian = Literal["temporal", "superior", "nasal", "inferior"]
+"""Of the visual field, as Watson names them: the temporal field falls on the nasal retina."""
+
+PEAK = 33163.2
+"""Receptive fields of all ganglion cells in a square degree at the centre: twice 14804.6 cones (Curcio et al. 1990),
+over the share of midget cells (Watson 2014)."""
+
+SHARE, SHARE_FALLS = 1 / 1.12, 41.03
+"""Share of midget cells at the centre (Drasdo et al. 2007), and the degrees over which it falls to a half (Watson's
+Eq. 7)."""
+
+FALL: dict[str, tuple[float, float, float]] = {
+    "temporal": (0.9851, 1.058, 22.14),
+    "superior": (0.9935, 1.035, 16.35),
+    "nasal": (0.9729, 1.084, 7.633),
+    "inferior": (0.996, 0.9932, 12.13),
+}
+"""Of each meridian: weight of the first part of the fall, degrees of it, degrees of the second (Watson's Table 1)."""
+
+FARTHEST = 60.0
+"""Degrees up to which the formula is used: beyond it the counts that it fits are few."""
+
+
+def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
+    """Receptive fields of midget ganglion cells, on and off together, in a square degree (Watson's Eq. 8).
+
+    Parameters
+    ----------
+    eccentricity_deg
+        Degrees from the fovea, 0 to 60; any shape.
+    meridian
+        Of the visual field.
+
+    Returns
+    -------
+    ndarray
+        Fields in a square degree.
+
+    Raises
+    ------
+    InputError
+        If an eccentricity is out of range or the meridian unknown.
+
+    Examples
+    --------
+    >>> midget_density([0, 10]).round(0).tolist()
+    [29610.0, 441.0]
+    """
+    if meridian not in get_args(Meridian):
+        raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
+    far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
+    if not np.all((far >= 0) & (far <= FARTHEST)):
+        raise InputError(
+            f"eccentricity_deg lies between {far.min():g} and {far.max():g}, but must lie between 0 and {FARTHEST:g} "
+            "degrees: give the distance from the fovea, and the side of it by meridian."
+        )
+    weight, first, second = FALL[meridian]
+    fall = weight * (1 + far / first) ** -2 + (1 - weight) * np.exp(-far / second)
+    return np.asarray(PEAK * SHARE * fall / (1 + far / SHARE_FALLS))
+
+
+def resolved_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
+    """Finest detail in cycles per degree that midget cells of one class, on or off, sample without aliasing.
+
+    The Nyquist frequency of a hexagonal mosaic of half the `midget_density` (Watson's Eq. 9 and 10). Give it to
+    `Cones` as ``finest_cpd`` for views away from the fovea.
+
+    Examples
+    --------
+    At the centre it is that of the cones; 10 degrees out an eighth of it is left.
+
+    >>> resolved_cpd([0, 10]).round(1).tolist()
+    [65.4, 8.0]
+    """
+    return np.asarray(np.sqrt(midget_density(eccentricity_deg, meridian) / 2 / (2 * math.sqrt(3))))
