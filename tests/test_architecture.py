@@ -74,6 +74,7 @@ HOMES = {
     "rawpy": {"photographs"},
     "skimage": {"analysis"},
     "psychopy": {"lab"},
+    "psycopg": {"web"},
     "pyglet": {"lab"},
     "distributed": {"parallel"},
     "mitsuba": {"render"},

@@ -17,6 +17,9 @@ from playwright.sync_api import Browser, Error, Page, sync_playwright
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
+OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+"""Of Chromium: it draws WebGL without a graphics card."""
+
 LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
 """A folder to keep what each screen looked like in."""
 
@@ -24,15 +27,16 @@ LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
 class Server:
     """The command, serving from a folder; it can be killed and started again at the same address."""
 
-    def __init__(self, folder: Path, port: int = 0, *options: object):
-        self.folder, self.options = folder, options
+    def __init__(self, folder: Path, port: int = 0, *options: object, store: str | None = None):
+        self.folder, self.options, self.store = folder, options, store
         self.port, self.token, self.password = port, "", ""
 
     def start(self, *options: object) -> None:
         """Start it, and wait until it has said its addresses."""
-        program = [str(Path(sys.executable).with_name("focalgradient")), "serve", "design.toml", "--data", "data"]
+        program = [str(Path(sys.executable).with_name("focalgradient")), "serve", "design.toml"]
+        kept = ["--data", "data"] if self.store is None else ["--store", self.store]
         pictures = ["--stimuli", "set"] if (self.folder / "set").exists() else []
-        given = [*program, *pictures, "--port", str(self.port), *map(str, (*self.options, *options))]
+        given = [*program, *kept, *pictures, "--port", str(self.port), *map(str, (*self.options, *options))]
         self.process = subprocess.Popen(given, cwd=self.folder, stdout=subprocess.PIPE, text=True, bufsize=1)
         assert self.process.stdout is not None
         for line in self.process.stdout:
@@ -62,9 +66,8 @@ class Server:
 def chromium() -> Iterator[Browser]:
     """A browser; it must be there."""
     assert CHROMIUM is not None, "Chromium is missing: install the Debian package chromium"
-    options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
         try:
             yield browser
         finally:
@@ -82,7 +85,7 @@ def take_part(page: Page, *, seconds: float = 240, until: str = "#complete", nam
     while page.query_selector(until) is None:
         assert time.monotonic() < end, f"stuck at {seen[-1:]}"
         try:
-            _step(page, seen, name)
+            step(page, seen, name)
         except Error as error:  # the screen has changed meanwhile
             if "closed" in str(error):
                 raise
@@ -107,7 +110,8 @@ KIND = """() => {
 """What is on the screen, and what it says, at one moment."""
 
 
-def _step(page: Page, seen: list[str], name: str) -> None:
+def step(page: Page, seen: list[str], name: str) -> None:
+    """Answer the screen that is shown, by keys; `seen` gains what it says."""
     kind, text = page.evaluate(KIND)
     if text and (not seen or seen[-1] != text):
         seen.append(text)

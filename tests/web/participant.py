@@ -9,7 +9,7 @@ from typing import Any
 from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
-from focalgradient.web import People, Study, application
+from focalgradient.web import Lists, People, Study, application
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
@@ -45,14 +45,31 @@ least_break_s = 0.0
 """
 
 
+DATABASE: list[str] = []
+"""Address of the PostgreSQL in which studies are kept; empty where they are kept in their folder."""
+
+
+def kept_in(address: str, folder: Path, **options: Any) -> Study:
+    """A study of a folder whose journals are in a database; the server's own folder is new."""
+    from focalgradient.web.postgres import Postgres, SharedPeople
+
+    design = load_design(folder / "design.toml")
+    manifest = Lists(design, options.get("stimuli")).manifest
+    own = next(one for one in (folder / "data", *(folder / f"data-{n}" for n in range(2, 99))) if not one.exists())
+    store = Postgres(address, own, design, manifest)
+    return Study(design, own, SharedPeople(store.database), store=store, **options)
+
+
 def study(folder: Path, design: str = NECKER, **options: Any) -> Study:
-    """A study in a folder; made again there, it goes on."""
+    """A study in a folder, or in a database where there is one; made again there, it goes on."""
     path = folder / "design.toml"
     path.write_text(design)
     if "depthrating" in design:
         if not (folder / "set").exists():
             make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
         options["stimuli"] = folder / "set"
+    if DATABASE:
+        return kept_in(DATABASE[0], folder, **options)
     return Study(load_design(path), folder / "data", People(folder / "links.jsonl"), **options)
 
 
@@ -72,8 +89,8 @@ class Participant:
         """Begin, or go on."""
         told: dict[str, Any] = {
             "screen_px": [1920, 1080],
-            "screen_m": [0.53, 0.3],
-            "viewing_distance_m": 0.6,
+            "card_px": 310.0,
+            "blind_spot_px": [530.0, 540.0, 520.0, 532.0, 528.0],
             "pixel_ratio": 1.0,
             "refresh_hz": 60.0,
             "browser": "none",

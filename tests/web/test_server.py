@@ -8,15 +8,34 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import participant
 import pytest
+from databases import FOUND, Cluster, cluster
 from fuzz_server import run
 from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
 from starlette.testclient import TestClient
 
 from focalgradient import InputError
+from focalgradient.dataset import journal as journals
 from focalgradient.dataset import read_journal, validate
-from focalgradient.web import Consent, People
-from focalgradient.web import study as studies
+from focalgradient.web import Consent, People, Study
+from focalgradient.web import store as stores
+
+
+@pytest.fixture(scope="module")
+def databases() -> Iterator[Cluster]:
+    if FOUND is None:
+        pytest.skip("PostgreSQL is missing: install the Debian package postgresql")
+    with cluster() as made:
+        yield made
+
+
+@pytest.fixture(params=["folder", "postgresql"], autouse=True)
+def store(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Every test runs with both stores."""
+    if request.param == "postgresql":
+        monkeypatch.setattr(participant, "DATABASE", [request.getfixturevalue("databases").address()])
+    return str(request.param)
 
 
 @pytest.fixture
@@ -80,14 +99,41 @@ def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> No
         assert place.session is not None
         place.session._journal.close()
     made.people.close()
-    with client_of(study(tmp_path)) as second:
+    made = study(tmp_path)
+    with client_of(made) as second:
         same = Participant(second, someone.token)
         assert same.ask("answer", **someone.message(someone.trials[0], 0)).json()["again"]
-        assert same.ask("answer", **unsent).status_code == 425  # not before the session goes on
+        # Of the same sitting, whose clock it counts by: the page may have sent it before the kill.
+        assert same.ask("answer", **unsent).json() == {"recorded": True, "done": 2}
         assert same.ask("state").json()["status"] == "begun"
         same.begin()
-        assert len(same.trials) == len(someone.trials) - 1
-        assert same.ask("answer", **unsent).json() == {"recorded": True, "done": 2}
+        assert len(same.trials) == len(someone.trials) - 2
+        events = [event["event"] for event in read_journal(journal_of(made)).events if event["event"] != "note"]
+        assert events[:3] == ["begun", "trial", "trial"]
+
+
+def journal_of(made: Study) -> Path:
+    """Of the first participant of a study."""
+    return next(made.data.rglob("sub-*.jsonl"))
+
+
+def test_a_line_cut_short_is_told_when_another_server_goes_on(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    first = TestClient(client_of(made).app)
+    someone = Participant(first)
+    someone.begin()
+    someone.answer(0)
+    made.close()
+    path = journal_of(made)
+    path.write_bytes(path.read_bytes() + b'{"event": "tri')
+    if made.store.shared:
+        return  # a database has whole lines only
+    with client_of(study(tmp_path)) as second:
+        same = Participant(second, someone.token)
+        assert same.ask("answer", **someone.message(someone.trials[1], 1)).json() == {"recorded": True, "done": 2}
+        log = read_journal(path)
+        assert len(log.broken) == 1
+        assert len(log.of("resumed")) == 1
 
 
 def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,8 +147,62 @@ def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.Mon
     one.ask("leave")
     assert other.begin().status_code == 200
     assert one.answer(1).status_code == 409
-    monkeypatch.setattr(studies, "SILENT_S", 0.0)  # a tab that crashed
+    monkeypatch.setattr(stores, "SILENT_S", 0.0)  # a tab that crashed
     assert one.begin().status_code == 200
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
+def test_a_full_disk_is_waited_for(client: TestClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    someone = Participant(client)
+    someone.begin()
+    with monkeypatch.context() as full:
+        full.setattr(journals, "flush", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+        reply = someone.answer(0)
+        assert reply.status_code == 503  # the page keeps the answer and asks again
+        assert str(tmp_path) not in reply.text
+    assert someone.answer(0).json()["recorded"]
+    assert someone.answer(1).json() == {"recorded": True, "done": 2}
+
+
+def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_path: Path) -> None:
+    someone = Participant(client)
+    someone.begin()
+    practised = [trial for trial in someone.trials if trial["phase"] == "practice"]
+    for number in range(len(practised)):
+        someone.answer(number)
+    again = [{key: someone.message(one, 0)[key] for key in ("phase", "trial", "answer")} for one in practised]
+    rounds = [
+        {"round": 1, "right": 0, "of": 2, "passed": False, "again": []},
+        {"round": 2, "right": 2, "of": 2, "passed": True, "again": again},
+    ]
+    number = len(practised)
+    wrong = [{**rounds[1], "again": [{**again[0], "trial": 99}]}]
+    before = journal(tmp_path).read_bytes()
+    assert someone.answer(number, practice=wrong).status_code == 400
+    assert journal(tmp_path).read_bytes() == before
+    assert someone.answer(number, practice=rounds).json()["recorded"]
+    notes = read_journal(journal(tmp_path)).of("note")
+    found = [note for note in notes if note["kind"] == "practice"]
+    assert [(one["round"], one["right"], one["of"], one["passed"]) for one in found] == [
+        (1, 0, 2, False),
+        (2, 2, 2, True),
+    ]
+    repeated = [note for note in notes if note["kind"] == "practice again"]
+    assert [note["trial"]["trial"] for note in repeated] == [one["trial"] for one in practised]
+    assert validate(tmp_path / "data").notes is not None
+
+
+def test_a_stopped_session_stays_stopped(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        someone.answer(0)
+        made.stop("001")
+    with client_of(study(tmp_path)) as client:
+        again = Participant(client, someone.token)
+        assert again.ask("state").json()["status"] == "stopped"
+        assert again.begin().status_code == 410
 
 
 def test_consent_is_to_the_text_in_force(tmp_path: Path) -> None:
@@ -112,12 +212,13 @@ def test_consent_is_to_the_text_in_force(tmp_path: Path) -> None:
         someone = Participant(client)
         assert someone.begin().status_code == 403
         assert someone.begin(consent="0" * 64).status_code == 403
-        assert not (tmp_path / "data").exists()
+        assert not (tmp_path / "data" / "sourcedata").exists()
         assert someone.begin(consent=consent.sha256).status_code == 200
     told = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "sitting"]
     assert told[0]["consent"] == consent.sha256
 
 
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
 def test_platform_identifiers_stay_out_of_the_data(tmp_path: Path) -> None:
     with client_of(study(tmp_path)) as client:
         platform = {"PROLIFIC_PID": "5f1e4c0d9b", "STUDY_ID": "s1", "other": "left out"}
@@ -197,6 +298,7 @@ WRONG: list[Any] = [
 ]
 
 
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
 @pytest.mark.parametrize("body", WRONG, ids=range(len(WRONG)))
 @pytest.mark.parametrize("path", ["state", "begin", "answer", "here", "finish", "withdraw"])
 def test_malformed_messages_are_refused_and_nothing_is_written(

@@ -8,13 +8,13 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.program import json_option, show
-from focalgradient.errors import check_installed
+from focalgradient.errors import InputError, check_installed
 
 __all__ = ["collect"]
 
 
 @click.command(short_help="Bring answers from JATOS, DataPipe or Pavlovia into a data set.")
-@click.argument("files", metavar="FILES...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("files", metavar="FILES...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--data", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder of the data set.")
 @click.option(
     "--stimuli",
@@ -22,9 +22,12 @@ __all__ = ["collect"]
     metavar="DIR",
     help="Folder of the pictures that the study was made with, for depth rating.",
 )
+@click.option("--store", metavar="URL", help="In place of FILES: the database of 'focalgradient serve --store'.")
 @json_option
-def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None) -> None:
+def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: str | None) -> None:
     """Bring the answers of a study that 'serve --export' made into a data set: the journals and tables of 'serve'.
+
+    With --store it brings those that 'serve --store' keeps in a PostgreSQL database, also while servers use it.
 
     FILES are what the platform gave, as it is: JATOS's results as plain text, ZIP or results archive; the CSV or JSON
     files of DataPipe at the OSF, and of Pavlovia, one by one or as ZIP. What is in the data set already is not added
@@ -38,8 +41,14 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None) -> None:
       focalgradient collect jatos_results.txt --stimuli pictures --data data
       focalgradient collect osf-files.zip --data data
       focalgradient collect data/*.csv --stimuli pictures --data study
+      focalgradient collect --store postgresql://lab@db.example.org/study --data data
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    if bool(files) == (store is not None):
+        raise InputError("give FILES of a platform, or the --store of a server: one of them.")
     check_installed("the server", "web", "starlette", "uvicorn")
+    if store is not None:
+        _from_store(store, data)
+        return
     from focalgradient.web import collect as bring
 
     sessions, left = bring(files, data, stimuli)
@@ -54,3 +63,12 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None) -> None:
     show(content, *lines)
     if left:
         click.get_current_context().exit(1)
+
+
+def _from_store(store: str, data: Path) -> None:
+    check_installed("the store", "store", "psycopg")
+    from focalgradient.web.postgres import collect_store
+
+    added = collect_store(store, data)
+    lines = [f"sub-{participant}: {count} new lines" for participant, count in added.items()]
+    show({"data": str(data), "added": added}, *lines, f"Sessions in {data}: {len(added)}.")

@@ -6,9 +6,10 @@ import hashlib
 import os
 import re
 import secrets
-from contextlib import suppress
+import tempfile
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -38,6 +39,12 @@ __all__ = ["serve"]
     metavar="FILE",
     help="Who is who: labels, digests of links, a platform's identifiers. Default: beside the data, DIR-links.jsonl.",
 )
+@click.option(
+    "--store",
+    metavar="URL",
+    help="In place of --data, for several servers: keep journals and links in a PostgreSQL database, as "
+    "postgresql://user@host/name. 'focalgradient collect --store' makes the data set.",
+)
 @click.option("--invite", type=click.IntRange(1, 10_000), metavar="N", help="Print so many new links, one a person.")
 @click.option("--no-open-link", is_flag=True, help="Only people with an invitation take part.")
 @click.option("--consent", type=click.Path(path_type=Path), metavar="FILE", help="Text to agree to before all else.")
@@ -66,6 +73,7 @@ def serve(
     port: int,
     host: str,
     links: Path | None,
+    store: str | None,
     invite: int | None,
     no_open_link: bool,
     consent: Path | None,
@@ -85,6 +93,9 @@ def serve(
     FOCALGRADIENT_PASSWORD, or a new one). Runs as long as it is wanted; Ctrl-C ends it. In the open it runs behind a
     proxy with TLS: docs/web.md.
 
+    With --store several servers behind one address share a PostgreSQL database (extra 'store'): an answer is committed
+    there before it is acknowledged. One database, or one schema, holds one study.
+
     With --export it writes the same page, pictures and trial lists made ahead into a folder that JATOS, DataPipe or
     Pavlovia serve; HOW-TO.txt there says how. 'focalgradient collect' reads back what they give.
 
@@ -92,10 +103,11 @@ def serve(
     Examples:
       focalgradient serve design.toml --stimuli pictures --data data
       focalgradient serve design.toml --data data --invite 20 --no-open-link --public https://lab.example.org
+      focalgradient serve design.toml --stimuli pictures --store postgresql://lab@db.example.org/study
       focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     check_installed("the server", "web", "starlette", "uvicorn")
-    from focalgradient.web import page_is_built, run
+    from focalgradient.web import page_is_built
 
     if not page_is_built():
         raise InputError(
@@ -103,28 +115,42 @@ def serve(
         )
     agreed = _consent(consent, completion)
     if export is not None:
-        _refuse_serving(data, links, invite, public, no_open_link=no_open_link)
+        _refuse_serving(data, links, store, invite, public, no_open_link=no_open_link)
         _export(design, stimuli, agreed, completion, export, participants, datapipe)
         return
-    if data is None:
+    if data is None and store is None:
         raise InputError("--data is missing: give the folder of the data set, or --export to write the study as files.")
+    if store is not None and (data is not None or links is not None):
+        raise InputError("--store keeps journals and links itself: leave out --data and --links.")
     if datapipe is not None:
         raise InputError("--datapipe belongs to --export: give both.")
-    study = _study(design, data, stimuli, links, consent, agreed, completion, open_link=not no_open_link)
+    options = {"stimuli": stimuli, "consent": agreed, "completion": completion, "open_link": not no_open_link}
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
+    with ExitStack() as opened:
+        if data is not None:
+            study = _study(design, data, links, consent, options)
+        else:
+            folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="focalgradient-")))
+            study = _shared_study(design, str(store), folder, options)
+        _serve(study, password, host, port, public, invite or 0)
+    click.echo("Ended; every answer that was acknowledged is kept.")
+
+
+def _serve(study: Study, password: str, host: str, port: int, public: str | None, invite: int) -> None:
+    """Serve until Ctrl-C."""
+    from focalgradient.web import run
 
     def ready(address: str) -> None:
         base = (public or address).rstrip("/")
         if study.open_link:
             click.echo(f"Open link: {base}/")
-        for token in study.people.invite(invite or 0):
+        for token in study.people.invite(invite):
             click.echo(f"Invitation: {base}/s/{token}")
         click.echo(f"Experimenter: {base}/experimenter (user: experimenter, password: {password})")
         click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
 
     with suppress(KeyboardInterrupt):  # the server has ended in order by then, and gives the signal on
         run(study, password, host, port, ready)
-    click.echo("Ended; every answer that was acknowledged is on the disk.")
 
 
 def _consent(path: Path | None, completion: str | None) -> Consent | None:
@@ -140,7 +166,7 @@ def _consent(path: Path | None, completion: str | None) -> Consent | None:
 
 def _refuse_serving(*given: object, no_open_link: bool) -> None:
     """Refuse what only a server can do."""
-    names = ("--data", "--links", "--invite", "--public", "--no-open-link")
+    names = ("--data", "--links", "--store", "--invite", "--public", "--no-open-link")
     for name, value in zip(names, (*given, no_open_link or None), strict=True):
         if value is not None:
             raise InputError(f"{name} is of a server, which --export does without: leave one of them out.")
@@ -187,18 +213,8 @@ def _design(path: Path) -> Design:
     return design
 
 
-def _study(
-    design: Path,
-    data: Path,
-    stimuli: Path | None,
-    links: Path | None,
-    consent: Path | None,
-    agreed: Consent | None,
-    completion: str | None,
-    *,
-    open_link: bool,
-) -> Study:
-    """What is run, of what the options name."""
+def _study(design: Path, data: Path, links: Path | None, consent: Path | None, options: dict[str, Any]) -> Study:
+    """What is run, with journals and links in local files."""
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
     from focalgradient.web import People, Study
@@ -213,17 +229,23 @@ def _study(
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken))
     try:
-        return Study(
-            loaded,
-            data,
-            people,
-            stimuli=stimuli,
-            consent=agreed,
-            completion=completion,
-            open_link=open_link,
-        )
+        return Study(loaded, data, people, **options)
     except BaseException:
         people.close()
         if not there:
             place.unlink(missing_ok=True)
         raise
+
+
+def _shared_study(design: Path, store: str, folder: Path, options: dict[str, Any]) -> Study:
+    """What is run, with journals and links in a database; the folder is this server's own."""
+    from focalgradient.web import Lists, Study
+
+    if not store.startswith(("postgresql://", "postgres://")):
+        raise InputError(f"--store is {store!r}, but must be an address as postgresql://user@host/name.")
+    check_installed("the store", "store", "psycopg")
+    from focalgradient.web.postgres import Postgres, SharedPeople
+
+    loaded = _design(design)
+    kept = Postgres(store, folder, loaded, Lists(loaded, options["stimuli"]).manifest)
+    return Study(loaded, folder, SharedPeople(kept.database), store=kept, **options)

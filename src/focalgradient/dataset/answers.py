@@ -22,8 +22,12 @@ class Apparatus:
         What onsets are counted by and from, in words.
     screen_px, screen_m
         Width and height of the screen.
+    screen_sd_m
+        Standard errors of width and height, where they were estimated from a card held against the screen.
     viewing_distance_m
         From the eye to the screen.
+    viewing_distance_sd_m
+        Its standard error, where it was estimated by the blind spot; the screen's own error is in it.
     refresh_hz
         Measured.
     gamma
@@ -39,7 +43,9 @@ class Apparatus:
     clock: str
     screen_px: tuple[int, int] | None = None
     screen_m: tuple[float, float] | None = None
+    screen_sd_m: tuple[float, float] | None = None
     viewing_distance_m: float | None = None
+    viewing_distance_sd_m: float | None = None
     refresh_hz: float | None = None
     gamma: float | None = None
     gamma_channels: tuple[float, float, float] | None = None

@@ -181,11 +181,15 @@ class Journal:
         InputError
             If it cannot be written.
         """
-        self._durable, self._last = durable, log.last
+        self.follow(log, durable=durable)
         with writing(self.path):
             if not self.path.read_bytes().endswith(b"\n"):
                 os.write(self._file, b"\n")
         self.write(event)
+
+    def follow(self, log: Log, *, durable: bool = True) -> None:
+        """Go on after what was read, which ends in a whole line, in the same sitting."""
+        self._durable, self._last = durable, log.last
 
     def write(self, event: Mapping[str, Any]) -> None:
         """Add a line, and come back when it is safe.

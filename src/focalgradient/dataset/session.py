@@ -255,6 +255,13 @@ class Session:
         InputError
             If it is not that trial's turn, the answer is not of its kind, or it cannot be written.
         """
+        self.check_answer(trial, answer)
+        event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}
+        self._journal.write(event)
+        self._recorded.append(event)
+
+    def check_answer(self, trial: Trial, answer: Answer) -> None:
+        """Raise what `record` would for this answer, and record nothing."""
         done = len(self._recorded)
         if done == len(self.trials) or trial != self.trials[done]:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
@@ -271,9 +278,6 @@ class Session:
             raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: mend it.")
         if isinstance(answer, Chosen):
             self._check_choice(trial, answer)
-        event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}
-        self._journal.write(event)
-        self._recorded.append(event)
 
     def _check_choice(self, trial: Trial, answer: Chosen) -> None:
         """Refuse a level that is none of the design's, and what contradicts its own answer."""

@@ -232,10 +232,22 @@ class DepthRatingDesign(Plan):
         >>> design.right(flat, 0.5), design.right(flat, 2.0)
         (True, False)
         """
+        side = self.right_side(trial)
+        if side is None:
+            return None
+        return rating < side["below"] if "below" in side else rating > side["above"]
+
+    def right_side(self, trial: DepthTrial) -> dict[str, float] | None:
+        """Give the bound that a right answer is "below" or "above"; None where no answer is wrong.
+
+        >>> design = DepthRatingDesign()
+        >>> design.right_side(DepthTrial(scene="example-flat", aperture="pinhole", aperture_mm=0.0, fixation="nearest"))
+        {'below': 1.0}
+        """
         if trial.scene not in EXAMPLES.values():
             return None
         middle = {"ratio": 1.0, "steps": (1 + self.steps) / 2, "bipolar": 0.0, "choice": 0.5}[self.scale]
-        return rating < middle if trial.scene == EXAMPLES["flatter"] else rating > middle
+        return {"below" if trial.scene == EXAMPLES["flatter"] else "above": middle}
 
     @property
     def has_standard(self) -> bool:

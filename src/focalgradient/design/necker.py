@@ -23,6 +23,9 @@ Direction = Literal["right", "left"]
 Shape = Literal["ambiguous", "rigid", "nonrigid"]
 """What turns: the wireframe cube, or an example that can be seen in one way only."""
 
+HELD = 0.5
+"""Share of a practice cube's time for which the right key must be held; our choice."""
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.design.necker import HELD
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
@@ -21,7 +22,6 @@ from focalgradient.stimuli.cube_frames import LEVEL, frame_count, frames_of, sha
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
-HELD = 0.5  # share of a practice cube's time for which the right key must be held; our choice
 SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = [
     "SIMULATED",
     "as_files",
+    "blur_figure",
     "depth_rating_figure",
     "draw_depth_rating",
     "draw_durations",
@@ -85,6 +86,44 @@ def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure
         subjects, scenes = len(result.participants), len(result.scenes)
         who = "simulated observer" if simulated else "subject"
         ax.set_title(f"{_count(subjects, who)}, {_count(scenes, 'scene')}")
+        _settle(figure)
+    return figure
+
+
+def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float]], *, simulated: bool) -> Figure:
+    """Fig. 3 over the blur on the eye: geometric means over subjects, bars in both directions.
+
+    Parameters
+    ----------
+    result
+        With ratios to the pinhole.
+    blur
+        By the name of the aperture, in minutes of arc, and its standard deviation.
+    simulated
+        Whether observers were.
+    """
+    with style():
+        figure = new_figure(120, 90, layout="constrained")
+        ax = figure.add_subplot()
+        names = {mean.aperture_mm: mean.aperture for mean in result.subject_means}
+        labels = []
+        for fixation, (colour, marker, label) in FIXATION.items():
+            means = [
+                (*blur[names[mean.aperture_mm]], mean.ratio)
+                for mean in result.means
+                if mean.fixation == fixation and isinstance(mean.ratio, Interval) and names[mean.aperture_mm] in blur
+            ]
+            if not means:
+                continue
+            for x, sd, mean in means:
+                ax.errorbar(x, mean.estimate, xerr=sd, color=colour, linewidth=1, capsize=2, alpha=0.7, zorder=2)
+            _means(ax, [(x, mean) for x, _, mean in means], colour, marker)
+            labels.append((means[-1][2].estimate, label, colour))
+        ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.set(xlabel="largest blur on the eye (arcmin)", ylabel="increase in depth (ratio to the pinhole)")
+        _labels(ax, labels, 0.12)
+        if simulated:
+            _say_simulated(ax)
         _settle(figure)
     return figure
 

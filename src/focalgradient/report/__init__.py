@@ -15,7 +15,14 @@ from pathlib import Path
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
-from focalgradient.plotting.subjects import as_files, depth_rating_figure, necker_figure, ordinal_figure, scenes_figure
+from focalgradient.plotting.subjects import (
+    as_files,
+    blur_figure,
+    depth_rating_figure,
+    necker_figure,
+    ordinal_figure,
+    scenes_figure,
+)
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import (
     BOUND,
@@ -27,6 +34,14 @@ from focalgradient.report.analysed import (
     analyse_table,
 )
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
+from focalgradient.report.displays import (
+    blur_seen,
+    place_effects,
+    place_effects_of_cube,
+    place_sheet,
+    screens,
+    screens_sheet,
+)
 from focalgradient.report.document import (
     Block,
     Figure,
@@ -72,6 +87,12 @@ SHARE_CAPTION = (
     "distribution of durations."
 )
 
+
+BLUR_CAPTION = (
+    "The same over the largest blur of the pictures in minutes of arc, on the participants' own screens. Bars up and "
+    "down: 95 % intervals of the mean; to the sides: standard deviation for one participant, of what differs between "
+    "them and of the uncertainty of screen and viewing distance."
+)
 
 SCENES_CAPTION = (
     "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
@@ -274,6 +295,11 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Heading("Depth ratings")
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "depth_rating")
+    seen = [] if part.data is None else screens(part.data)
+    if places := place_effects(seen, part.kept, ratios=part.scale == "ratio"):
+        unit = "logarithm of the ratings" if part.scale == "ratio" else "units of the scale"
+        own = [place_sheet(places, "depth_rating", unit), *own]
+    own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
     if part.factors:
         own = [factor_sheet(part.factors, part.scale), *own]
     if part.compared is not None:
@@ -292,6 +318,12 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
         if draw is ordinal_figure:
             caption = ORDINAL_CAPTION
         yield Figure("depth_rating.png", figures["depth_rating.png"], caption)
+        blur = {} if part.data is None else blur_seen(part.data, seen, part.result.participants)
+        if blur and part.result.means:
+            figures |= _pictures(
+                "depth_rating_blur", as_files(blur_figure(part.result, blur, simulated=part.simulated))
+            )
+            yield Figure("depth_rating_blur.png", figures["depth_rating_blur.png"], BLUR_CAPTION)
         if part.result.scene_means:
             figures |= _pictures("depth_rating_scenes", as_files(scenes_figure(part.result, simulated=part.simulated)))
             yield Figure("depth_rating_scenes.png", figures["depth_rating_scenes.png"], SCENES_CAPTION)
@@ -306,12 +338,16 @@ def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Heading("Necker cube")
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "necker")
+    seen = [] if part.data is None else screens(part.data)
+    own += [sheet for sheet in [screens_sheet(seen, "necker")] if sheet]
     if isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
     else:
         yield from map(Paragraph, necker_findings(part.result))
         figures |= _pictures("necker", as_files(necker_figure(part.result, simulated=part.simulated)))
         yield Figure("necker.png", figures["necker.png"], SHARE_CAPTION)
+        if places := place_effects_of_cube(seen, part.result):
+            own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
         own = [*necker_sheets(part.result), *own]
     yield from _shown(own, sheets)
     if not isinstance(part.result, NotComputed):

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Press, Rated, Watched
+from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet
-from focalgradient.web.messages import Depth, Necker, Sitting
+from focalgradient.web.messages import Answer, Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
+from focalgradient.web.screen import measure
 
-__all__ = ["apparatus_of", "first_problem", "read_answer"]
+__all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
 CLOCK = "seconds from when the page of this sitting was ready, of the browser's performance.now()"
 
@@ -22,15 +25,33 @@ CLOCK = "seconds from when the page of this sitting was ready, of the browser's 
 def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
     """What a sitting in a browser was run with; `versions` of what else took part."""
     wide, high = given.screen_px
+    size = None if given.screen_m is None else (given.screen_m[0], given.screen_m[1])
+    distance, size_sd, distance_sd = given.viewing_distance_m, None, None
+    if given.card_px is not None:
+        found = measure(given.card_px, given.blind_spot_px, given.refresh_hz)
+        css = (wide / given.pixel_ratio, high / given.pixel_ratio)
+        size = (css[0] * found.pixel_m, css[1] * found.pixel_m)
+        size_sd = (css[0] * found.pixel_sd_m, css[1] * found.pixel_sd_m)
+        distance, distance_sd = found.distance_m, found.distance_sd_m
     return Apparatus(
         clock=CLOCK,
         screen_px=(wide, high),
-        screen_m=None if given.screen_m is None else (given.screen_m[0], given.screen_m[1]),
-        viewing_distance_m=given.viewing_distance_m,
+        screen_m=size,
+        screen_sd_m=size_sd,
+        viewing_distance_m=distance,
+        viewing_distance_sd_m=distance_sd,
         refresh_hz=given.refresh_hz,
         gamma=None,
         versions={**versions, "browser": given.browser},
     )
+
+
+def about_sitting(given: Sitting) -> dict[str, Any]:
+    """What a journal keeps of a sitting beside the apparatus: its raw measurements, so that it can be made anew."""
+    about: dict[str, Any] = {"browser": given.browser, "pixel_ratio": given.pixel_ratio}
+    if given.card_px is not None:
+        about |= {"card_px": given.card_px, "blind_spot_px": given.blind_spot_px}
+    return about
 
 
 def read_answer(
@@ -67,6 +88,35 @@ def read_answer(
         start=read.start,
     )
     return rated, frames
+
+
+def record(session: Session, pictures: StimulusSet | None, given: Answer) -> dict[str, Any]:
+    """Record the answer of the trial that is next, and what was found in practice before it; gives the frames' notes.
+
+    Raises
+    ------
+    ValidationError, InputError
+        As `read_answer` does; nothing is recorded then.
+    """
+    trial = session.remaining()[0]
+    answer, frames = read_answer(pictures, trial, given.answer)
+    session.check_answer(trial, answer)
+    practised = {one.trial: one for one in session.trials if one.phase == "practice"}
+    notes: list[tuple[str, dict[str, Any]]] = []
+    for found in given.practice:
+        for one in found.again:
+            if one.trial not in practised:
+                raise InputError(f"There is no trial {one.trial} of practice.")
+            shown = practised[one.trial]
+            repeated, _ = read_answer(pictures, shown, one.answer)
+            content = {"round": found.round, "trial": asdict(shown), "answer": asdict(repeated)}
+            notes.append(("practice again", content))
+        notes.append(("practice", found.model_dump(exclude={"again"})))
+    for kind, about in notes:
+        session.note(kind, **about)
+    session.note("frames", phase=given.phase, trial=given.trial, **frames)
+    session.record(trial, answer, attempt=given.attempt)
+    return frames
 
 
 def first_problem(error: ValidationError) -> str:

@@ -26,7 +26,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from focalgradient.errors import InputError
 from focalgradient.web.answers import first_problem
 from focalgradient.web.messages import Begin, Given, Join, Who
-from focalgradient.web.study import Refused, Study
+from focalgradient.web.store import Refused
+from focalgradient.web.study import Study
 
 __all__ = ["application", "page_is_built", "run"]
 
@@ -229,11 +230,11 @@ def application(study: Study, password: str) -> Starlette:
 def _zipped(study: Study) -> bytes:
     """The data set as a zip archive; without the links, which tell who is who."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for folder, _, names in os.walk(study.data):
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive, study.store.data() as data:
+        for folder, _, names in os.walk(data):
             for name in sorted(names):
                 path = os.path.join(folder, name)
-                archive.write(path, os.path.relpath(path, study.data))
+                archive.write(path, os.path.relpath(path, data))
     return buffer.getvalue()
 
 

@@ -24,7 +24,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.web import texts
-from focalgradient.web.answers import apparatus_of, first_problem, read_answer
+from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
 from focalgradient.web.lists import digest_of
 from focalgradient.web.messages import Answered, Begun, Resumed
 from focalgradient.web.results import read_results
@@ -141,9 +141,7 @@ class _Study:
         given, remaining = line.given, session.remaining()
         if not remaining or (given.phase, given.trial) != (remaining[0].phase, remaining[0].trial):
             raise InputError(f"trial {given.trial} ({given.phase}) is not the next")
-        answer, frames = read_answer(self.pictures, remaining[0], given.answer)
-        session.note("frames", phase=given.phase, trial=given.trial, **frames)
-        session.record(remaining[0], answer, attempt=given.attempt)
+        record(session, self.pictures, given)
 
 
 def _apparatus(line: Begun | Resumed) -> Apparatus:
@@ -151,8 +149,7 @@ def _apparatus(line: Begun | Resumed) -> Apparatus:
 
 
 def _note_sitting(session: Session, line: Begun | Resumed) -> None:
-    sitting = line.sitting
-    about = {"browser": sitting.browser, "pixel_ratio": sitting.pixel_ratio, "consent": sitting.consent}
+    about = {**about_sitting(line.sitting), "consent": line.sitting.consent}
     session.note("sitting", **about, platform=line.platform, record=line.session)
 
 

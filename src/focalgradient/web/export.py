@@ -133,7 +133,7 @@ def _write_study(lists: Lists, bundle: Path, labels: Sequence[str], completion: 
     content = {
         "opening": lists.opening(),
         "design": lists.design.model_dump(mode="json"),
-        "stimuli": lists.manifest,
+        "stimuli": lists.manifest and lists.manifest.sha256,
         "labels": list(labels),
         "completion": completion,
     }

@@ -9,8 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset import check_stimuli
+from focalgradient.dataset import Manifest, check_stimuli
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
+from focalgradient.design.necker import HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -52,7 +53,7 @@ class Lists:
         self.design, self.folder, self.consent = design, stimuli, consent
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
-        self.manifest: str | None = None
+        self.manifest: Manifest | None = None
         self.files: frozenset[str] = frozenset()
         self.drawings: dict[str, bytes] = {}
         if isinstance(design, DepthRatingDesign):
@@ -60,7 +61,7 @@ class Lists:
                 raise InputError("depth rating shows pictures: give --stimuli the folder of a set.")
             texts.check(design)
             manifest = check_stimuli(stimuli)
-            self.manifest, self.files = manifest.sha256, frozenset(manifest.files)
+            self.manifest, self.files = manifest, frozenset(manifest.files)
             self.pictures = read_set(stimuli)
             self.drawings = {f"{name}.png": drawing_png(name, self.pictures) for name in DRAWINGS}
             for trial in design.trials("001"):
@@ -86,8 +87,13 @@ class Lists:
         design: Any = self.design
         if isinstance(design, DepthRatingDesign):
             assert self.pictures is not None
-            return depth_session(design, self.pictures) | texts.depth(design, self.words)
-        return cube_session(design, self._display) | texts.necker(design, self.words, participant)
+            content = depth_session(design, self.pictures) | texts.depth(design, self.words)
+        else:
+            content = cube_session(design, self._display) | texts.necker(design, self.words, participant)
+        again = self.words("depth.practice_again" if design.task == "depthrating" else "necker.practice_again")
+        return content | {
+            "practice": {"share": design.practice_right, "rounds": design.practice_rounds, "again": again}
+        }
 
     def shown(self, trials: Sequence[Trial], remaining: Iterable[Trial]) -> list[dict[str, Any]]:
         """What the trials of a session that remain show, each with the page of its break where it has one."""
@@ -95,6 +101,8 @@ class Lists:
         entries, practised = [], False
         for trial in remaining:
             entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
+            if trial.phase == "practice":
+                entry["right"] = self._right(trial)
             if practised and trial.phase == "main":
                 entry["break"] = self.words("session.practice_over")
             elif trial.break_before:
@@ -102,6 +110,15 @@ class Lists:
             practised = trial.phase == "practice"
             entries.append(entry)
         return entries
+
+    def _right(self, trial: Trial) -> dict[str, Any] | None:
+        """What an answer in practice must be to be right; None where none can be wrong."""
+        design: Any = self.design
+        if isinstance(trial, DepthTrial):
+            side: dict[str, float] | None = design.right_side(trial)
+            return side
+        assert isinstance(trial, NeckerTrial)
+        return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": HELD}
 
     def _shown(self, trial: Trial) -> dict[str, Any]:
         design: Any = self.design

@@ -48,7 +48,7 @@ class Who(Message):
 
 
 class Sitting(Message):
-    """The participant agrees, the screen is measured."""
+    """The participant agrees, the screen is measured: by `card_px` and `blind_spot_px`, or given in metres."""
 
     consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
@@ -57,6 +57,10 @@ class Sitting(Message):
         | None
     ) = None
     viewing_distance_m: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] | None = None
+    card_px: Annotated[float, Field(gt=1, le=20_000, allow_inf_nan=False)] | None = None
+    blind_spot_px: Annotated[
+        list[Annotated[float, Field(ge=-20_000, le=20_000, allow_inf_nan=False)]], Field(max_length=100)
+    ] = []
     pixel_ratio: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)]
     refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]
     browser: Annotated[str, Field(max_length=500)]
@@ -107,13 +111,35 @@ class Necker(Message):
     frames: Frames
 
 
+class Again(Message):
+    """An answer in practice that was repeated: `phase` and `trial` are those of the list."""
+
+    phase: Literal["practice"]
+    trial: Annotated[int, Field(ge=1, le=100_000)]
+    answer: dict[str, Any]
+
+
+class Round(Message):
+    """Practice, judged once: how many answers were right, and of a repetition the answers."""
+
+    round: Annotated[int, Field(ge=1, le=20)]
+    right: Count
+    of: Count
+    passed: bool
+    again: Annotated[list[Again], Field(max_length=100)] = []
+
+
 class Answer(Message):
-    """An answer: `phase` and `trial` are its key, `attempt` tells one sending from another of the same."""
+    """An answer: `phase` and `trial` are its key, `attempt` tells one sending from another of the same.
+
+    What was found in practice comes with the first answer that counts.
+    """
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]
     attempt: Label
     answer: dict[str, Any]
+    practice: Annotated[list[Round], Field(max_length=20)] = []
 
 
 class Given(Answer, Who):

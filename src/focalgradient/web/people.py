@@ -1,7 +1,8 @@
 """Who may take part: secret links, and what a platform calls its people, both kept apart from the data.
 
 The file has one line of JSON a person: the label in the data, the digest of the secret in the link, and identifiers of
-a platform. Whoever has the data without this file cannot tell who is who; whoever has this file cannot take part.
+a platform; and one for each session that was stopped. Whoever has the data without this file cannot tell who is who;
+whoever has this file cannot take part.
 """
 
 from __future__ import annotations
@@ -12,15 +13,17 @@ import os
 import re
 import secrets
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from focalgradient.dataset.lock import try_lock
 from focalgradient.errors import InputError
 from focalgradient.files import flush, parse_json, read_bytes
 
-__all__ = ["People", "Person"]
+__all__ = ["People", "Person", "Roster"]
 
 PLATFORM = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID", "survey_code", "workerId", "id")
 """Parameters of links that are kept: Prolific's, SONA's, Mechanical Turk's, and a plain one."""
@@ -53,7 +56,91 @@ class Person:
     platform: Mapping[str, str]
 
 
-class People:
+class Roster:
+    """Everybody who may take part; where that is kept, a subclass says."""
+
+    def __init__(self, taken: frozenset[str] = frozenset()) -> None:
+        self._taken, self._stopped, self._guard = set(taken), set[str](), threading.Lock()
+        self._of_digest: dict[str, Person] = {}
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Nobody else adds people meanwhile, and those that others have added are known."""
+        with self._guard:
+            yield
+
+    def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:
+        """Write down a link; called within `_alone`."""
+        raise NotImplementedError
+
+    def _keep_stopped(self, participant: str) -> None:
+        """Write down that a session was stopped; called within `_alone`."""
+        raise NotImplementedError
+
+    def of(self, token: str) -> Person | None:
+        """Give the person that a link's secret is of; None where there is none."""
+        return self._of_digest.get(digest_of_token(token))
+
+    def everybody(self) -> dict[str, Person]:
+        """Everybody, by label."""
+        return {person.participant: person for person in self._of_digest.values()}
+
+    def is_stopped(self, participant: str) -> bool:
+        """Whether a participant's session was stopped for good."""
+        return participant in self._stopped
+
+    def stop(self, participant: str) -> None:
+        """Take nothing more from a participant, also after the server was started anew."""
+        with self._alone():
+            if participant not in self._stopped:
+                self._keep_stopped(participant)
+                self._stopped.add(participant)
+
+    def invite(self, count: int) -> list[str]:
+        """Make so many links for new people; gives their secrets, which are kept nowhere."""
+        with self._alone():
+            return [self._new(self._label(), {}) for _ in range(count)]
+
+    def join(self, given: Mapping[str, str]) -> str:
+        """Give a secret to who comes by the open link: a new person, or the one of the same platform's name.
+
+        Raises
+        ------
+        InputError
+            If an identifier is not one.
+        """
+        platform = {name: given[name] for name in PLATFORM if name in given}
+        for name, value in platform.items():
+            if not VALUE.fullmatch(value):
+                raise InputError(
+                    f"{name} is not an identifier of at most 100 letters and digits: follow the link again."
+                )
+        with self._alone():
+            named = {name: value for name, value in platform.items() if name in OF_PERSON}
+            for person in self._of_digest.values():
+                if named and all(person.platform.get(name) == value for name, value in named.items()):
+                    return self._new(person.participant, platform)
+            return self._new(self._label(), platform)
+
+    def _label(self) -> str:
+        number = len(self._taken) + 1
+        while f"{number:0{DIGITS}}" in self._taken:
+            number += 1
+        self._taken.add(f"{number:0{DIGITS}}")
+        return f"{number:0{DIGITS}}"
+
+    def _new(self, participant: str, platform: dict[str, str]) -> str:
+        token = secrets.token_urlsafe(18)
+        digest = digest_of_token(token)
+        self._keep(participant, digest, platform)
+        self._of_digest[digest] = Person(participant, platform)
+        return token
+
+    def close(self) -> None:
+        """Let go of what it is kept in."""
+
+
+class People(Roster):
     """Everybody who may take part, kept in one file that one server owns.
 
     Parameters
@@ -61,7 +148,7 @@ class People:
     path
         The file; made where it is missing, readable by its owner alone.
     taken
-        Says whether a label is in the data already.
+        Labels that are in the data already.
 
     Raises
     ------
@@ -70,8 +157,8 @@ class People:
     """
 
     def __init__(self, path: Path, taken: frozenset[str] = frozenset()):
-        self._path, self._taken, self._guard = path, set(taken), threading.Lock()
-        self._of_digest: dict[str, Person] = {}
+        super().__init__(taken)
+        self._path = path
         if path.exists():
             read_bytes(path, "the links of a server")  # refuses what is no regular file
         try:
@@ -101,65 +188,28 @@ class People:
             case {"participant": str(participant), "sha256": str(digest), "platform": dict(platform)}:
                 self._of_digest[digest] = Person(participant, platform)
                 self._taken.add(participant)
+            case {"participant": str(participant), "stopped": True}:
+                self._stopped.add(participant)
             case _:
                 raise InputError(
                     f"{self._path}, line {number}, is no link: give --links a file of 'focalgradient serve'."
                 )
 
-    def of(self, token: str) -> Person | None:
-        """Give the person that a link's secret is of; None where there is none."""
-        return self._of_digest.get(_digest(token))
+    def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:
+        self._write({"participant": participant, "sha256": digest, "platform": platform})
 
-    def everybody(self) -> dict[str, Person]:
-        """Everybody, by label."""
-        return {person.participant: person for person in self._of_digest.values()}
+    def _keep_stopped(self, participant: str) -> None:
+        self._write({"participant": participant, "stopped": True})
 
-    def invite(self, count: int) -> list[str]:
-        """Make so many links for new people; gives their secrets, which are kept nowhere."""
-        with self._guard:
-            return [self._new(self._label(), {}) for _ in range(count)]
-
-    def join(self, given: Mapping[str, str]) -> str:
-        """Give a secret to who comes by the open link: a new person, or the one of the same platform's name.
-
-        Raises
-        ------
-        InputError
-            If an identifier is not one.
-        """
-        platform = {name: given[name] for name in PLATFORM if name in given}
-        for name, value in platform.items():
-            if not VALUE.fullmatch(value):
-                raise InputError(
-                    f"{name} is not an identifier of at most 100 letters and digits: follow the link again."
-                )
-        with self._guard:
-            named = {name: value for name, value in platform.items() if name in OF_PERSON}
-            for person in self._of_digest.values():
-                if named and all(person.platform.get(name) == value for name, value in named.items()):
-                    return self._new(person.participant, platform)
-            return self._new(self._label(), platform)
-
-    def _label(self) -> str:
-        number = len(self._taken) + 1
-        while f"{number:0{DIGITS}}" in self._taken:
-            number += 1
-        self._taken.add(f"{number:0{DIGITS}}")
-        return f"{number:0{DIGITS}}"
-
-    def _new(self, participant: str, platform: Mapping[str, str]) -> str:
-        token = secrets.token_urlsafe(18)
-        digest = _digest(token)
-        line = {"participant": participant, "sha256": digest, "platform": dict(platform)}
+    def _write(self, line: Mapping[str, Any]) -> None:
         os.write(self._file, json.dumps(line).encode() + b"\n")
         flush(self._file)
-        self._of_digest[digest] = Person(participant, platform)
-        return token
 
     def close(self) -> None:
         """Let another server have the file."""
         os.close(self._file)
 
 
-def _digest(token: str) -> str:
+def digest_of_token(token: str) -> str:
+    """What is kept of a link's secret."""
     return hashlib.sha256(token.encode()).hexdigest()

@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -18,45 +17,18 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
-from focalgradient.dataset import Files, Session, read_journal, withdraw
-from focalgradient.design import Design
+from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal, withdraw
+from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
-from focalgradient.web.answers import apparatus_of, first_problem, read_answer
+from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
 from focalgradient.web.lists import Consent, Lists
 from focalgradient.web.messages import Begin, Given, Who
-from focalgradient.web.people import People
+from focalgradient.web.people import Roster
+from focalgradient.web.store import Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
 
-SILENT_S = 20.0
-"""A tab that has given no sign of life for so long no longer holds its session: pages give one every 5 s."""
-
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
-
-
-class Refused(Exception):  # noqa: N818  an answer to the page, not an error of ours
-    """What a page asked for cannot be done: an HTTP status and a sentence."""
-
-    def __init__(self, status: int, sentence: str, **content: Any):
-        super().__init__(sentence)
-        self.status, self.content = status, {"error": sentence, **content}
-
-
-@dataclass
-class _Place:
-    """A participant's session on this server."""
-
-    participant: str
-    guard: threading.Lock = field(default_factory=threading.Lock)
-    session: Session | None = None
-    tab: str | None = None
-    alive: float = -1e9
-    stopped: bool = False
-    done: int = 0
-    lost: int = 0
-
-    def held_by_another(self, tab: str) -> bool:
-        return self.tab not in (None, tab) and time.monotonic() - self.alive < SILENT_S
 
 
 class Study:
@@ -70,6 +42,8 @@ class Study:
         Folder of the data set.
     people
         Who may take part.
+    store
+        Where the journals are kept; the folder itself by default.
     stimuli
         Folder of the pictures, which depth rating needs.
     consent
@@ -89,8 +63,9 @@ class Study:
         self,
         design: Design,
         data: Path,
-        people: People,
+        people: Roster,
         *,
+        store: Store | None = None,
         stimuli: Path | None = None,
         consent: Consent | None = None,
         completion: str | None = None,
@@ -98,48 +73,56 @@ class Study:
     ):
         self.design, self.data, self.people = design, data, people
         self.completion, self.open_link = completion, open_link
+        self.store: Store = Local(data) if store is None else store
         self.lists = Lists(design, stimuli, consent)
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
-        self._places: dict[str, _Place] = {}
+        self._places: dict[str, Place] = {}
         self._guard = threading.Lock()
 
-    def _place(self, token: str) -> _Place:
+    def _place(self, token: str) -> Place:
         person = self.people.of(token)
         if person is None:
             raise Refused(404, "This link is not known: follow the link that you were given.")
         return self._place_of(person.participant)
 
-    def _place_of(self, participant: str) -> _Place:
+    def _place_of(self, participant: str) -> Place:
         with self._guard:
-            return self._places.setdefault(participant, _Place(participant))
+            if participant not in self._places:
+                journal = Files(self.data, self.design.task, participant, None).journal
+                self._places[participant] = Place(participant, journal, stopped=self.people.is_stopped(participant))
+            return self._places[participant]
 
     @contextmanager
-    def _held(self, who: Who) -> Iterator[_Place]:
+    def _held(self, who: Who) -> Iterator[Place]:
         """A participant's place, held by this tab from now on: none other has given a sign of life of late."""
         place = self._place(who.token)
-        with place.guard:
+        with self.store.held(place):
             if place.stopped:
                 raise Refused(410, "The session was stopped.")
             if place.held_by_another(who.tab):
                 raise Refused(409, "The session is open in another window.", busy=True)
             place.tab, place.alive = who.tab, time.monotonic()
-            yield place
+            try:
+                yield place
+            except InputError as error:
+                if not isinstance(error.__cause__, OSError):
+                    raise
+                with suppress(InputError):  # a full disk, or one that is away: the page keeps its answer and asks again
+                    place.close()
+                raise Refused(503, "The server cannot write at the moment.") from error
 
-    def _journal(self, participant: str) -> Path:
-        return Files(self.data, self.design.task, participant, None).journal
-
-    def _progress(self, place: _Place) -> tuple[Status, int]:
+    def _progress(self, place: Place) -> tuple[Status, int]:
         """How far a session is, from the disk where this server has not touched it."""
         if place.stopped:
             return "stopped", place.done
         if place.session is not None:
             place.done = len(place.session.trials) - len(place.session.remaining())
             return ("begun" if place.session.remaining() else "complete"), place.done
-        path = self._journal(place.participant)
-        if not path.exists():
+        if not place.journal.exists():
             return "new", 0
-        log = read_journal(path)
+        log = read_journal(place.journal)
         place.done = len(log.of("trial"))
+        place.lost = sum(_lost(note) for note in log.of("note") if note["kind"] == "frames")
         return ("complete" if place.done == len(self._trials(place.participant)) else "begun"), place.done
 
     def join(self, platform: Mapping[str, str]) -> dict[str, Any]:
@@ -151,7 +134,7 @@ class Study:
     def state(self, who: Who) -> dict[str, Any]:
         """Give what the page needs before the session begins or goes on."""
         place = self._place(who.token)
-        with place.guard:
+        with self.store.held(place):
             status, done = self._progress(place)
             if status in ("new", "begun") and place.held_by_another(who.tab):
                 status = "busy"
@@ -171,26 +154,26 @@ class Study:
             if status == "complete":
                 raise Refused(409, "The session is complete.", complete=True)
             if place.session is not None:
-                self._close(place)
+                place.close()
                 status = "begun"
-            apparatus = apparatus_of(given, starlette=version("starlette"))
+            how: dict[str, Any] = {
+                "apparatus": apparatus_of(given, starlette=version("starlette")),
+                "stimuli": self.lists.folder,
+                "durable": not self.store.shared,  # it is the store that keeps it then
+            }
             if status == "new":
-                session = Session.begin(
-                    self.data, self.design, place.participant, apparatus=apparatus, stimuli=self.lists.folder
-                )
+                session = Session.begin(self.data, self.design, place.participant, **how)
             else:
-                session = Session.resume(
-                    self.data, self.design.task, place.participant, apparatus=apparatus, stimuli=self.lists.folder
-                )
+                session = Session.resume(self.data, self.design.task, place.participant, **how)
             place.session = session
-            session.note("sitting", browser=given.browser, pixel_ratio=given.pixel_ratio, consent=consent)
+            session.note("sitting", **about_sitting(given), consent=consent)
             shown = self.lists.shown(session.trials, session.remaining())
             return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record an answer, and say so when it is on the disk."""
         with self._held(given) as place:
-            session = place.session
+            session = place.session or self._rejoined(place)
             if session is None:
                 return self._unbegun(place, given)
             key = (given.phase, given.trial)
@@ -203,16 +186,41 @@ class Study:
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.", done=done)
             try:
-                answer, frames = read_answer(self.lists.pictures, session.trials[done], given.answer)
+                frames = record(session, self.lists.pictures, given)
             except ValidationError as error:
                 raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
-            place.lost += frames["hidden"] + frames["left_full_screen"] + frames["zoomed"]
-            session.note("frames", phase=given.phase, trial=given.trial, **frames)
-            session.record(session.trials[done], answer, attempt=given.attempt)
+            place.lost += _lost(frames)
             place.done = done + 1
             return {"recorded": True, "done": done + 1}
 
-    def _unbegun(self, place: _Place, given: Given) -> dict[str, Any]:
+    def _rejoined(self, place: Place) -> Session | None:
+        """Go on with the last sitting, which another server has begun, or this one before it was started anew.
+
+        The answer is of that sitting's page and clock. None where nothing has begun.
+        """
+        if not place.journal.exists():
+            return None
+        log = read_journal(place.journal)
+        if log.changed:
+            return None
+        durable = not self.store.shared
+        if not place.journal.read_bytes().endswith(b"\n"):  # a kill has cut a line short, which the journal has to say
+            last = [log.head, *log.of("resumed")][-1]
+            apparatus = Apparatus(**last["apparatus"], versions=last["versions"])
+            place.session = Session.resume(
+                *(self.data, self.design.task, place.participant),
+                apparatus=apparatus,
+                stimuli=self.lists.folder,
+                durable=durable,
+            )
+            return place.session
+        journal = Journal.take(place.journal)
+        journal.follow(log, durable=durable)
+        design = recorded_design(str(place.journal), log.head["design"])
+        place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.of("trial"))
+        return place.session
+
+    def _unbegun(self, place: Place, given: Given) -> dict[str, Any]:
         """An answer that comes before this server has begun anything: one that an earlier server may have recorded."""
         _, done = self._progress(place)
         keys = [(trial.phase, trial.trial) for trial in self._trials(place.participant)]
@@ -228,7 +236,7 @@ class Study:
     def leave(self, who: Who) -> dict[str, Any]:
         """Let another tab have the session: this one is closed."""
         place = self._place(who.token)
-        with place.guard:
+        with self.store.held(place):
             if place.tab == who.tab:
                 place.alive = -1e9
         return {}
@@ -236,41 +244,37 @@ class Study:
     def finish(self, who: Who) -> dict[str, Any]:
         """Close a complete session, and give the address to go to."""
         place = self._place(who.token)
-        with place.guard:
+        with self.store.held(place):
             status, done = self._progress(place)
             if status != "complete":
                 raise Refused(409, "The session is not complete.", done=done)
-            self._close(place)
+            place.close()
         return {"completion": self.completion, "done": done}
 
     def stop(self, participant: str) -> None:
         """Stop a participant's session: what was recorded stays, nothing more is taken."""
+        self.people.stop(participant)
         place = self._place_of(participant)
-        with place.guard:
+        with self.store.held(place):
             place.stopped = True
-            self._close(place)
+            place.close()
 
     def withdraw(self, who: Who) -> dict[str, Any]:
         """Remove all that a participant has given, at the participant's wish."""
         place = self._place(who.token)
+        self.stop(place.participant)
         with place.guard:
-            place.stopped = True
-            self._close(place)
-            if self._journal(place.participant).exists():
+            if place.journal.exists():
                 withdraw(self.data, f"sub-{place.participant}")
+            self.store.remove(place)
         return {}
-
-    def _close(self, place: _Place) -> None:
-        if place.session is not None:
-            place.session.__exit__()
-            place.session = None
 
     def overview(self) -> list[dict[str, Any]]:
         """Give a row for everybody: how far the session is, when there was a sign of life, what was lost."""
         rows = []
         for participant, person in sorted(self.people.everybody().items()):
             place = self._place_of(participant)
-            with place.guard:
+            with self.store.held(place):
                 status, done = self._progress(place)
                 silent = time.monotonic() - place.alive
             row = {"participant": participant, "status": status, "done": done, "lost": place.lost}
@@ -296,5 +300,10 @@ class Study:
         """End: sessions that are open stay to be resumed."""
         for place in self._places.values():
             with place.guard, suppress(InputError):
-                self._close(place)
+                place.close()  # what was answered is kept already
         self.people.close()
+
+
+def _lost(frames: Mapping[str, Any]) -> int:
+    """How often the page was hidden, left full screen or zoomed during a trial."""
+    return sum(frames.get(name, 0) for name in ("hidden", "left_full_screen", "zoomed"))

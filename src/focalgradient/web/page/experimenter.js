@@ -29,16 +29,16 @@ const ago = (seconds) => (seconds === null ? "none yet" : `${Math.round(seconds)
 async function refresh() {
   const trouble = document.getElementById("trouble");
   try {
-    const told = await (await fetch("/experimenter/overview.json", { cache: "no-store" })).json();
-    document.getElementById("task").textContent = `${told.task}: ${told.participants.length} participants`;
+    const overview = await (await fetch("/experimenter/overview.json", { cache: "no-store" })).json();
+    document.getElementById("task").textContent = `${overview.task}: ${overview.participants.length} participants`;
     document.querySelector("#people tbody").replaceChildren(
-      ...told.participants.map((one) =>
+      ...overview.participants.map((one) =>
         row(one.participant, one.status, `${one.done} of ${one.trials}`, ago(one.silent_s), String(one.lost),
           one.status === "begun" ? stopper(one.participant) : ""),
       ),
     );
     document.querySelector("#conditions tbody").replaceChildren(
-      ...Object.entries(told.answers_by_condition).map(([name, count]) => row(name, String(count))),
+      ...Object.entries(overview.answers_by_condition).map(([name, count]) => row(name, String(count))),
     );
     trouble.hidden = true;
   } catch (error) {

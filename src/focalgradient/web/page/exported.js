@@ -93,6 +93,9 @@ export class Exported {
   }
 
   async state() {
+    if (!this.owned && (this.owned = await this.own())) {
+      this.session = await asked(this.store("sessions").get(this.session.token)); // as the other window left it
+    }
     const { done, lines } = this.session;
     const status = this.owned ? (done === this.list.trials.length ? "complete" : lines ? "begun" : "new") : "busy";
     return { ...this.study.opening, status, done };

@@ -5,10 +5,10 @@ const WAIT_MS = [500, 1000, 2000, 5000]; // before the next attempt, after each 
 const TOO_EARLY = 425;
 
 export class Refused extends Error {
-  constructor(status, told) {
-    super(told.error ?? `the server answered ${status}`);
+  constructor(status, answer) {
+    super(answer.error ?? `the server answered ${status}`);
     this.status = status;
-    this.told = told;
+    this.answer = answer;
   }
 }
 
@@ -21,9 +21,9 @@ export async function post(path, message) {
     cache: "no-store",
   });
   if (response.status >= 500) throw new TypeError(`the server answered ${response.status}`);
-  const told = await response.json();
-  if (!response.ok) throw new Refused(response.status, told);
-  return told;
+  const answer = await response.json();
+  if (!response.ok) throw new Refused(response.status, answer);
+  return answer;
 }
 
 export const asked = (request) =>

@@ -7,15 +7,16 @@ import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import Keyboard from "@jspsych/plugin-html-keyboard-response";
 import Slider from "@jspsych/plugin-html-slider-response";
-import Chinrest from "@jspsych/plugin-virtual-chinrest";
-import { card } from "./card.js";
 import CubePlugin, { Cube } from "./cube.js";
+import { measurement } from "./distance.js";
 import { Exported } from "./exported.js";
 import { measureFrame } from "./frames.js";
 import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
+import { heldAlone, Practice } from "./practice.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
+const AWAY_MS = 1000; // between two attempts to reach a server that is away
 const FORGOTTEN_MS = 3600e3; // after which instructions are shown again
 const STEPS = 1000; // of the slider
 
@@ -35,16 +36,6 @@ function html(text) {
   const [title, ...rest] = text.split("\n");
   const body = rest.join("\n").trim().split(/\n\s*\n/);
   return `<h1>${escaped(title)}</h1>` + body.map((part) => `<p>${escaped(part).replaceAll("\n", "<br>")}</p>`).join("");
-}
-
-// The drawn card made larger or smaller by the arrow keys, beside the mouse.
-function resizeByKeys(event) {
-  const item = document.getElementById("item");
-  const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
-  if (!item || !by) return;
-  event.preventDefault();
-  const width = Math.max(20, item.getBoundingClientRect().width + by * (event.shiftKey ? 10 : 1));
-  Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / 85.6}px` });
 }
 
 class Page {
@@ -78,6 +69,33 @@ class Page {
     return this.study.post(path, { token: this.token, tab: this.tab, ...message });
   }
 
+  // The same, until there is an answer: a network or a server that is away is waited for.
+  async insist(path, message) {
+    for (;;) {
+      try {
+        const answer = await this.ask(path, message);
+        this.back();
+        return answer;
+      } catch (error) {
+        if (!(error instanceof TypeError)) throw error;
+        await this.away();
+      }
+    }
+  }
+
+  // Say that the network does not answer, beside what jsPsych shows, and wait before it is tried again.
+  async away() {
+    this.note.dataset.away = "yes";
+    this.note.textContent = this.state ? this.words("web.network") : "…";
+    this.note.hidden = false;
+    await new Promise((resolve) => setTimeout(resolve, AWAY_MS));
+  }
+
+  back() {
+    if (this.note.dataset.away) this.note.hidden = true;
+    delete this.note.dataset.away;
+  }
+
   showWaiting(count) {
     if (!count) {
       clearTimeout(this.late);
@@ -89,18 +107,27 @@ class Page {
     this.late ??= setTimeout(() => (this.note.hidden = false), 3000);
   }
 
+  // Instead of whatever is there: jsPsych can show nothing after it.
   say(text) {
     document.getElementById("stage").innerHTML = `<div class="page" role="status">${html(text)}</div>`;
   }
 
   async run() {
     await this.outbox.open();
-    this.state = await this.ask("/api/state");
+    this.state = await this.insist("/api/state");
     document.documentElement.lang = this.state.language;
     document.title = this.words("web.title");
-    if (this.state.status === "busy") return this.say(this.words("web.other_tab"));
+    // Until the other window is closed, or, where it crashed, the server has missed its signs of life.
+    while (this.state.status === "busy") {
+      this.say(this.words("web.other_tab"));
+      await new Promise((resolve) => setTimeout(resolve, BEAT_MS));
+      this.state = await this.insist("/api/state");
+    }
+    document.getElementById("stage").replaceChildren();
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
+    // Answers that an earlier page could not send are of its sitting, and of its clock: they come before the next one.
+    if (this.state.status === "begun") await this.outbox.send();
     this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
     addEventListener("pagehide", () => this.study.leave({ token: this.token, tab: this.tab }));
     await this.experiment();
@@ -117,30 +144,34 @@ class Page {
   }
 
   async finish() {
-    const told = await this.ask("/api/finish");
+    const result = await this.insist("/api/finish");
     if (document.fullscreenElement) await document.exitFullscreen();
-    this.say(told.error ?? this.words("session.thanks"));
+    this.say(result.error ?? this.words("session.thanks"));
     const page = document.getElementById("stage").firstChild;
-    page.id = told.error ? "undelivered" : "complete";
+    page.id = result.error ? "undelivered" : "complete";
     const link = (id, text, more) => page.append(Object.assign(document.createElement("a"), { id, textContent: text, ...more }));
-    if (told.completion) link("completion", this.words("web.completion"), { href: told.completion });
-    if (told.file) link("file", told.file.name, { href: told.file.address, download: told.file.name });
-    if (!told.error) await this.study.end();
+    if (result.completion) link("completion", this.words("web.completion"), { href: result.completion });
+    if (result.file) link("file", result.file.name, { href: result.file.address, download: result.file.name });
+    if (!result.error) await this.study.end();
   }
 
   async experiment() {
     this.jsPsych = initJsPsych({ display_element: "stage", on_close: () => {} });
-    const { trials, ...session } = await this.prepared();
+    const { trials: left, ...session } = await this.prepared();
     this.session = session;
     // Not before: the blind spot is looked for beside a black square.
     document.body.classList.toggle("dark", this.state.dark);
-    // What an earlier page was told but could not send comes first; its trials are not shown again.
-    const before = (await this.ask("/api/state")).done;
-    await this.outbox.send();
-    const left = trials.slice((await this.ask("/api/state")).done - before);
     Object.assign(this, { left, began: performance.now() });
+    const practised = left.filter(({ phase }) => phase === "practice");
+    this.practice = new Practice(session, practised.length);
+    const nodes = (phase) => left.filter((trial) => trial.phase === phase).flatMap((trial) => this.nodes(trial));
+    const again = {
+      timeline: [this.page(session.practice.again), ...nodes("practice")],
+      conditional_function: () => this.practice.repeat,
+      loop_function: () => this.practice.repeat,
+    };
     const recent = Date.now() - Number(localStorage.getItem(this.token) ?? 0) < FORGOTTEN_MS;
-    await this.jsPsych.run([...(recent ? [] : this.opening()), ...left.flatMap((trial) => this.nodes(trial))]);
+    await this.jsPsych.run([...(recent ? [] : this.opening()), ...nodes("practice"), ...(practised.length ? [again] : []), ...nodes("main")]);
   }
 
   // Consent, screen and distance; then the session is begun or resumed on the server.
@@ -161,44 +192,21 @@ class Page {
       message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
       button_label: this.words("web.go_on"),
     });
-    timeline.push({
-      type: Chinrest,
-      blindspot_reps: 5,
-      resize_units: "none",
-      item_path: card,
-      adjustment_prompt: `<div class="page">${html(this.words("web.card"))}</div>`,
-      adjustment_button_prompt: this.words("web.card_done"),
-      blindspot_prompt: `<div class="page">${html(this.words("web.blind_spot"))}</div>`,
-      blindspot_measurements_prompt: this.words("web.blind_spot_left"),
-      viewing_distance_report: `<div class="page">${escaped(this.words("web.distance_right")).replace(
-        "{distance}",
-        '<b id="distance-estimate"></b>',
-      )}</div>`,
-      redo_measurement_button_label: this.words("web.no"),
-      blindspot_done_prompt: this.words("web.yes"),
-      on_load: () => addEventListener("keydown", resizeByKeys),
-      on_finish: (data) => {
-        removeEventListener("keydown", resizeByKeys);
-        about.chinrest = data;
-      },
-    });
+    timeline.push(measurement(about, (name, values) => this.words(name, values), html));
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
-    const chinrest = about.chinrest;
     const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
-    // The plugin counts CSS pixels, and all lengths in millimetres.
-    const pitch = chinrest ? (1e-3 * chinrest.item_width_mm) / chinrest.item_width_px / devicePixelRatio : null;
     this.beginning = {
       consent: this.state.consent ? this.state.consent.sha256 : null,
       screen_px: pixels,
-      screen_m: pitch && pixels.map((side) => side * pitch),
-      viewing_distance_m: chinrest ? chinrest.view_dist_mm / 1000 : null,
+      card_px: about.card_px,
+      blind_spot_px: about.pressed.map((place) => Math.round(10 * place) / 10),
       pixel_ratio: devicePixelRatio,
       refresh_hz: 1000 / this.frame,
       browser: navigator.userAgent,
       now_ms: performance.now(),
     };
-    return this.ask("/api/begin", this.beginning);
+    return this.insist("/api/begin", this.beginning);
   }
 
   consent() {
@@ -274,7 +282,10 @@ class Page {
   sent(trial, answer) {
     const keep = async () => {
       localStorage.setItem(this.token, String(Date.now()));
-      await this.outbox.put({ phase: trial.phase, trial: trial.trial }, { attempt: crypto.randomUUID(), answer });
+      if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // goes with the first that counts
+      const practice = trial.phase === "main" ? this.practice.taken() : [];
+      const message = { attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
+      await this.outbox.put({ phase: trial.phase, trial: trial.trial }, message);
     };
     return { type: Call, async: true, func: (done) => keep().then(done) };
   }
@@ -285,10 +296,10 @@ class Page {
       for (;;) {
         try {
           await load(url);
+          this.back();
           break;
         } catch {
-          this.say(this.words("web.network"));
-          await new Promise((resolve) => setTimeout(resolve, 1000));
+          await this.away();
         }
       }
     }
@@ -408,7 +419,12 @@ class Page {
           frames: { shown: data.shown, ...data.lost },
         }),
     };
-    return [ready, shown, this.sent(trial, kept)];
+    const feedback = () => {
+      const share = Math.round((100 * heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration)) / kept.trial_duration);
+      const shape = this.words(`necker.${trial.right.shape}`);
+      return this.words("necker.feedback", { shape, key: keys[trial.right.shape].toUpperCase(), share });
+    };
+    return [ready, shown, ...(trial.right ? [this.page(feedback)] : []), this.sent(trial, kept)];
   }
 }
 
@@ -424,7 +440,7 @@ class Server {
     const token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
     if (token) return token;
     const platform = Object.fromEntries(new URLSearchParams(location.search));
-    const given = await post("/api/join", { platform });
+    const given = await post("/api/join", { platform }); // not twice: each time it is somebody new
     history.replaceState(null, "", `/s/${given.token}`);
     return given.token;
   }

@@ -1,0 +1,183 @@
+"""Where people took part, in the laboratory or in a browser, and how large what they saw was, with its uncertainty."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.dataset import DataSet
+from focalgradient.files import read_json
+from focalgradient.report.document import Table
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet, number
+from focalgradient.statistics import FactorEffect, NeckerResult, NotComputed, factor_effects
+
+__all__ = ["Seen", "blur_seen", "place_effects", "place_effects_of_cube", "place_sheet", "screens", "screens_sheet"]
+
+LABORATORY, BROWSER = "laboratory", "browser"
+
+PLACE = "place"
+"""The factor's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """How a participant saw the screen in the first sitting of a session.
+
+    Parameters
+    ----------
+    participant_id, session
+        Whose, and which; "" where sessions have no label.
+    place
+        `LABORATORY` or `BROWSER`.
+    distance_m, distance_sd_m
+        From the eye to the screen; None where it is not known. The error is 0 where the laboratory states a distance.
+    arcmin, arcmin_sd
+        Of one pixel of the display, in minutes of arc.
+    manifest
+        SHA-256 of the manifest of the pictures.
+    """
+
+    participant_id: str
+    session: str
+    place: str
+    distance_m: float | None
+    distance_sd_m: float
+    arcmin: float | None
+    arcmin_sd: float
+    manifest: str | None
+
+
+def screens(data: DataSet) -> list[Seen]:
+    """How each session of people saw the screen; simulated observers have none."""
+    found = []
+    for files, sidecar in data.sidecars.items():
+        sitting = next(iter(sidecar.get("Sittings") or ()), None)
+        if sidecar.get("Simulated") or not isinstance(sitting, dict):
+            continue
+        place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
+        angles = _angles(sitting.get("Apparatus") or {})
+        shown = sidecar.get("StimuliSHA256")
+        found.append(Seen(f"sub-{files.participant}", files.session or "", place, *angles, manifest=shown))
+    return found
+
+
+def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | None, float]:
+    """Viewing distance and its standard error (m), angle of a pixel and its standard error (arcmin)."""
+    distance, sd = apparatus.get("viewing_distance_m"), apparatus.get("viewing_distance_sd_m") or 0.0
+    size, pixels = apparatus.get("screen_m"), apparatus.get("screen_px")
+    if not (distance and size and pixels):
+        return distance, sd, None, 0.0
+    pitch = size[0] / pixels[0]
+    size_sd = (apparatus.get("screen_sd_m") or (0.0, 0.0))[0] / size[0]
+    # A distance by the blind spot is counted in pixels: the error of the card is in distance and pitch, and cancels.
+    relative = math.sqrt(max((sd / distance) ** 2 - size_sd**2, 0.0))
+    arcmin = 60 * math.degrees(math.atan(pitch / distance))
+    return distance, sd, arcmin, arcmin * relative
+
+
+def screens_sheet(seen: Sequence[Seen], name: str) -> Sheet | None:
+    """A table of the screens, a line each; None where nobody's is known."""
+    if all(one.arcmin is None for one in seen):
+        return None
+    rows, digits = [], []
+    for one in seen:
+        degree = None if one.arcmin is None else 60 / one.arcmin
+        degree_sd = 0.0 if one.arcmin is None else 60 * one.arcmin_sd / one.arcmin**2
+        distance = None if one.distance_m is None else 100 * one.distance_m
+        values = ((distance, 100 * one.distance_sd_m), (degree, degree_sd), (one.arcmin, one.arcmin_sd))
+        who = [one.participant_id, one.session, one.place]
+        rows.append([*who, *(_with_error(value, sd) for value, sd in values)])
+        digits.append([*who, *(part for pair in values for part in pair)])
+    header = ["subject", "session", "place", "distance (cm)", "pixels a degree", "pixel (arcmin)"]
+    names = ["participant_id", "session", "place", "distance_cm", "distance_sd_cm", "pixels_per_degree"]
+    table = pd.DataFrame(digits, columns=[*names, "pixels_per_degree_sd", "pixel_arcmin", "pixel_arcmin_sd"])
+    caption = "Screens, first sitting: ± standard error where size and distance were estimated by card and blind spot"
+    return Sheet(
+        f"{name}_screens.csv", Table(caption, header, rows, csv=f"{name}_screens.csv", folded=len(rows) > 12), table
+    )
+
+
+def _with_error(value: float | None, sd: float) -> str:
+    return number(value) if not sd or value is None else f"{number(value)} ± {number(sd, 2)}"
+
+
+def blur_seen(data: DataSet, seen: Sequence[Seen], participants: Collection[str]) -> dict[str, tuple[float, float]]:
+    """Give the blur of each aperture as participants saw it, in arcmin, and its standard deviation for one of them.
+
+    The blur is the largest of each picture, averaged over scenes; the deviation has what differs between participants,
+    and the uncertainty of each one's screen and distance. Empty where screens, or the pictures' blur, are not known.
+
+    Parameters
+    ----------
+    data
+        With the manifests of the pictures.
+    seen
+        Of `screens`.
+    participants
+        Whose answers count.
+    """
+    known = [one for one in seen if one.participant_id in participants]
+    shown = {one.manifest for one in known}
+    if not known or len(shown) != 1 or None in shown or any(one.arcmin is None for one in known):
+        return {}
+    files = next(iter(data.sidecars))
+    place = files.manifest(str(next(iter(shown))))
+    if not place.exists():
+        return {}
+    content = read_json(place, "a manifest of stimuli")
+    blur: dict[str, list[float]] = {}
+    for picture in content.get("pictures", ()):
+        if isinstance(picture, dict) and picture.get("blur_px"):
+            blur.setdefault(str(picture.get("aperture")), []).append(max(picture["blur_px"]))
+    arcmin = np.array([one.arcmin for one in known], float)
+    error = math.sqrt(float(arcmin.var()) + float(np.mean([one.arcmin_sd**2 for one in known])))
+    return {
+        name: (float(np.mean(pixels)) * float(arcmin.mean()), float(np.mean(pixels)) * error)
+        for name, pixels in blur.items()
+    }
+
+
+def place_effects(seen: Sequence[Seen], table: pd.DataFrame, *, ratios: bool) -> tuple[FactorEffect, ...]:
+    """Compare who took part in a browser with who did in the laboratory; empty where all took part in one of them."""
+    places = {one.participant_id: one.place for one in seen}
+    table = table[table["participant_id"].isin(list(places))]
+    table = table.assign(**{PLACE: table["participant_id"].map(places)})
+    if set(table[PLACE]) != {LABORATORY, BROWSER}:
+        return ()
+    return factor_effects(table, {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}, ratios=ratios)
+
+
+def place_effects_of_cube(seen: Sequence[Seen], result: NeckerResult) -> tuple[FactorEffect, ...]:
+    """The same of the nonrigid share of the turning cube, whose gradient for the nonrigid reading counts as blur."""
+    signs = {"nonrigid": 1.0, "none": 0.0, "rigid": -1.0}
+    rows = [
+        {
+            "participant_id": share.participant_id,
+            "aperture_mm": signs[share.gradient] * share.strength,
+            "catch": False,
+            "rating": share.nonrigid,
+        }
+        for share in result.subject_shares
+        if share.nonrigid is not None
+    ]
+    return place_effects(seen, pd.DataFrame(rows), ratios=False) if rows else ()
+
+
+def place_sheet(found: tuple[FactorEffect, ...], name: str, unit: str) -> Sheet:
+    """Browser against laboratory, as a table."""
+    rows = [
+        [
+            f"{one.level} − {one.against}",
+            one.measure,
+            one.effect.reason if isinstance(one.effect, NotComputed) else one.effect.summary(),
+        ]
+        for one in found
+    ]
+    caption = f"In a browser or in the laboratory, between groups of subjects: {unit}"
+    return listed(f"{name}_place.csv", caption, ["groups", "of", "difference"], rows)

@@ -1,0 +1,62 @@
+// How large the screen is, and how far away somebody sits.
+
+import Buttons from "@jspsych/plugin-html-button-response";
+import Chinrest from "@jspsych/plugin-virtual-chinrest";
+import { card } from "./card.js";
+
+const BLIND_SPOT_TIMES = 5;
+
+// The drawn card made larger or smaller by the arrow keys, beside the mouse.
+function resizeByKeys(event) {
+  const item = document.getElementById("item");
+  const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+  if (!item || !by) return;
+  event.preventDefault();
+  const width = Math.max(20, item.getBoundingClientRect().width + by * (event.shiftKey ? 10 : 1));
+  Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / 85.6}px` });
+}
+
+// Size of the screen by a card, distance by the blind spot; both again where the participant finds the distance wrong.
+export function measurement(about, words, html) {
+  const pressed = (about.pressed = []);
+  // The plugin keeps the mean alone, so each press is noted here; it counts down by itself.
+  const press = ({ key }) => {
+    const [ball, square] = ["circle", "square"].map((name) => document.getElementById(`virtual-chinrest-${name}`));
+    if (key !== " " || !ball) return;
+    const left = document.getElementById("click").textContent;
+    const middle = ({ left, width }) => left + width / 2;
+    const place = middle(square.getBoundingClientRect()) - middle(ball.getBoundingClientRect());
+    setTimeout(() => document.getElementById("click")?.textContent.trim() === left.trim() || pressed.push(place));
+  };
+  const measure = {
+    type: Chinrest,
+    blindspot_reps: BLIND_SPOT_TIMES,
+    resize_units: "none",
+    item_path: card,
+    item_init_size: () => Math.round(about.card_px ?? 250),
+    adjustment_prompt: `<div class="page">${html(words("web.card"))}</div>`,
+    adjustment_button_prompt: words("web.card_done"),
+    blindspot_prompt: `<div class="page">${html(words("web.blind_spot"))}</div>`,
+    blindspot_measurements_prompt: words("web.blind_spot_left"),
+    viewing_distance_report: "none",
+    on_load: () => {
+      pressed.length = 0; // where it is done again
+      addEventListener("keydown", resizeByKeys);
+      addEventListener("keydown", press, true);
+    },
+    on_finish: (data) => {
+      removeEventListener("keydown", resizeByKeys);
+      removeEventListener("keydown", press, true);
+      about.card_px = data.item_width_px;
+      about.distance = `${Math.round(data.view_dist_mm / 10)} cm`;
+    },
+  };
+  const right = {
+    type: Buttons,
+    stimulus: () => `<div class="page">${html(words("web.distance_right", { distance: about.distance }))}</div>`,
+    choices: [words("web.yes"), words("web.no")],
+    on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button").focus(),
+    on_finish: ({ response }) => (about.right = response === 0),
+  };
+  return { timeline: [measure, right], loop_function: () => !about.right };
+}
