@@ -28,6 +28,7 @@ from focalgradient.dataset.consistency import (
     wrong_rows,
     wrong_sidecar,
 )
+from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.read import NAME, SessionTable, participants_of, read_session, sessions_of
@@ -103,6 +104,9 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
             checked.problems.append(f"{path} does not lie where its name says: put it back where it was.")
         else:
             of_files.add(files)
+    for path in focus_journals(root):
+        checked.problems += wrong_focus(root, path)
+        checked.labels.add(path.name.partition("_")[0].removeprefix("sub-"))
     ordered = sorted(of_files, key=lambda one: one.name)
     place = root if executor is None else root.absolute()  # workers may have another working folder
     there = [replace(files, root=place) for files in ordered]

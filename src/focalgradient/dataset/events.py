@@ -23,6 +23,9 @@ SHA256 = re.compile(r"[0-9a-f]{64}")
 MOST = 1e9
 """Seconds of thirty years, and more frames or trials than they hold: no number of a session is larger."""
 
+FOCUS = "gazefocus"
+"""Task of focus by gaze, whose sessions have no design and no trials."""
+
 DERIVED = {"sitting", "trial_onset"}
 """Columns that no event holds."""
 
@@ -38,6 +41,8 @@ def wrong_event(event: Event, head: Event) -> str | None:
     'trial is 0, but must be a whole number of 1 or more'
     """
     kind = event["event"]
+    if head.get("task") == FOCUS:
+        return _wrong_focus(event)
     if kind == "begun":
         return _wrong_head(event)
     if kind == "resumed":
@@ -57,6 +62,17 @@ def wrong_event(event: Event, head: Event) -> str | None:
                 continue
             return f"{name} is {_shown(event, name)}, but must be {expected}"
     return _wrong_presses(event) if head["design"]["task"] == "necker" else None
+
+
+def _wrong_focus(event: Event) -> str | None:
+    """Say what keeps an event of a session of focus by gaze from being used."""
+    if event["event"] == "begun":
+        return None if _label(event.get("participant")) else f"participant is {_shown(event, 'participant')}"
+    if event["event"] != "note" or event.get("kind") != "focus" or "latency_ms" not in event:
+        return None
+    names = ("onset", "focus_dioptre", "gaze_x", "gaze_y", "gaze_dioptre", "latency_ms", "latency_frames")
+    wrong = [name for name in names if type(event.get(name)) not in (int, float)]
+    return f"{wrong[0]} is {_shown(event, wrong[0])}, but must be a number" if wrong else None
 
 
 def _shown(event: Event, name: str) -> str:

@@ -1,0 +1,68 @@
+"""Sessions of focus by gaze are checked as others are: a whole one is valid, each damage is found."""
+
+from pathlib import Path
+
+import pytest
+
+from focalgradient.dataset import Files, Journal, begin_dataset, validate
+from focalgradient.dataset.bids import add_participant
+from focalgradient.lab.gaze_record import Change, write_tables
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> tuple[Path, Path]:
+    """Journal and table of a session with three changes of focus."""
+    root = tmp_path / "data"
+    begin_dataset(root, "human")
+    add_participant(root, "01", {"kind": "human"})
+    files = Files(root, "gazefocus", "01")
+    place = files.journal.with_name(files.journal.name.replace("_beh.", "_events."))
+    head = {"event": "begun", "task": "gazefocus", "participant": "01", "session": None}
+    changes = [Change(1.0 + n, n / 2, 10.0 * n, 20.0, n / 2, 20.123456 + n, 1.2) for n in range(3)]
+    with Journal.begin(place, head) as journal:
+        journal.write({"event": "note", "kind": "ready", "time": 0.5})
+        for change in changes:
+            journal.write({"event": "note", "kind": "focus", **change._asdict()})
+            journal.write({"event": "note", "kind": "focus", "time": change.onset})
+        journal.write({"event": "note", "kind": "gaze", "samples": [[0.1, 1.0, 2.0]]})
+    write_tables(files, head, changes, 60.0, 1 / 60)
+    assert validate(root).problems == ()
+    return place, files.beside("events.tsv")
+
+
+def problems(place: Path) -> str:
+    return " ".join(validate(next(one.parent for one in place.parents if one.name == "sourcedata")).problems)
+
+
+def test_a_number_changed_in_the_journal_is_found(session: tuple[Path, Path]) -> None:
+    place, _ = session
+    place.write_bytes(place.read_bytes().replace(b"20.123456", b"10.123456", 1))
+    assert "was changed after it was written" in problems(place)
+
+
+def test_a_line_taken_away_is_found(session: tuple[Path, Path]) -> None:
+    place, _ = session
+    lines = place.read_bytes().splitlines(keepends=True)
+    place.write_bytes(b"".join([*lines[:3], *lines[5:]]))
+    assert "lines before line 4 are missing" in problems(place)
+
+
+def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path]) -> None:
+    place, table = session
+    whole = table.read_text()
+    table.write_text(whole.replace("20.1235", "10.1235", 1))
+    assert "row 2: latency_ms does not say what its journal says" in problems(place)
+    table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
+    assert "has 2 changes of focus, but its journal 3" in problems(place)
+    table.write_text("onset\n")
+    assert "there is no column focus_dioptre" in problems(place)
+    table.unlink()
+    assert "the session was killed" in problems(place)
+
+
+def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
+    place, _ = session
+    lines = place.read_bytes().splitlines(keepends=True)
+    lines[2] = lines[2].replace(b'"gaze_x": 0.0', b'"gaze_x": "left"')
+    place.write_bytes(b"".join(lines))
+    assert "gaze_x is 'left', but must be a number" in problems(place)
