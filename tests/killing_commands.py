@@ -1,151 +1,60 @@
-"""Every long command killed at random moments, and given full disks: `python tests/killing_commands.py [TIMES]`.
+"""Every command that writes killed at random moments, and given full disks: `python tests/killing_commands.py [TIMES]`.
 
 Each command is killed TIMES times (30) by each of three signals, and stopped by each of several limits on the size of
 a file, as by a full disk, and by a fault at each of the first moves of a finished file to its place. After each, what
 stands under its own name is whole, a summary stands only beside all that it belongs to, a signal that can be caught
-leaves no litter and says in one line what is so, no process is left, and in the end the same command finishes and
-leaves no litter either. `--only NAME` tries one command.
+leaves no litter and says in one line what is so, no process is left, and the same command finishes, with what an
+undisturbed run writes, and leaves no litter either. `--only NAME` tries one command, `--seconds S` ends each command's
+trials after that time. Runs are forks of a process that has imported what they need (`warm.py`).
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import random
+import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from PIL import Image
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "fuzz")]
+sys.path.insert(0, str(Path(__file__).parent))
 
-from recorded import record_necker, record_ratings  # noqa: E402
-
-from focalgradient import Lens  # noqa: E402
+from long_commands import COMMANDS, Long, prepare
+from warm import Run, Warm
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -signal.SIGKILL}
 LIMITS = (0, 100, 3000, 20_000)
 """Bytes that a file may have, in place of a full disk."""
 
-OPTICS = (
-    "--focal-length",
-    "25",
-    "--pixel-pitch",
-    "8",
-    "--f-number",
-    "16",
-    "--f-number",
-    "5.6",
-    "--focus-distance",
-    "0.85",
-)
-FEW = ("--subjects", "3", "--experiments", "6", "--design", "rating.toml", "--workers", "2", "--out", "out")
-SOME = ("--observers", "6", "--seed", "1", "--design", "necker.toml", "--workers", "2", "--out", "out")
-SMALL = ("--gradient", "none", "--size", "256", "--edge", "3", "--speed", "0.5", "--out", "out")
-PICTURES = ("--seed", "1", "--scenes", "1", "--size", "64", "--samples", "4", "--engine", "cast", "--out", "out")
-PICTURES += ("--apertures", "4", "--pixel-pitch", "3000")
-LENS = ("--f-number", "4", "--focal-length", "25", "--focus", "0.8", "--focus", "2", "--field", "6", "--out", "out")
-VIEWS = """[camera]
-focal_length_mm = 25
-pixel_pitch_um = 8
-[[view]]
-image = "a.png"
-f_number = 16
-focus_distance_m = 0.85
-[[view]]
-image = "b.png"
-f_number = 5.6
-focus_distance_m = 0.85
-"""
-DESIGN = 'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
-RATING = 'task = "depthrating"\nscenes = ["spheres-00", "spheres-01"]\nrepetitions = 1\n'
-
-# Of each command: arguments, where it writes, the summary of the set there (none: it resumes).
-COMMANDS: dict[str, tuple[tuple[str, ...], str, str | None]] = {
-    "depth": (("depth", "a.png", "b.png", *OPTICS, "--focus-distance", "0.85", "--out", "out"), "out", "summary.json"),
-    "calibrate": (("calibrate", "targets.toml", "--out", "out/camera.toml"), "out", "camera.toml"),
-    "stream": (("stream", "a.avi", "--out", "out/d.avi", "--values", "out/d.npy", *OPTICS), "out", "d.json"),
-    "eye": (("eye", "plane", "--out", "out"), "out", "summary.json"),
-    "report": (("report", "data", "--out", "out"), "out", "report.html"),
-    "power": (("power", "depth-rating", *FEW), "out", None),
-    "power necker": (("power", "necker", *FEW[:5], "necker.toml", *FEW[6:]), "out", None),
-    "simulate": (("simulate", "necker", *SOME), "out", None),
-    "stimuli": (("stimuli", "necker", *SMALL), "out", None),
-    "stimuli depth-rating": (("stimuli", "depth-rating", *PICTURES), "out", None),
-    "frames": (("depth", "f0.toml", "f1.toml", "--workers", "2", "--out", "out"), "out", None),
-    "blur": (("blur", "a.png", "far.npy", *LENS), "out", "summary.json"),
-    "demo": (("demo", "--out", "out"), "out", None),
-}
-
-
-def prepare(folder: Path) -> None:
-    """What the commands are given."""
-    noise = np.random.default_rng(1).standard_normal((96, 96))
-    texture = np.clip(0.5 + 0.15 * cv2.GaussianBlur(noise, (0, 0), 1.2) / 0.23, 0.02, 0.98)
-    soft = cv2.GaussianBlur(texture, (0, 0), 1.2)
-    for name, image in (("a.png", texture), ("b.png", soft)):
-        cv2.imwrite(str(folder / name), np.rint(65535 * image).astype(np.uint16))
-    writer = cv2.VideoWriter(str(folder / "a.avi"), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"MJPG"), 10, (96, 96))
-    for number in range(40):
-        frame = np.rint(255 * (soft if number % 2 else texture)).astype(np.uint8)
-        writer.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
-    writer.release()
-    lines = ["[camera]", "focal_length_mm = 25", "pixel_pitch_um = 8"]
-    lens = Lens(0.025, 8, 0.35)
-    for distance in (0.5, 0.7, 1.1, 2.0):
-        sigma = 0.5 * float(lens.blur_radius(distance)) * lens.sensor_distance / 8e-6
-        square = np.full((128, 160), 0.75)
-        square[35:90, 38:105] = 0.06
-        cv2.imwrite(
-            str(folder / f"{distance}.png"), np.rint(65535 * cv2.GaussianBlur(square, (0, 0), sigma)).astype("u2")
-        )
-        lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
-    (folder / "targets.toml").write_text("\n".join(lines))
-    for name in ("f0.toml", "f1.toml"):
-        (folder / name).write_text(VIEWS)
-    np.save(folder / "far.npy", np.where(np.arange(96) < 48, 0.8, 2.0) * np.ones((96, 1)))
-    (folder / "necker.toml").write_text(DESIGN)
-    (folder / "rating.toml").write_text(RATING)
-    record_necker(record_ratings(folder / "data", 3), 3)
-
-
 FAULTS = (1, 2, 3)
 """Which move of a finished file to its place fails."""
 
-LIMIT_S = 300
-"""Seconds that one run may take."""
-
 FAULT = """
-import errno, itertools
-from focalgradient.files import writing
-calls, real = itertools.count(1), writing.move
-def move(source, place):
-    if next(calls) == {number}:
-        raise OSError(errno.EIO, "a fault", str(place))
-    real(source, place)
-writing.move = move
+import errno, itertools, os
+calls = itertools.count(1)
+def failing(real):
+    def move(source, place, **more):
+        if next(calls) == {number}:
+            raise OSError(errno.EIO, "a fault", str(place))
+        real(source, place, **more)
+    return move
+os.replace, os.rename = failing(os.replace), failing(os.rename)
 """
-
-
-def command(args: tuple[str, ...], limit: int | None = None, fault: int | None = None) -> list[str]:
-    begin = "from focalgradient.cli import main; main()"
-    if fault is not None:
-        begin = f"{FAULT.format(number=fault)}\n{begin}"
-    if limit is not None:
-        begin = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); {begin}"
-    return [sys.executable, "-c", begin, *args]
 
 
 def readable(path: Path) -> None:
@@ -175,17 +84,118 @@ def files(out: Path) -> set[str]:
 
 
 def litter(folder: Path) -> list[str]:
-    return [str(path) for path in folder.rglob(".focalgradient-*")]
+    return [str(path) for path in folder.rglob(".*")]
 
 
-def check(folder: Path, out: Path, summary: str | None, names: set[str]) -> None:
-    """Outputs are absent or whole."""
-    found = {name for name in files(out) if "/.focalgradient-" not in f"/{name}"}
-    for name in found:
-        readable(out / name)
-    if summary is not None:
-        assert found <= names, found - names
-        assert summary not in found or found == names, f"{summary} without {names - found}"
+class Results:
+    """What an undisturbed run writes: two of them show which keys of JSON hold times and differ from run to run."""
+
+    def __init__(self, one: Path, other: Path) -> None:
+        self.names = files(one)
+        assert files(other) == self.names, files(other) ^ self.names
+        self.timed: set[str] = set()
+        for name in sorted(self.names):
+            if (one / name).read_bytes() != (other / name).read_bytes():
+                for left, right in zip(_trees(one / name), _trees(other / name), strict=True):
+                    self.timed |= set(_differing(left, right))
+        self._contents = {name: self._content(one / name) for name in self.names}
+
+    def _content(self, path: Path) -> Any:
+        if path.suffix not in (".json", ".jsonl"):
+            return path.read_bytes()
+        return [json.dumps(_without(tree, self.timed)) for tree in _trees(path)]
+
+    def check(self, out: Path) -> None:
+        """Fail where a folder holds something else; journals of a session that was resumed may say so."""
+        assert files(out) == self.names, files(out) ^ self.names
+        for name, content in self._contents.items():
+            found = self._content(out / name)
+            if name.endswith(".jsonl"):
+                found = [line for line in found if '"event": "resumed"' not in line]
+            assert found == content, f"{name} differs from an undisturbed run's"
+
+
+def _trees(path: Path) -> list[Any]:
+    """What a file of JSON holds, or each line of one of lines, in an order that does not depend on when it came."""
+    if path.suffix == ".jsonl":
+        return [json.loads(line) for line in sorted(path.read_text().splitlines())]
+    assert path.suffix == ".json", f"{path} differs between two undisturbed runs"
+    return [json.loads(path.read_bytes())]
+
+
+def _differing(left: Any, right: Any, key: str = "") -> Iterator[str]:
+    """Keys whose values differ."""
+    if isinstance(left, dict) and isinstance(right, dict) and left.keys() == right.keys():
+        for name in left:
+            yield from _differing(left[name], right[name], name)
+    elif isinstance(left, list) and isinstance(right, list) and len(left) == len(right):
+        for one, other in zip(left, right, strict=True):
+            yield from _differing(one, other, key)
+    elif left != right:
+        yield key
+
+
+def _without(tree: Any, keys: set[str]) -> Any:
+    if isinstance(tree, dict):
+        return {name: _without(value, keys) for name, value in tree.items() if name not in keys}
+    return [_without(one, keys) for one in tree] if isinstance(tree, list) else tree
+
+
+class Command:
+    """A long command in a folder of its own."""
+
+    def __init__(self, name: str, base: Path, warm: Warm) -> None:
+        self.long: Long = COMMANDS[name]
+        self._base, self._warm = base, warm
+        self.folder = Path(shutil.copytree(base, base.parent / re.sub(r"\W+", "-", name)))
+        self.out = self.folder / self.long.where
+        self._finish()
+        kept = shutil.copytree(self.out, self.folder.with_name(f"{self.folder.name}-kept"))
+        self.renew()
+        run = self.begin()
+        start = time.perf_counter()
+        code, words, self.busy = run.wait()
+        self.lasts = time.perf_counter() - start
+        assert code == 0, (code, words[-1500:])
+        self.results = Results(kept, self.out)
+        self.renew()
+
+    def renew(self) -> None:
+        """Be as before the first run."""
+        shutil.rmtree(self.out, ignore_errors=True)
+        if self.long.given:
+            shutil.copytree(self._base / self.long.given, self.out)
+
+    def begin(self, limit: int | None = None, before: str = "") -> Run:
+        return self._warm.begin(self.folder, self.long.words, limit, before)
+
+    def _finish(self) -> None:
+        code, words, _ = self.begin().wait()
+        assert code == 0, (code, words[-1500:])
+        assert not litter(self.folder), litter(self.folder)
+
+    def finish(self) -> None:
+        """Run to the end, and look at what is there."""
+        if not (self.long.given and self._whole()):  # what is removed cannot be removed again
+            self._finish()
+        self.results.check(self.out)
+
+    def _whole(self) -> bool:
+        try:
+            self.results.check(self.out)
+        except AssertionError:
+            return False
+        return True
+
+    def check(self) -> None:
+        """Outputs are absent or whole."""
+        found = {name for name in files(self.out) if "/." not in f"/{name}"}
+        for name in found:
+            readable(self.out / name)
+        if self.long.summary is not None:
+            assert found <= self.results.names, found - self.results.names
+            whole = self.long.summary not in found or found == self.results.names
+            assert whole, f"{self.long.summary} without {self.results.names - found}"
 
 
 def children(process: int) -> set[int]:
@@ -202,8 +212,18 @@ def children(process: int) -> set[int]:
     return found - {process}
 
 
+def busy(process: int) -> float:
+    """Processor seconds of a process so far; infinite where it has ended."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return float("inf")
+    ended = fields[0] == "Z"
+    return float("inf") if ended else (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def gone(processes: set[int]) -> bool:
-    until = time.monotonic() + 15
+    until = time.monotonic() + 60
     while any(Path(f"/proc/{process}/cmdline").exists() for process in processes):
         if time.monotonic() > until:
             return False
@@ -211,49 +231,36 @@ def gone(processes: set[int]) -> bool:
     return True
 
 
-def kill(folder: Path, args: tuple[str, ...], way: signal.Signals, delay: float) -> str:
-    """Run, and kill after some seconds: "finished" or "killed"."""
-    run = subprocess.Popen(command(args), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(delay)
-    workers = children(run.pid)
-    run.send_signal(way)
-    try:
-        _, said = run.communicate(timeout=LIMIT_S)
-    finally:
-        run.kill()
+def kill(command: Command, way: signal.Signals, share: float) -> str:
+    """Run, and kill after a share of the processor time that a run takes."""
+    run = command.begin()
+    until = time.monotonic() + 2 * share * command.lasts
+    while time.monotonic() < until and busy(run.process) < share * command.busy:
+        time.sleep(0.01)
+    workers = children(run.process)
+    run.kill(way)
+    code, words, _ = run.wait()
     assert gone(workers), f"processes are left: {workers}"
-    if run.returncode == 0:
+    if code == 0:
         return "finished"
-    early = run.returncode == -way  # before the program had begun
-    assert run.returncode == CODES[way] or early, (run.returncode, said[-1500:])
+    early = code == -way  # before the program had begun
+    assert code == CODES[way] or early, (code, words[-1500:])
     if way != signal.SIGKILL and not early:
-        assert "Traceback" not in said, said[-1500:]
-        assert said.strip().splitlines()[-1].startswith("Interrupted: ") or not said.strip(), said[-500:]
-        assert not litter(folder), litter(folder)
-    return "killed before it began" if early and way != signal.SIGKILL else "killed"
+        assert "Traceback" not in words, words[-1500:]
+        assert words.strip().splitlines()[-1].startswith("Interrupted: ") or not words.strip(), words[-500:]
+        assert not litter(command.folder), litter(command.folder)
+    return "killed before it began" if early and way != signal.SIGKILL else f"killed by {way.name}"
 
 
-def finished(folder: Path, what: list[str]) -> subprocess.CompletedProcess[str]:
-    """Run to its end."""
-    return subprocess.run(what, cwd=folder, capture_output=True, text=True, timeout=LIMIT_S, check=False)
-
-
-def fill(folder: Path, args: tuple[str, ...], limit: int) -> str:
-    """Run where no file may have more than so many bytes."""
-    run = finished(folder, command(args, limit))
-    assert run.returncode in (0, 2), (run.returncode, run.stderr[-1500:])
-    assert "Traceback" not in run.stderr, run.stderr[-1500:]
-    assert not litter(folder), litter(folder)
-    return "finished" if run.returncode == 0 else "refused on a full disk"
-
-
-def break_a_move(folder: Path, args: tuple[str, ...], number: int) -> str:
-    """Run where a move of a finished file fails."""
-    run = finished(folder, command(args, fault=number))
-    assert run.returncode in (0, 2), (run.returncode, run.stderr[-1500:])
-    assert "Traceback" not in run.stderr, run.stderr[-1500:]
-    assert not litter(folder), litter(folder)
-    return "finished" if run.returncode == 0 else "refused at a fault"
+def hinder(command: Command, limit: int | None, fault: int | None) -> str:
+    """Run where no file may have more than so many bytes, or where a move of a finished file fails."""
+    code, words, _ = command.begin(limit, "" if fault is None else FAULT.format(number=fault)).wait()
+    assert code in (0, 1, 2), (code, words[-1500:])
+    assert "Traceback" not in words, words[-1500:]
+    assert not litter(command.folder), litter(command.folder)
+    if code == 0:
+        return "finished"
+    return "refused on a full disk" if fault is None else "refused at a fault"
 
 
 def torment(
@@ -264,51 +271,54 @@ def torment(
     signals: Sequence[signal.Signals] = SIGNALS,
     limits: Sequence[int] = LIMITS,
     faults: Sequence[int] = FAULTS,
+    seconds: float = float("inf"),
 ) -> Counter[str]:
     """Try one command in a copy of the folder `base`: each of the signals so many times, the others once each."""
-    args, where, summary = COMMANDS[name]
     counts: Counter[str] = Counter()
-    folder = Path(shutil.copytree(base, base.parent / name))
-    out = folder / where
-    start = time.perf_counter()
-    done = finished(folder, command(args))
-    lasts = time.perf_counter() - start
-    assert done.returncode == 0, done.stderr
-    names = files(out)
-    trials: list[Callable[[], str]] = [
-        *(partial(kill, folder, args, way, chance.uniform(0.2, 1.1) * lasts) for way in signals for _ in range(times)),
-        *(partial(fill, folder, args, limit) for limit in limits),
-        *(partial(break_a_move, folder, args, number) for number in faults),
-    ]
-    chance.shuffle(trials)
-    for trial in trials:
-        if summary is None or chance.random() < 0.5:
-            shutil.rmtree(out, ignore_errors=True)  # half of the sets replace an older one
-        counts[trial()] += 1
-        check(folder, out, summary, names)
-    done = finished(folder, command(args))
-    assert done.returncode == 0, done.stderr
-    assert files(out) == names, files(out) ^ names
-    check(folder, out, summary, names)
-    assert not litter(folder), litter(folder)
-    print(f"{name}: {dict(counts)}; {lasts:.1f} s each", flush=True)
+    until = time.monotonic() + seconds
+    with Warm() as warm:
+        command = Command(name, base, warm)
+        trials: list[Callable[[], str]] = [
+            *(partial(kill, command, way, chance.uniform(0, 1.1)) for way in signals for _ in range(times)),
+            *(partial(hinder, command, limit, None) for limit in limits),
+            *(partial(hinder, command, None, fault) for fault in faults),
+        ]
+        chance.shuffle(trials)
+        for trial in trials:
+            if time.monotonic() > until:
+                break
+            went = trial()
+            counts[went] += 1
+            command.check()
+            if went == "finished":
+                command.results.check(command.out)
+            elif command.long.given or chance.random() < 0.2:
+                command.finish()
+            if command.long.given or chance.random() < 0.5:
+                command.renew()  # the others replace an older set, or go on
+        if not command.long.given or files(command.out) != command.results.names:
+            command.finish()
+        shutil.rmtree(command.folder)
+    timed = f"; times: {', '.join(sorted(command.results.timed))}" if command.results.timed else ""
+    print(f"{name}: {dict(sorted(counts.items()))}; {command.busy:.1f} s of processor each{timed}", flush=True)
     return counts
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("times", type=int, nargs="?", default=30)
-    parser.add_argument("--only", choices=list(COMMANDS))
+    parser.add_argument("--only", choices=list(COMMANDS), action="append")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=float("inf"))
     given = parser.parse_args()
     failed = 0
     with tempfile.TemporaryDirectory() as home:
         base = Path(home, "base")
         base.mkdir()
         prepare(base)
-        for name in [given.only] if given.only else COMMANDS:
+        for name in given.only or COMMANDS:
             try:
-                torment(name, given.times, random.Random(f"{given.seed} {name}"), base)
+                torment(name, given.times, random.Random(f"{given.seed} {name}"), base, seconds=given.seconds)
             except AssertionError as error:
                 failed += 1
                 print(f"{name}: FAILED: {error}", flush=True)

@@ -60,7 +60,9 @@ def test_short_forms():
         (["--accommodate", "step:1,nan"], "--accommodate is 'step:1,nan'"),
         (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
         (["--accommodate", "step:1,3,500"], "steps at 500 s"),
-        (["--accommodate", "sine:2,1,0"], "the frequency must be positive"),
+        (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must have above 0 and at most 5 Hz"),
+        (["--accommodate", "sine:2,1,50"], "has 50 Hz"),  # would look like a target at rest
+        (["--accommodate", ""], "is empty"),
         (["--accommodate", "missing.csv"], "missing.csv"),
         (["--accommodate", "words.csv"], "must hold two or more lines of time,dioptres"),
         (["--accommodate", "back.csv"], "sort its lines by time"),

@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 
 from focalgradient import Lens
 from focalgradient.cli import main
+from focalgradient.errors import InputError
 from focalgradient.eye import Eye, chromatic_stimulus
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
@@ -229,6 +230,22 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
     found = read_distances(path, **options)
     assert np.allclose(found.metres, METRES, rtol=1e-4)
     assert found.filled == 0
+
+
+@pytest.mark.parametrize(
+    ("values", "options", "said"),
+    [
+        (METRES, {"baseline": 0.2}, "baseline and offset are for disparity, but"),
+        (METRES, {"unit": "mm", "offset": 3.0}, "baseline and offset are for disparity, but"),
+        (1e-300 * METRES, {}, "they must be 1e-06 m or more: look at the unit and the scale"),
+    ],
+)
+def test_depth_that_would_silently_be_another_is_refused(
+    tmp_path: Path, values: np.ndarray, options: dict, said: str
+) -> None:
+    np.save(tmp_path / "d.npy", values)
+    with pytest.raises(InputError, match=said):
+        read_distances(tmp_path / "d.npy", **options)
 
 
 def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:

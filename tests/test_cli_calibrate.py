@@ -192,6 +192,13 @@ def test_no_input_is_written_over(tmp_path, out):
     assert path.read_bytes() == before
 
 
+def test_a_photograph_is_not_written_over_by_a_calibration(tmp_path):
+    (tmp_path / "other.jpg").write_bytes(b"mine")
+    said = sentence(run("calibrate", targets(tmp_path, (0.5,)), "--out", tmp_path / "other.jpg"))
+    assert "a calibration's name ends in .toml" in said
+    assert (tmp_path / "other.jpg").read_bytes() == b"mine"
+
+
 def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
     a, b = (picture(tmp_path / f"{n}.png", 1.0, 8) for n in "ab")
     use = ("--calibration", camera[0], "--out", tmp_path / "out")

@@ -20,8 +20,8 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-SUITE = ("stream", "calibrate", "blur", "stimuli", "power necker", "frames")
-"""A command for each way of writing: files in two folders, one file, a set, a resumed set, rows, folders by workers."""
+SUITE = ("stream", "calibrate", "blur", "stimuli necker", "power necker", "frames", "repair", "collect")
+"""A command for each way of writing: two folders, one file, a set, one resumed, rows, by workers, data sets."""
 
 
 @pytest.mark.slow  # five runs of a command each

@@ -1,6 +1,7 @@
 """Damaged sessions made readable, and participants removed: what is kept, what is left out, and that it is said."""
 
 import json
+import os
 import re
 import shutil
 from pathlib import Path
@@ -234,3 +235,34 @@ def test_sub_1_is_not_sub_10_and_a_session_that_runs_is_not_removed(data):
         withdraw(data, "../07")
     with pytest.raises(InputError, match="has no participant sub-99: see participants"):
         withdraw(data, "99")
+
+
+@pytest.mark.parametrize("cut_off_at", [1, 2, 3, 4, 5])
+def test_a_repair_that_was_cut_off_ends_as_one_that_was_not(data, tmp_path, monkeypatch, cut_off_at):
+    journal = next(data.rglob("sub-07*.jsonl"))
+    lines = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(b"".join([*lines[:3], lines[3][:20] + b"\n", *lines[4:]]))
+    edit(next(data.rglob("sub-08*.tsv")), 2, "rating", "1.05")
+    other = shutil.copytree(data, tmp_path / "other")
+    repair(other)
+
+    calls, move = iter(range(1, 100)), os.replace
+
+    def killed(source, place, **more):
+        if next(calls) == cut_off_at:
+            raise KeyboardInterrupt
+        move(source, place, **more)
+
+    monkeypatch.setattr(os, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        repair(data)
+    monkeypatch.setattr(os, "replace", move)
+    repair(data)
+    repair(data)
+    said = [[one.replace(str(root), "") for one in validate(root).problems] for root in (data, other)]
+    assert said[0] == said[1]
+    kinds = ("tsv", "original")
+    files = [{path.relative_to(root): path for path in root.rglob("*") if path.is_file()} for root in (data, other)]
+    assert files[0].keys() == files[1].keys()
+    for name in files[0]:
+        assert not name.name.endswith(kinds) or files[0][name].read_bytes() == files[1][name].read_bytes(), name

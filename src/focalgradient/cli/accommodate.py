@@ -63,6 +63,8 @@ def target_of(text: str) -> TargetCourse:
     (1.0, 3.0, 2.5)
     """
     kind, colon, rest = text.partition(":")
+    if not text:
+        raise InputError(f"--accommodate is empty, but must be {FORMS}.")
     if not colon or kind not in ("step", "sine"):
         return _from_file(text)
     try:
@@ -76,8 +78,11 @@ def target_of(text: str) -> TargetCourse:
         return TargetCourse(lambda t: after if t >= at else before, max(SECONDS, at + 5), text)
     if kind == "sine" and len(numbers) == 3 and all(map(math.isfinite, numbers)):
         mean, amplitude, hertz = numbers
-        if hertz <= 0:
-            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but the frequency must be positive.")
+        from focalgradient.eye import Accommodation
+
+        most = Accommodation().rate / 2  # of the moments at which the eye looks; faster ones look like slower ones
+        if not 0 < hertz <= most:
+            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must have above 0 and at most {most:g} Hz.")
         return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), SECONDS, text)
     raise InputError(f"--accommodate is {printable(text)!r}, but must be {FORMS}.")
 

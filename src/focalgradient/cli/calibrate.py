@@ -102,6 +102,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
 
     settings = load_targets(targets)
     refuse_overwriting((path for shot in settings.shots for path in (shot.image, shot.flat) if path), [out])
+    _refuse_other_names(out)
     readings: list[Reading] = []
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []
@@ -142,6 +143,12 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
         *([] if found is None else _field_lines(found)),
         f"Written: {printable(out)}",
     )
+
+
+def _refuse_other_names(out: Path) -> None:
+    """Refuse a name that is none of a calibration: most likely a photograph of the target, with --out forgotten."""
+    if out.suffix.lower() != ".toml":
+        raise InputError(f"--out is {printable(out)}, but a calibration's name ends in .toml: give --out CAMERA.toml.")
 
 
 def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:

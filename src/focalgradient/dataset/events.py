@@ -12,10 +12,13 @@ from typing import Any
 
 from focalgradient.dataset.columns import APERTURE, COLUMNS, Column, columns_of
 
-__all__ = ["Event", "wrong_event"]
+__all__ = ["Event", "Tests", "trial_tests", "wrong_event"]
 
 Event = dict[str, Any]
 """What a line says; its kind stands under "event"."""
+
+Tests = tuple[tuple[str, Callable[[Any], bool], str], ...]
+"""Name of each value that a trial of a task holds, what is allowed there, and that in words."""
 
 LABEL = re.compile(r"[A-Za-z0-9]+")
 SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -33,8 +36,15 @@ OF_PERCEPTS = {"onset", "duration", "percept", "censored"}
 """Columns of the cube's table that are made of the keys pressed."""
 
 
-def wrong_event(event: Event, head: Event) -> str | None:
+def trial_tests(head: Event) -> Tests:
+    """Tests of what the trials of a journal hold, by the event that began it."""
+    return _cells(columns_of(head["design"]["task"], head["design"]))
+
+
+def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | None:
     """Say what keeps an event from being used; None where nothing does. `head` is the event that began the journal.
+
+    `tests` are the `trial_tests` of `head`: where they are given, they are not looked up for each event.
 
     >>> wrong_event({"event": "note"}, {})
     >>> wrong_event({"event": "trial", "phase": "main", "trial": 0}, {"design": {"task": "pinhole"}})
@@ -56,7 +66,7 @@ def wrong_event(event: Event, head: Event) -> str | None:
     levels = event.get("factors", {})
     if not isinstance(levels, dict):
         return f"factors is {_shown(event, 'factors')}, but must be a table"
-    for name, allowed, expected in _cells(columns_of(head["design"]["task"], head["design"])):
+    for name, allowed, expected in trial_tests(head) if tests is None else tests:
         if not allowed(event.get(name, levels.get(name))):
             if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
                 continue
@@ -120,8 +130,7 @@ def _wrong_sitting(event: Event) -> str | None:
 
 
 @cache
-def _cells(every: tuple[Column, ...]) -> tuple[tuple[str, Callable[[Any], bool], str], ...]:
-    """Name of each value that a trial of a task holds, what is allowed there, and that in words."""
+def _cells(every: tuple[Column, ...]) -> Tests:
     columns = [column for column in every if column.name not in DERIVED]
     if any(column.name == "percept" for column in columns):
         columns = [column for column in columns if column.name not in OF_PERCEPTS]

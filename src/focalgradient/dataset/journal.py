@@ -26,10 +26,10 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.dataset.events import Event, wrong_event
+from focalgradient.dataset.events import Event, Tests, trial_tests, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, read_bytes
+from focalgradient.files import flush, move, read_bytes
 
 __all__ = [
     "Journal",
@@ -296,7 +296,7 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
             stream.flush()
             flush(stream.fileno())
         if replace:
-            os.replace(hidden, path)
+            move(Path(hidden), path)
         else:
             _place(hidden, path, content)
     finally:
@@ -368,6 +368,7 @@ class _Scan:
         self.damaged: list[str] = []
         self.changed: list[str] = []
         self.altered: list[int] = []
+        self.tests: Tests | None = None
         self.last = ""
         self.first_chained = 0
         self.cut = 0
@@ -390,12 +391,14 @@ class _Scan:
             return
         head = self.events[0] if self.events else event
         wrong = "a session begins here, but it began above" if self.events and event["event"] == "begun" else None
-        wrong = wrong or wrong_event(event, head)
+        wrong = wrong or wrong_event(event, head, self.tests)
         if wrong is not None:
             self._damage(f"line {number}: {wrong}")
             if not self.events:
                 self.beheaded = True
             return
+        if not self.events:
+            self.tests = trial_tests(event)
         self.events.append(event)
         self.lines.append(number)
 

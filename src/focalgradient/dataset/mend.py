@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import shutil
 import sys
@@ -105,17 +104,16 @@ def _repaired(path: Path) -> Repair:
             create_whole(path, whole_lines([*kept, event]), replace=True)
             done += left_out or ["Every line was kept, and chained anew."]
     log = read_journal(path)
-    files, differ = files_of(log), False
+    files = files_of(log)
     made = {files.table: table_text(log).encode(), files.sidecar: json_text(sidecar_of(log)).encode()}
     for place, content in (made | gaze_of(log, files)).items():
         alike = same_content if "_beh" not in place.name else _begins
         if place.exists() and not alike(place, content):
             with writing(path):
                 originals.append(_kept_beside(place, path.parent))
-                place.unlink()
+                create_whole(place, content, replace=True)
             done.append(f"{place.name} differed from the journal, and was made anew.")
-            differ = True
-    if done or differ:
+    if done:
         export(path)
     return Repair(path, tuple(done), tuple(originals))
 
@@ -156,12 +154,15 @@ def _what(sentence: str, path: Path) -> str:
 
 
 def _kept_beside(path: Path, folder: Path) -> Path:
-    """Copy a file into a folder under a name that is free."""
+    """Copy a file into a folder under a name that is free, unless a repair that was cut off did so before."""
+    content = path.read_bytes()
     place, number = folder / f"{path.name}.original", 1
     while place.exists():
+        if place.read_bytes() == content:
+            return place
         number += 1
         place = folder / f"{path.name}.original-{number}"
-    create_whole(place, path.read_bytes())
+    create_whole(place, content)
     return place
 
 
@@ -230,7 +231,7 @@ def _without(path: Path, name: str) -> None:
     with locked(path):
         gone = _rows_of(path, name)
         lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
-        if os.name != "nt":
+        if sys.platform != "win32":
             create_whole(path, b"".join(lines), replace=True)
-    if os.name == "nt":
+    if sys.platform == "win32":  # where an open file cannot be replaced
         create_whole(path, b"".join(lines), replace=True)

@@ -20,6 +20,9 @@ __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_di
 DepthUnit = Literal["m", "mm", "dioptres", "disparity"]
 """What the values of a depth file are: distances in metres or millimetres, vergence, or disparity in pixels."""
 
+NEAREST_M = 1e-6
+"""The least distance (m) that is a picture's: about a wavelength of light, as for --near and --focus."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
@@ -124,6 +127,8 @@ def read_distances(
     FocalGradientWarning
         If holes were filled.
     """
+    if unit != "disparity" and (baseline is not None or offset):
+        raise InputError(f"baseline and offset are for disparity, but {printable(path)} holds {unit}: leave them out.")
     values = _depth_values(path, scale).astype(float) * (1.0 if scale is None else scale)
     if unit == "disparity":
         if baseline is None or pixel_angle is None:
@@ -139,6 +144,11 @@ def read_distances(
     holes = np.isnan(metres)
     if holes.all():
         raise InputError(f"{printable(path)} holds no distance at all: every value is zero, negative or not finite.")
+    if (nearest := np.nanmin(metres)) < NEAREST_M:
+        raise InputError(
+            f"{printable(path)} holds distances of {nearest:.2g} m, but they must be {NEAREST_M:g} m or more: "
+            "look at the unit and the scale."
+        )
     if holes.any():
         warnings.warn(
             f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth; they were filled in from beside them.",
