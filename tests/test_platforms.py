@@ -1,4 +1,4 @@
-"""What is written for Windows and macOS: there by hosted tests as it is, here with the rules of those systems in place."""
+"""What is written for Windows and macOS: hosted tests run it there; here, with the rules of those systems in place."""
 
 import errno
 import os
