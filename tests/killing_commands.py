@@ -176,7 +176,7 @@ class Command:
 
     def finish(self) -> None:
         """Run to the end, and look at what is there."""
-        if not (self.long.given and self._whole()):  # what is removed cannot be removed again
+        if not (self.long.once and self._whole()):
             self._finish()
         self.results.check(self.out)
 

@@ -56,12 +56,15 @@ class Long:
         The folder it writes to.
     given
         The folder it changes, a copy of which stands in its place before each run; none where it makes a new one.
+    once
+        Whether what is done cannot be done again, and is refused.
     """
 
     args: tuple[str, ...]
     summary: str | None = None
     where: str = "out"
     given: str | None = None
+    once: bool = False
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -89,11 +92,13 @@ COMMANDS: dict[str, Long] = {
     "stimuli depth-rating": Long(("stimuli", "depth-rating", *PICTURES, "--pixel-pitch", "3000", *ONE)),
     "stimuli import": Long(("stimuli", "import", "own", "--table", "own/pictures.csv", "--pixel-pitch", "3000")),
     "demo": Long(("demo",)),
-    "serve --export": Long(("serve", "study.toml", "--export", "study", "--participants", "3"), None, "study"),
+    "serve --export": Long(
+        ("serve", "study.toml", "--export", "study", "--participants", "3"), None, "study", once=True
+    ),
     "collect": Long(("collect", "answers.txt", "--data", "collected"), None, "collected"),
     "validate --export": Long(("validate", "cut", "--export"), None, "cut", "cut"),
     "repair": Long(("repair", "damaged"), None, "damaged", "damaged"),
-    "withdraw": Long(("withdraw", "data", "sub-02", "--yes"), None, "data", "data"),
+    "withdraw": Long(("withdraw", "data", "sub-02", "--yes"), None, "data", "data", once=True),
 }
 
 
