@@ -44,7 +44,7 @@ def draw(rows: Sequence[Mapping[str, float | str]]) -> Figure:
             ax.set_xlabel("wall, dioptres beyond focus")
         for ax in axes[:, 0]:
             ax.set_ylabel("median error of depth (D)")
-        axes[0, 0].legend(title="optics assumed")
+        axes[-1, 0].legend(title="optics assumed", loc="upper left")
         figure.suptitle(f"{eyes} simulated eyes: median and quartiles, all pixels, valid or not", fontsize=9)
         figure.tight_layout()
     return figure

@@ -50,3 +50,18 @@ def test_nothing_passes_beyond_the_cut_off() -> None:
         [0],
         [0],
     ]
+
+
+@pytest.mark.parametrize(
+    ("aberrations", "side_open"), [(((3, 1, 0.15), (3, -3, 0.1), (5, 1, 0.05)), True), (((4, 0, 0.1),), False)]
+)
+def test_odd_aberrations_leave_the_side_of_focus_open_and_even_ones_do_not(
+    aberrations: Aberrations, side_open: bool
+) -> None:
+    """Of one view in one wavelength: the contrast left is the same on either side."""
+    down, right = np.random.default_rng(1).uniform(-1200, 1200, (2, 60))
+    beyond, nearer = np.abs(through_focus(down, right, Pupil(0.004, 555.0, 0.0, aberrations), np.array([0.5, -0.5])))
+    if side_open:
+        assert beyond == pytest.approx(nearer, abs=2e-3)
+    else:
+        assert np.abs(beyond - nearer).max() > 0.05
