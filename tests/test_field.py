@@ -78,11 +78,15 @@ def test_two_distances_tell_blur_over_the_field():
         np.testing.assert_allclose(even.reshape(6, 30, 8, 30).mean(axis=(1, 3)), centre, atol=0.012)
 
 
-def test_too_little_says_nothing():
+@pytest.mark.parametrize("where", ["one corner", "scattered spots"])
+def test_too_little_says_nothing(where):
     depth, views = noisy_map(1.7, 1.0)
-    lone = np.zeros(SHAPE, bool)
-    lone[:40, :40] = True
-    found = fit_field([DepthMap(depth.vergence, depth.vergence_sd, lone, lone, depth.details)], [views])
+    few = np.zeros(SHAPE, bool)
+    if where == "one corner":
+        few[:40, :40] = True
+    else:  # as beside the edges of printed squares: cells all over the frame, an eighth of the pixels
+        few[::4, ::2] = True
+    found = fit_field([DepthMap(depth.vergence, depth.vergence_sd, few, few, depth.details)], [views])
     assert found.field == Field()
     assert np.isnan(found.centres[0])
 

@@ -33,6 +33,9 @@ LEAST_SHARE = 0.05
 LEAST_CELLS = 24
 """Cells below which nothing is said of the field: four times the terms of second order."""
 
+LEAST_VALID = 0.25
+"""Share of a map's pixels that must be valid: what is valid in a few spots beside hard edges is mostly their error."""
+
 SPAN = 0.6
 """Share of the frame, in each direction, that the cells must span."""
 
@@ -122,7 +125,8 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     focus = [pair[0].optics.focus_vergence for pair in views]
     cells = _cells(maps, focus)
     count = np.bincount(cells.which, minlength=len(maps)) if cells.x.size else np.zeros(len(maps), int)
-    kept = np.isin(cells.which, np.flatnonzero(count >= LEAST_CELLS))
+    dense = np.array([depth.valid.mean() >= LEAST_VALID for depth in maps], bool)
+    kept = np.isin(cells.which, np.flatnonzero((count >= LEAST_CELLS) & dense))
     nothing = np.full(len(maps), np.nan)
     if not kept.any():
         return FieldFit(Field(), nothing, nothing, np.nan, np.nan, np.nan)

@@ -27,6 +27,10 @@ __all__ = ["calibrate"]
 ODD = 0.05
 """Share by which the blur of one photograph may differ from that of the others of its kind before it is named."""
 
+AGREES = 0.1
+"""Share by which the blur that a map gives may differ from the pair's own, beyond which the pair's is kept: twice
+`ODD`."""
+
 UNTOLD = 0.5
 """Share of a prior's variance below which the views' word on a parameter is called the prior's."""
 
@@ -171,7 +175,7 @@ def _field(
     readings: list[Reading],
     say: Callable[[str], object],
 ) -> FieldFit:
-    """Focus and blur over the field, by depth maps of the target; `readings` become what these maps read."""
+    """Focus and blur over the field, by depth maps of the target; `readings` become what these maps give, if near."""
     from focalgradient.calibration import Field, FieldFit, disc_radius, fit_field
 
     places, maps, views = [], [], []
@@ -195,7 +199,9 @@ def _field(
                 float(disc_radius(camera.focal_length, lens.f_number, lens.focus_vergence, at, camera.telecentric))
                 for at in (centre, lens.focus_vergence + 1)
             ]
-            readings[place] = replace(readings[place], width=camera.k * radius[0], width_sd=camera.k * radius[1] * sd)
+            width = camera.k * radius[0]
+            if abs(width / readings[place].width - 1) < AGREES:
+                readings[place] = replace(readings[place], width=width, width_sd=camera.k * radius[1] * sd)
     return found
 
 
