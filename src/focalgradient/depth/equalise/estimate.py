@@ -47,6 +47,15 @@ LARGEST_TAU = 0.25
 UNEVEN = 8.0
 """Largest factor that unevenness of the residual asks of texture: a choice."""
 
+BY_CHANCE = 1.5
+"""Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
+estimate misses."""
+
+CLEAR = 20.0
+"""Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
+a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
+on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
+
 SUPPORT = 0.1
 """Share of a window that must be usable."""
 
@@ -234,13 +243,16 @@ def _by_tiles(
             )
             outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
     nodes = join_nodes(found, registered.shape, step)
-    curved = np.zeros(nodes.level.shape)
+    curved, split = np.zeros(nodes.level.shape), join_splits(splits)
     if settings.outlines and shared is None:
         curved = curvature_variance(nodes, _informative(nodes), blurs.radius, equalised, levels_per_pixel)
+        # An error of the model bends depth, too, and is part of the sd already.
+        radius = np.interp(nodes.level, np.arange(search.levels), blur)
+        curved = np.maximum(curved - (split.tau * np.maximum(LEAST_BLUR, radius) * levels_per_pixel) ** 2, 0)
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     ends = join_outlines(outlines, registered.shape)
-    return _Frame(equalised, nodes, curved, agrees, join_splits(splits), noise_sd, ends)
+    return _Frame(equalised, nodes, curved, agrees, split, noise_sd, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -307,8 +319,9 @@ def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
     """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
-    its strongest and its weakest places can look like texture: blank paper is no signal. In different wavebands
-    texture of their own, which is modelled, is uneven by nature.
+    its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
+    must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
+    nature.
     """
     residual = nodes.misfit[nodes.support > 0.5]
     uneven = 1.0
@@ -316,4 +329,6 @@ def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
         weak, strong = np.quantile(residual, [0.05, 0.95])
         uneven = float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
     textured = nodes.texture >= uneven * np.maximum(1, nodes.misfit)
+    if one_waveband:
+        textured &= nodes.texture >= CLEAR * (nodes.misfit - BY_CHANCE)
     return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
