@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
 from focalgradient.depth.estimate import Estimate, Problem
-from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.noise import LENIENCE, noise_from_residuals
 from focalgradient.depth.numerics import GROWTH, NODES
 from focalgradient.depth.registration import RegisteredViews
@@ -234,11 +235,13 @@ def _by_tiles(
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
             args = (
+                partial(_read_again, equalised, robust),
                 _informative(robust.nodes),
                 robust.agrees,
                 blurs.radius,
                 levels_per_pixel,
                 robust.scale,
+                views.images,
                 robust.split.tau,
             )
             outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
@@ -263,6 +266,8 @@ class _Robust:
     agrees: NDArray[np.bool_]  # H x W: whether a pixel's views agree
     scale: float  # noise variance in units of the one assumed
     split: SplitBand
+    used: NDArray[np.bool_]  # H x W: pixels that depth rests on
+    energy: Image  # L x h x w: their squared residuals, summed over each node's block
 
 
 def _estimate_robustly(
@@ -312,7 +317,18 @@ def _estimate_robustly(
     kept = within.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in images]
     split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
-    return _Robust(nodes, agrees, scale, split)
+    summed = before if changed.mean() < SETTLED else used
+    return _Robust(nodes, agrees, scale, split, summed, energy)
+
+
+def _read_again(equalised: Equalised, robust: _Robust, kept: NDArray[np.bool_]) -> tuple[Nodes, NDArray[np.bool_]]:
+    """Depth at nodes from the pixels of `kept` (H x W) alone, and the nodes where it rests on signal."""
+    used = robust.used & kept
+    weight, energy = used.astype(np.float32), robust.energy.copy()
+    equalised.sum_again(energy, weight, used ^ robust.used)
+    nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
+    nodes = equalised.refine(nodes, equalised.evaluate(nodes), weight, robust.scale)
+    return nodes, _informative(nodes)
 
 
 def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:

@@ -5,7 +5,8 @@ pixels contradicts every depth. On either side of it surfaces are known, and eac
 far the band reaches to either side of the outline follows from the blur: the near surface's residual is large up to
 where the filters that compare it reach the outline, the far surface's up to where the near one's blur reaches. So the
 outline lies where the distances to the pixels that either surface explains say that it does; beyond it, each surface is
-continued from nodes that the band does not reach. Near the outline the standard deviation holds the probability of
+continued from nodes that the band does not reach: depth is read again without the pixels of the band, and the outline
+is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the probability of
 being on its other side; the band's width says how sure its place is.
 
 A jump too small to be found blurs into a steep stretch of one surface, which the views cannot tell from it: where depth
@@ -17,8 +18,9 @@ How far residuals reach (`ONSET`), and the other choices here, were made on the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +28,10 @@ from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_edges import FARTHEST, moved_to_edges
 from focalgradient.depth.equalise.split_band import LEAST_BLUR
 from focalgradient.depth.equalise.tiles import Tile
-from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 
@@ -61,33 +64,41 @@ SPECK = 20
 SMOOTH = 1.5
 """Standard deviation in pixels by which an outline is smoothed."""
 
-PASSES = 2
-"""Times that outlines are located: the second time from nodes clear of those found first."""
+CLEAR = 1.25
+"""Reaches from an outline from which pixels are used when depth is read again, without what outlines reach."""
 
-CLEAR = 1.75
-"""Reaches from an outline from which its blur leaves nodes alone: they gather over windows."""
+AGREE = 2.0
+"""Standard deviations of their difference up to which depth read again agrees with what it was at first."""
+
+AWAY = 1.0
+"""Windows beyond these pixels from which depth that windows gave at first stays."""
 
 FEW = 2
 """Nodes clear of outlines up to which a side is continued from all of its nodes."""
 
-OUTLINE_SD = 3.0
-"""Standard deviation in pixels of an outline's place."""
+OUTLINE_SD = 2.0
+"""Standard deviation in pixels of an outline's place, moved to an edge."""
 
-UNDECIDED = 0.5
+UNDECIDED = 0.4
 """Share, of what the band between the two surfaces is wider or narrower than blur explains, that the outline's place is
 uncertain by: where it is narrower, both surfaces explain the views."""
 
-REJECTED = 3.0
+REJECTED = 2.0
 """Pixels to either side of an outline where no depth is claimed."""
 
 HALF = 0.5
-"""Share of the pixels that a surface must explain beside an outline for it to be continued to there."""
+"""Share of the pixels that a surface must explain beside an outline for it to be continued to there; and of a node's
+pixels that must be clear of outlines."""
 
 SLACK = 3.0
 """Pixels beyond the reach of an outline where a contradiction may still be due to it."""
 
 BEYOND = 2.0
 """Windows beyond the reach of an outline in which windows may give no depth because of it."""
+
+
+Value = TypeVar("Value", bound=np.generic)
+ReadAgain = Callable[[NDArray[np.bool_]], tuple[Nodes, NDArray[np.bool_]]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,11 +129,13 @@ class _Located:
 def find_outlines(
     equalised: Equalised,
     nodes: Nodes,
+    read_again: ReadAgain,
     informative: NDArray[np.bool_],
     agrees: NDArray[np.bool_],
     radii: FloatArray,
     levels_per_pixel: float,
     noise: float,
+    images: Sequence[Image],
     tau: float = 0.0,
 ) -> Outlines | None:
     """Outlines among the depths of `nodes`, and depth on either side of them; None where there are none.
@@ -133,6 +146,8 @@ def find_outlines(
         The views, compared at every level.
     nodes
         Depth as windows give it, without contradicting pixels.
+    read_again
+        Given the pixels that may be used (H x W), depth at nodes from these alone, and where it rests on signal.
     informative
         h x w: nodes whose depth rests on signal.
     agrees
@@ -143,33 +158,67 @@ def find_outlines(
         Levels to a pixel of blur radius.
     noise
         Noise variance in units of the one assumed.
+    images
+        The views themselves, H x W each.
     tau
         Error of the blur model as a share of the blur: what it explains is no jump.
     """
-    step, shape, gap = equalised.step, agrees.shape, GAP * levels_per_pixel
+    shape, gap = agrees.shape, GAP * levels_per_pixel
+    widest = radii.max(axis=0)
+
+    def locate(nodes: Nodes, good: NDArray[np.bool_], known: NDArray[np.bool_]) -> _Located | None:
+        blur = np.maximum(LEAST_BLUR, np.interp(nodes.level, np.arange(equalised.levels), widest))
+        jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * blur)
+        known = equalised.to_blocks(known, shape)
+        return _locate(equalised, nodes, jump_sd, good, known, radii, levels_per_pixel, noise, images)
+
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
     clean = _few_large(_residual(equalised, level, sd, radii, levels_per_pixel, noise)) & agrees
-    whole = block_sum(clean.astype(np.float32), step) >= EXPLAINED * block_sum(np.ones(shape, np.float32), step)
-    good = informative & whole & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
-    widest = np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0))
-    jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * np.maximum(LEAST_BLUR, widest))
-    located, clear = None, good
-    for _ in range(PASSES):
-        located = _locate(
-            equalised, nodes, jump_sd, clear, equalised.to_blocks(good, shape), radii, levels_per_pixel, noise
-        )
-        if located is None:
-            return None
-        clear = _clear(good, located, step)
-    assert located is not None
-    zone, near, distance = located.zone, located.near, located.distance
+    good = informative & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
+    good &= _share(clean, equalised.step) >= EXPLAINED
+    located = locate(nodes, good, good)
+    if located is None:
+        return None
+    # Again from windows that leave out what the outlines just found reach.
+    kept = ~located.zone.inside | (located.distance > CLEAR * located.reach)
+    again, sure = read_again(kept)
+    sure &= blur_is_known(again.sd / levels_per_pixel, 0.0) & (_share(kept & clean, equalised.step) >= HALF)
+    inside = _at_nodes(located.zone.inside, equalised.step)
+    sure = np.where(inside, sure, good)
+    old = ~inside | _if_few(sure, good, located, equalised.step)
+    # Where the two agree (Hausman's test), depth from all pixels is the more certain one.
+    added = np.sqrt(np.maximum(again.sd**2 - nodes.sd**2, 0))
+    old |= good & sure & (np.abs(again.level - nodes.level) <= AGREE * added)
+    nodes = replace(nodes, level=np.where(old, nodes.level, again.level), sd=np.where(old, nodes.sd, again.sd))
+    known, good = good, sure | (old & good)
+    located = locate(nodes, good, known)
+    if located is None:
+        return None
+    clear = good & (_share(~located.zone.inside | (located.distance > CLEAR * located.reach), equalised.step) >= HALF)
+    clear |= _if_few(clear, good, located, equalised.step)
     curved = np.sqrt(nodes.sd**2 + curvature_variance(nodes, good, radii, equalised, levels_per_pixel))
-    own, own_sd = surfaces.continued(zone, near, located.planes, nodes, curved, clear, step, gap)
+    return _continued(equalised, nodes, curved, clear, located, gap)
+
+
+def _continued(
+    equalised: Equalised,
+    nodes: Nodes,
+    node_sd: FloatArray,
+    clear: NDArray[np.bool_],
+    located: _Located,
+    gap: float,
+) -> Outlines:
+    """Depth on either side of outlines: what windows `clear` of them (h x w) give, and what is continued from there."""
+    zone, near, distance = located.zone, located.near, located.distance
+    shape = near.shape
+    own, own_sd = surfaces.continued(zone, near, located.planes, nodes, node_sd, clear, equalised.step, gap)
+    # What a window clear of outlines gives is better than any continuation.
+    level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
+    alone = equalised.to_blocks(clear, shape) & ((np.abs(level - own) < gap) | (distance > located.reach))
+    own, own_sd = np.where(alone, level, own), np.where(alone, sd, own_sd)
     wrong = special.ndtr(-distance / located.place_sd)
     replaced = zone.inside & (distance <= located.reach + BEYOND * equalised.window)
-    # What a window clear of outlines gives is better than any continuation.
-    alone = (np.abs(level - own) < gap) | (distance > located.reach)
-    replaced &= ~(equalised.to_blocks(clear, shape) & alone)
+    replaced &= ~(alone & (distance > CLEAR * located.reach + AWAY * equalised.window))
     return Outlines(
         np.where(distance < 1, np.where(near, 1, -1), 0).astype(np.int8),
         replaced,
@@ -211,6 +260,7 @@ def _locate(
     radii: FloatArray,
     levels_per_pixel: float,
     noise: float,
+    images: Sequence[Image],
 ) -> _Located | None:
     """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none.
 
@@ -237,7 +287,7 @@ def _locate(
     reach_near, reach_far = _reach(*(_blurs(level, radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
-    side = inward > 0
+    side = _at_edges(inward > 0, zone, known, images, _blurs(zone.near, radii))
     distance, nearest = _distance(side, zone, known)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
     return _Located(
@@ -249,6 +299,20 @@ def _locate(
         np.where(side, reach_near, reach_far),
         np.where(side, clean_near, clean_far),
     )
+
+
+def _at_edges(
+    near: NDArray[np.bool_],
+    zone: surfaces.Zone,
+    known: NDArray[np.bool_],
+    images: Sequence[Image],
+    blur: FloatArray,
+) -> NDArray[np.bool_]:
+    """The `near` side (H x W) with its outlines moved to where the views have edges."""
+    distance, nearest = _distance(near, zone, known)
+    inward = np.where(near, distance, -distance) if np.isfinite(distance).all() else np.where(near, 1e3, -1e3)
+    moved = moved_to_edges(inward, distance < 1, images, blur)[nearest]
+    return np.where(distance < FARTHEST + 1, inward > moved, near)
 
 
 def _distance(
@@ -293,16 +357,25 @@ def _supported(located: _Located) -> NDArray[np.bool_]:
     return supported
 
 
-def _clear(good: NDArray[np.bool_], located: _Located, step: int) -> NDArray[np.bool_]:
-    """Good nodes out of the reach of outlines; of a part of a side that has none, all that are good."""
+def _if_few(clear: NDArray[np.bool_], good: NDArray[np.bool_], located: _Located, step: int) -> NDArray[np.bool_]:
+    """Of each part of a side that has few `clear` nodes, all that are `good`; h x w each."""
     inside, near = located.zone.inside, located.near
-    middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in near.shape))
-    clear = good & (~inside | (located.distance > CLEAR * located.reach))[middle]
+    found = np.zeros_like(good)
     for side in (near & inside, ~near & inside):
-        part = ndimage.label(side)[0][middle]
+        part = _at_nodes(ndimage.label(side)[0], step)
         count = np.bincount(part[clear], minlength=int(part.max()) + 1)
-        clear |= good & (part > 0) & (count[part] <= FEW)
-    return clear
+        found |= good & (part > 0) & (count[part] <= FEW)
+    return found
+
+
+def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
+    """Values (H x W) at the middle of each node's block: h x w."""
+    return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
+
+
+def _share(pixels: NDArray[np.bool_], step: int) -> FloatArray:
+    """Share of each node's block that is true in `pixels` (H x W): h x w."""
+    return block_sum(pixels.astype(np.float32), step) / block_sum(np.ones(pixels.shape, np.float32), step)
 
 
 def _blurs(level: FloatArray, radii: FloatArray) -> FloatArray:

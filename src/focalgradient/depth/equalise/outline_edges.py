@@ -1,0 +1,102 @@
+"""Outlines moved to where the sharpest view has an edge: two surfaces rarely meet without one.
+
+Residuals give an outline's place to a few pixels. At each of its pixels, contrast across it is read along the normal,
+in the view in which the near surface is sharpest; edges that go along with the outline add up, texture does not. The
+prior of the outline's place is normal about where residuals put it, the likelihood is exponential in contrast, and the
+outline is moved to the posterior's mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from focalgradient.depth.filters import FloatArray, Image
+
+__all__ = ["moved_to_edges"]
+
+FARTHEST = 10
+"""Pixels to either side where edges are looked for."""
+
+BEFORE = 3.0
+"""Standard deviation, in pixels, of an outline's place before edges are looked at."""
+
+TRUST = 4.0
+"""Rise of the log likelihood for contrast across the outline as large as is common about it."""
+
+FINE = 1.0
+"""Standard deviation in pixels of the window in which contrast is taken."""
+
+ABOUT = 8.0
+"""The same of the window in which it is common."""
+
+ALONG = 6.0
+"""The same of the window along the outline in which contrast is averaged."""
+
+NORMAL = 4.0
+"""The same of the window in which an outline's direction is taken."""
+
+
+def moved_to_edges(
+    inward: FloatArray, border: NDArray[np.bool_], images: Sequence[Image], blur: FloatArray
+) -> FloatArray:
+    """How far each pixel of a border moves towards where `inward` rises, in pixels, to lie at an edge; H x W.
+
+    Elsewhere it is 0.
+
+    Parameters
+    ----------
+    inward
+        H x W: pixels to the border, positive on one side of it and negative on the other.
+    border
+        H x W: the pixels beside it.
+    images
+        The views, H x W each.
+    blur
+        Blur radius of the near surface in each view at each pixel: n x H x W.
+
+    Examples
+    --------
+    A border at column 24.5, and an edge at 26.5.
+
+    >>> column = np.arange(50.0) + np.zeros((40, 1))
+    >>> moved = moved_to_edges(column - 24.5, np.abs(column - 24.5) < 1, [(column > 26.5) * 1.0], np.ones((1, 40, 50)))
+    >>> round(float(moved[20, 25]), 1)
+    2.0
+    """
+    moved = np.zeros(border.shape)
+    at = np.nonzero(border)
+    if not at[0].size:
+        return moved
+    place = np.stack(at, axis=1)
+    reach = FARTHEST + 4 * NORMAL
+    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach), NORMAL))
+    size = np.hypot(down, right) + 1e-9
+    down, right = down / size, right / size
+    sharpest = blur.argmin(axis=0)
+    contrast = np.zeros(border.shape)
+    for number, image in enumerate(images):
+        if (sharpest == number).any():
+            contrast = np.where(sharpest == number, _contrast(image, down, right), contrast)
+    shift = np.arange(-FARTHEST, FARTHEST + 1)
+    step = shift - inward[at][:, None]  # from the pixel, of what is counted from the border
+    normal = np.stack([down[at], right[at]])
+    found = ndimage.map_coordinates(contrast, np.stack(at)[:, :, None] + normal[:, :, None] * step, order=1)
+    tree = cKDTree(place)
+    weight = tree.sparse_distance_matrix(tree, 2 * ALONG, output_type="coo_matrix").tocsr()
+    weight.data = np.exp(-(weight.data**2) / (2 * ALONG**2))
+    posterior = TRUST * ((weight @ found + found) / (np.asarray(weight.sum(axis=1)) + 1)) - (shift / BEFORE) ** 2 / 2
+    posterior = np.exp(posterior - posterior.max(axis=1, keepdims=True))
+    moved[at] = posterior @ shift / posterior.sum(axis=1)
+    return moved
+
+
+def _contrast(image: Image, down: FloatArray, right: FloatArray) -> FloatArray:
+    """Slope of an image across the direction (`down`, `right`), over what is common about it; H x W."""
+    slopes = np.gradient(ndimage.gaussian_filter(image.astype(float), FINE))
+    common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, ABOUT))
+    return np.asarray(np.abs(slopes[0] * down + slopes[1] * right) / np.maximum(common, 1e-9 * np.abs(image).max()))
