@@ -114,6 +114,7 @@ def _become(job: dict[str, Any], error: int) -> None:
         os.dup2(number, place)
     for number in {nothing, error}:
         os.close(number)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     os.chdir(job["folder"])
     if job["record"]:
         atexit.register(lambda: Path(job["record"]).write_text(json.dumps(list(sys.modules))))
