@@ -39,7 +39,7 @@ OF_PERCEPTS = {"onset", "duration", "percept", "censored"}
 def trial_tests(head: Event) -> Tests:
     """Tests of what the trials of a journal hold, by the event that began it; none for focus by gaze."""
     if head.get("task") == FOCUS:
-        return {}
+        return ()
     return _cells(columns_of(head["design"]["task"], head["design"]))
 
 
