@@ -215,6 +215,7 @@ def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
     return found, covered
 
 
+@pytest.mark.slow
 def test_known_thresholds_are_recovered():
     """Six sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
     found, covered = errors(range(6))

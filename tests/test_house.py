@@ -88,6 +88,7 @@ def test_set_up_happens_once(house: House) -> None:
     assert "all is there" in said
 
 
+@pytest.mark.slow
 @needs_sh
 @pytest.mark.parametrize("name", ["pyproject.toml", "requirements/python.txt"])
 def test_what_is_pinned_anew_is_installed_into_the_same_environment(house: House, name: str) -> None:
@@ -108,6 +109,7 @@ def test_set_up_that_was_cut_off_starts_over(house: House) -> None:
     assert house.set_up()[:2] == (0, ["venv", "pinned", "itself"])
 
 
+@pytest.mark.slow
 @needs_sh
 def test_environment_that_was_moved_or_is_of_another_python_is_made_anew(house: House) -> None:
     house.set_up()

@@ -21,6 +21,7 @@ from focalgradient.stimuli import read_set
 PAGE = Path(__file__).parents[1] / "docs" / "own-stimuli.md"
 
 
+@pytest.mark.slow
 def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(CACHE, str(tmp_path / "cache"))

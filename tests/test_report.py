@@ -154,6 +154,7 @@ def test_people_are_not_called_simulated(tmp_path):
     assert "imulated" not in text.split("<h2>Provenance")[0]
 
 
+@pytest.mark.slow
 def test_the_same_data_give_the_same_report(few):
     assert make_report(few).files == make_report(few).files
 

@@ -197,6 +197,7 @@ def test_a_preregistration_of_the_cube(tmp_path: Path) -> None:
         assert part in text, part
 
 
+@pytest.mark.slow
 def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     """40 experiments through the whole chain know a power near one half to .08, one standard error."""
     study = CubeStudy(CubeModel(effect=2.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))

@@ -1,12 +1,14 @@
-"""The figure of the internal check: what contradicts is told from what agrees."""
+"""The figure of the internal check: what contradicts is distinguished from what agrees."""
 
 import numpy as np
+import pytest
 from check import control, examine, reflection
 from scipy.stats import chi2
 
 SHAPE = (136, 136)
 
 
+@pytest.mark.slow
 def test_reflections_are_found_and_a_sound_wall_is_left_alone():
     sound, mirrored = (examine(kind, SHAPE, range(1)) for kind in (control, reflection))
     assert sound.wrong.mean() < 0.1

@@ -18,6 +18,7 @@ def test_far_from_focus_the_disc_comes_back_and_near_it_a_core_on_a_skirt():
     assert (white["lowest"][:, 2:] < -0.05).all()
 
 
+@pytest.mark.slow
 def test_steps_of_wavelength_are_fine_enough():
     """The figure's 10 nm against 2.5 nm."""
     defocus = np.array([0.25, 1.0])

@@ -8,6 +8,7 @@ from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.ratio.disparity import focal_disparity
 
 
+@pytest.mark.slow
 def test_content_of_a_checkerboard_is_known():
     board = 2 + 0.3 * (np.indices((64, 64)).sum(axis=0) % 2)
     content = fig5.content(View(board.astype(np.float32), Lens(0.025, 8, 1.0), 3e-4))

@@ -13,6 +13,7 @@ def shown():
         return stimulus_sheet.make()
 
 
+@pytest.mark.slow
 def test_conditions_are_controlled(shown):
     said = shown.summary
     assert said["largest_change_of_mean_luminance_percent"] < 0.5

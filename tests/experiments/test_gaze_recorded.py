@@ -38,7 +38,8 @@ TARGETS = {"nearest": (40.0, 90.0), "farthest": (120.0, 30.0)}  # of the picture
 AWAY = 2  # number of the trial that is looked at somewhere else
 
 
-@pytest.mark.parametrize("gaze", ["mouse", pytest.param("tracker", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("gaze", ["mouse", "tracker"])
 def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(gaze, tmp_path):
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
     (tmp_path / "mine.toml").write_text(DESIGN)

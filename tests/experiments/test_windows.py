@@ -175,6 +175,7 @@ class Rater:
             self.recorded += 1
 
 
+@pytest.mark.slow
 @beside_others
 def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])

@@ -64,6 +64,7 @@ def test_two_of_ones_own_are_one_pair(table: pd.DataFrame) -> None:
     assert found.differences["gate", "house"][0] == known.interaction
 
 
+@pytest.mark.slow
 def test_steps_and_comparisons_have_any_number_too(table: pd.DataFrame) -> None:
     steps = table.assign(rating=np.clip(np.round(3 + 2 * np.log(table["rating"])), 1, 7))
     found = depth_rating(steps, equivalence_bound=1.2, scale="ordinal")
