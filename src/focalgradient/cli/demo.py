@@ -116,7 +116,7 @@ def demo(context: click.Context, out: Path) -> None:
     with hard edges, a video that alternates between two apertures, and a picture with its distances. The table of
     ratings is simulated. DIR/README.txt says what each file is, and what is true in it.
 
-    About 20 s; longer the first time, when code is compiled.
+    About 15 s; half a minute the first time, when code is compiled.
 
     \b
     Example:
