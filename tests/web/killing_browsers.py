@@ -238,6 +238,7 @@ def one_session(folder: Path, task: str, chance: random.Random, most: int, store
         finally:
             browser.end()
             network.shutdown()
+            network.server_close()
             server.end()
     if store is not None:
         collect_store(store, folder / "data")
