@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.options import SERVER, STORE
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError, check_installed
 
@@ -45,7 +46,7 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: st
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if bool(files) == (store is not None):
         raise InputError("give FILES of a platform, or the --store of a server: one of them.")
-    check_installed("the server", "web", "starlette", "uvicorn")
+    check_installed(*SERVER)
     if store is not None:
         _from_store(store, data)
         return
@@ -66,7 +67,7 @@ def collect(files: tuple[Path, ...], data: Path, stimuli: Path | None, store: st
 
 
 def _from_store(store: str, data: Path) -> None:
-    check_installed("the store", "store", "psycopg")
+    check_installed(*STORE)
     from focalgradient.web.postgres import collect_store
 
     added = collect_store(store, data)

@@ -19,6 +19,8 @@ PLANES = ("entrance_pupil", "sensor", "lens_front")
 __all__ = [
     "NEAREST",
     "OPENEST",
+    "SERVER",
+    "STORE",
     "gamma_of",
     "optics_options",
     "options_named",
@@ -31,6 +33,10 @@ __all__ = [
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+
+SERVER = ("the server", "web", "starlette", "uvicorn")
+STORE = ("the store", "store", "psycopg")
+"""What needs which extra for which modules: see `check_installed`."""
 
 LEAST, MOST = 1e-6, 1e9
 """Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""

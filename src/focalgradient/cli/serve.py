@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from focalgradient.cli.options import SERVER, STORE
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import read_text, refuse_overwriting
 
@@ -106,7 +107,7 @@ def serve(
       focalgradient serve design.toml --stimuli pictures --store postgresql://lab@db.example.org/study
       focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    check_installed("the server", "web", "starlette", "uvicorn")
+    check_installed(*SERVER)
     from focalgradient.web import page_is_built
 
     if not page_is_built():
@@ -243,7 +244,7 @@ def _shared_study(design: Path, store: str, folder: Path, options: dict[str, Any
 
     if not store.startswith(("postgresql://", "postgres://")):
         raise InputError(f"--store is {store!r}, but must be an address as postgresql://user@host/name.")
-    check_installed("the store", "store", "psycopg")
+    check_installed(*STORE)
     from focalgradient.web.postgres import Postgres, SharedPeople
 
     loaded = _design(design)

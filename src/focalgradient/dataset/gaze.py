@@ -19,6 +19,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
+from focalgradient.dataset import columns
 from focalgradient.files import read_bytes
 
 __all__ = [
@@ -42,7 +43,7 @@ SHORTEST_S = 0.1
 """Shortest fixation in seconds (Salvucci & Goldberg 2000: 0.1 to 0.2 s)."""
 
 FOUND = 0.5
-"""Least share of the samples, while a picture is shown, that must have a gaze; below, the trial tells nothing."""
+"""Least share of the samples, while a picture is shown, that must have a gaze; below, the trial is not informative."""
 
 LEAST_RATE = 20.0
 """Samples a second below which a recording is taken for interrupted."""
@@ -308,7 +309,7 @@ def _described(value: object) -> bool:
     return isinstance(value, dict) and "Description" in value
 
 
-SITTING = {"Description": "1; one more after each time that the session was cut off and resumed."}
+SITTING = {"Description": columns.SITTING.about}
 TRIAL = {"Description": "Number of the trial, as in the table of the answers; 0 in practice."}
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from focalgradient.design.blur_threshold import BlurThresholdDesign
 from focalgradient.errors import InputError, check_installed
 
-__all__ = ["LAPSES", "SLOPES", "Procedure"]
+__all__ = ["LAPSES", "NEEDED", "SLOPES", "Procedure"]
 
 SLOPES = (1.5, 2.1, 2.9, 4.1, 5.7, 8.0)
 """Weibull slopes that the procedure thinks possible, in equal steps of their logarithm about 3.5, that of QUEST
@@ -21,6 +21,9 @@ SLOPES = (1.5, 2.1, 2.9, 4.1, 5.7, 8.0)
 
 LAPSES = (0.02,)
 """Share of trials answered without looking: within the 0 to 5 % of trained people (Wichmann & Hill 2001)."""
+
+NEEDED = ("the adaptive procedure", "thresholds", "questplus")
+"""What needs which extra for which module: see `check_installed`."""
 
 GUESS = 0.5
 """Of two intervals."""
@@ -51,7 +54,7 @@ class Procedure:
     """
 
     def __init__(self, design: BlurThresholdDesign):
-        check_installed("the adaptive procedure", "thresholds", "questplus")
+        check_installed(*NEEDED)
         from questplus import QuestPlus
 
         self._places = {level: math.log10(level) for level in design.levels}

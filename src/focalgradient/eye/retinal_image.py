@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,6 +10,7 @@ from focalgradient.eye.chromatic import chromatic_difference, chromatic_waveleng
 from focalgradient.eye.colours import PRIMARIES, display_primaries
 from focalgradient.eye.light import cone_fundamentals
 from focalgradient.eye.model_eye import Eye
+from focalgradient.progress import Progress
 from focalgradient.render import blur_picture
 
 __all__ = ["caught_by_cones", "parts_of_light", "retinal_image"]
@@ -29,7 +28,7 @@ def retinal_image(
     pixel_angle: float,
     wavelengths: int = 9,
     primaries: str = PRIMARIES,
-    progress: Callable[[float, str], object] | None = None,
+    progress: Progress | None = None,
 ) -> NDArray[np.float32]:
     """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
 
@@ -98,7 +97,7 @@ def caught_by_cones(
     pixel_angle: float,
     wavelengths: int,
     primaries: str,
-    progress: Callable[[float, str], object] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What L, M and S cones catch of the `retinal_image` (H x W x 3), and of each primary (primaries x cones)."""
     image = np.asarray(picture, dtype=float)

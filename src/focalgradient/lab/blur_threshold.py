@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset import Chosen
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure
+from focalgradient.design.procedure import NEEDED
 from focalgradient.display import Display
 from focalgradient.errors import check_installed
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
@@ -87,7 +88,7 @@ def _pictures(design: BlurThresholdDesign) -> Sequence[tuple[str, str, str, dict
 
 
 def _check(design: BlurThresholdDesign, display: Display, room: tuple[int, int]) -> None:
-    check_installed("the adaptive procedure", "thresholds", "questplus")
+    check_installed(*NEEDED)
 
 
 def _before(sitting: Sitting) -> None:

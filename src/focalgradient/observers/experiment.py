@@ -120,7 +120,7 @@ def simulate(
     one = observer_named(observer)
     if one.categories and isinstance(design, DepthRatingDesign) and design.scale == "ratio":
         design = DepthRatingDesign.model_validate(design.model_dump() | {"scale": "steps", "steps": one.categories})
-    if isinstance(design, DepthRatingDesign):  # they look where they are told: there is no gaze to record
+    if isinstance(design, DepthRatingDesign):  # they fixate what the design says: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
     one, who = observer_named(observer), f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]

@@ -68,6 +68,7 @@ from focalgradient.statistics import (
     read_ratings,
     read_reports,
 )
+from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_reports import holds_reports
 
 __all__ = [
@@ -167,7 +168,7 @@ def make_report(
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
-        check_installed("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
+        check_installed(*NEEDED)
     chosen = bound or stated.bound
     used = BOUND if chosen is None else chosen
     problems: list[str] = []

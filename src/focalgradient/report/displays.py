@@ -17,7 +17,15 @@ from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, number
 from focalgradient.statistics import FactorEffect, NeckerResult, NotComputed, factor_effects
 
-__all__ = ["Seen", "blur_seen", "place_effects", "place_effects_of_cube", "place_sheet", "screens", "screens_sheet"]
+__all__ = [
+    "ViewedScreen",
+    "blur_seen",
+    "place_effects",
+    "place_effects_of_cube",
+    "place_sheet",
+    "screens",
+    "screens_sheet",
+]
 
 LABORATORY, BROWSER = "laboratory", "browser"
 
@@ -26,7 +34,7 @@ PLACE = "place"
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class ViewedScreen:
     """How a participant saw the screen in the first sitting of a session.
 
     Parameters
@@ -53,7 +61,7 @@ class Seen:
     manifest: str | None
 
 
-def screens(data: DataSet) -> list[Seen]:
+def screens(data: DataSet) -> list[ViewedScreen]:
     """How each session of people saw the screen; simulated observers have none."""
     found = []
     for files, sidecar in data.sidecars.items():
@@ -63,7 +71,7 @@ def screens(data: DataSet) -> list[Seen]:
         place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
         angles = _angles(sitting.get("Apparatus") or {})
         shown = sidecar.get("StimuliSHA256")
-        found.append(Seen(f"sub-{files.participant}", files.session or "", place, *angles, manifest=shown))
+        found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *angles, manifest=shown))
     return found
 
 
@@ -81,7 +89,7 @@ def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | 
     return distance, sd, arcmin, arcmin * relative
 
 
-def screens_sheet(seen: Sequence[Seen], name: str) -> Sheet | None:
+def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> Sheet | None:
     """A table of the screens, a line each; None where nobody's is known."""
     if all(one.arcmin is None for one in seen):
         return None
@@ -107,7 +115,9 @@ def _with_error(value: float | None, sd: float) -> str:
     return number(value) if not sd or value is None else f"{number(value)} ± {number(sd, 2)}"
 
 
-def blur_seen(data: DataSet, seen: Sequence[Seen], participants: Collection[str]) -> dict[str, tuple[float, float]]:
+def blur_seen(
+    data: DataSet, seen: Sequence[ViewedScreen], participants: Collection[str]
+) -> dict[str, tuple[float, float]]:
     """Give the blur of each aperture as participants saw it, in arcmin, and its standard deviation for one of them.
 
     The blur is the largest of each picture, averaged over scenes; the deviation has what differs between participants,
@@ -143,7 +153,7 @@ def blur_seen(data: DataSet, seen: Sequence[Seen], participants: Collection[str]
     }
 
 
-def place_effects(seen: Sequence[Seen], table: pd.DataFrame, *, ratios: bool) -> tuple[FactorEffect, ...]:
+def place_effects(seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool) -> tuple[FactorEffect, ...]:
     """Compare who took part in a browser with who did in the laboratory; empty where all took part in one of them."""
     places = {one.participant_id: one.place for one in seen}
     table = table[table["participant_id"].isin(list(places))]
@@ -153,7 +163,7 @@ def place_effects(seen: Sequence[Seen], table: pd.DataFrame, *, ratios: bool) ->
     return factor_effects(table, {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}, ratios=ratios)
 
 
-def place_effects_of_cube(seen: Sequence[Seen], result: NeckerResult) -> tuple[FactorEffect, ...]:
+def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> tuple[FactorEffect, ...]:
     """The same of the nonrigid share of the turning cube, whose gradient for the nonrigid reading counts as blur."""
     signs = {"nonrigid": 1.0, "none": 0.0, "rigid": -1.0}
     rows = [

@@ -28,6 +28,7 @@ from focalgradient.statistics.records import NotComputed
 from focalgradient.statistics.tables import FIXATIONS, PINHOLE, rating_table
 
 __all__ = [
+    "NEEDED",
     "ODDS_BOUND",
     "ORDINAL_PRIORS",
     "RATIO_PRIORS",
@@ -38,6 +39,9 @@ __all__ = [
     "effective_number",
     "posterior_of_rises",
 ]
+
+NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
+"""What needs which extra for which modules: see `check_installed`."""
 
 FloatArray = NDArray[np.float64]
 
@@ -218,7 +222,7 @@ def bayes_depth_rating(
     """
     if not (isinstance(bound, int | float) and 1 < bound < math.inf):
         raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
-    check_installed("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
+    check_installed(*NEEDED)
     table = rating_table(table)
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
     if scale == "ordinal" and (table["rating"] % 1 != 0).any():

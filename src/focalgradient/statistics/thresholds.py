@@ -27,6 +27,9 @@ __all__ = [
     "fit_threshold",
 ]
 
+NEEDED = ("fitting thresholds", "thresholds", "psignifit")
+"""What needs which extra for which module: see `check_installed`."""
+
 SLOPE, SLOPES = 3.5, 0.5
 """Median of the prior of Weibull's slope, that of QUEST (Watson & Pelli 1983), and the standard deviation of its
 logarithm: two thirds of all slopes lie between 2.1 and 5.8."""
@@ -169,7 +172,7 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
     >>> bool(fit.low < 0.18 < fit.threshold < 0.21 < fit.high)
     True
     """
-    check_installed("fitting thresholds", "thresholds", "psignifit")
+    check_installed(*NEEDED)
     import psignifit
     from scipy.stats import beta
 
@@ -243,7 +246,7 @@ def blur_thresholds(
     InputError
         If psignifit is not installed.
     """
-    check_installed("fitting thresholds", "thresholds", "psignifit")
+    check_installed(*NEEDED)
     subjects = []
     for (participant, session), rows in table.groupby(["participant_id", "session"], sort=True):
         catch = rows["catch"].to_numpy(bool)

@@ -52,7 +52,7 @@ BY_CHANCE = 1.5
 """Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
 estimate misses."""
 
-CLEAR = 20.0
+OVER_ERROR = 20.0
 """Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
 a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
 on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
@@ -346,5 +346,5 @@ def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
         uneven = float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
     textured = nodes.texture >= uneven * np.maximum(1, nodes.misfit)
     if one_waveband:
-        textured &= nodes.texture >= CLEAR * (nodes.misfit - BY_CHANCE)
+        textured &= nodes.texture >= OVER_ERROR * (nodes.misfit - BY_CHANCE)
     return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)

@@ -125,6 +125,11 @@ class _Located:
     reach: FloatArray  # how far residuals reach from the outline on each pixel's side
     clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
 
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """H x W: pixels that outlines do not reach."""
+        return ~self.zone.inside | (self.distance > CLEAR * self.reach)
+
 
 def find_outlines(
     equalised: Equalised,
@@ -180,7 +185,7 @@ def find_outlines(
     if located is None:
         return None
     # Again from windows that leave out what the outlines just found reach.
-    kept = ~located.zone.inside | (located.distance > CLEAR * located.reach)
+    kept = located.free
     again, sure = read_again(kept)
     sure &= blur_is_known(again.sd / levels_per_pixel, 0.0) & (_share(kept & clean, equalised.step) >= HALF)
     inside = _at_nodes(located.zone.inside, equalised.step)
@@ -194,7 +199,7 @@ def find_outlines(
     located = locate(nodes, good, known)
     if located is None:
         return None
-    clear = good & (_share(~located.zone.inside | (located.distance > CLEAR * located.reach), equalised.step) >= HALF)
+    clear = good & (_share(located.free, equalised.step) >= HALF)
     clear |= _if_few(clear, good, located, equalised.step)
     curved = np.sqrt(nodes.sd**2 + curvature_variance(nodes, good, radii, equalised, levels_per_pixel))
     return _continued(equalised, nodes, curved, clear, located, gap)
