@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -62,7 +63,9 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
     seen = take_part(page, name=f"depth-{scale}")
     assert page.get_attribute("#completion", "href") == "https://example.org/done"
     assert ("Wie tief sieht das Bild aus?" if scale == "ratio" else "You will see pictures") in "".join(seen)
-    assert ("Es dauert noch etwa 1 min" if scale == "ratio" else "About 1 min are left") in "".join(seen)
+    # how many depends on how fast the machine goes
+    left = r"Es dauert noch etwa \d+ min" if scale == "ratio" else r"About \d+ min are left"
+    assert re.search(left, "".join(seen))
     assert errors == []
     page.close()
     assert server.end() == 0
