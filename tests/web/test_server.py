@@ -117,6 +117,25 @@ def journal_of(made: Study) -> Path:
     return next(made.data.rglob("sub-*.jsonl"))
 
 
+def test_what_names_the_servers_files_is_told_the_experimenter_alone(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = study(tmp_path)
+    someone = Participant(TestClient(client_of(made).app))
+    someone.begin()
+    someone.answer(0)
+    made.close()
+    path = journal_of(made)
+    path.write_bytes(b"no journal\n" + path.read_bytes())
+    if made.store.shared:
+        return  # the database's lines stand
+    with client_of(study(tmp_path)) as second:
+        answer = Participant(second, someone.token).ask("state")
+    assert answer.status_code == 400
+    assert answer.json() == {"error": "The study cannot go on: tell the person who gave you the link."}
+    assert str(path) in capfd.readouterr().err
+
+
 def test_a_line_cut_short_is_told_when_another_server_goes_on(tmp_path: Path) -> None:
     made = study(tmp_path)
     first = TestClient(client_of(made).app)

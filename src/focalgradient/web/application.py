@@ -6,6 +6,7 @@ import hmac
 import io
 import os
 import socket
+import sys
 import zipfile
 from base64 import b64decode
 from collections.abc import Awaitable, Callable, Mapping
@@ -119,7 +120,9 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 
 async def _wrong(_: Request, error: Exception) -> Response:
-    return JSONResponse({"error": " ".join(str(error).split())}, 400)
+    """Tell the experimenter, where the server runs, what is wrong with the study: it may name the server's files."""
+    print(f"Error: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
+    return JSONResponse({"error": "The study cannot go on: tell the person who gave you the link."}, 400)
 
 
 class _Pages:

@@ -189,6 +189,10 @@ class Study:
                 frames = record(session, self.lists.pictures, given)
             except ValidationError as error:
                 raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
+            except InputError as error:
+                if isinstance(error.__cause__, OSError):  # it could not be written
+                    raise
+                raise Refused(400, " ".join(str(error).split())) from error
             place.lost += _lost(frames)
             place.done = done + 1
             return {"recorded": True, "done": done + 1}
