@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.equalise.estimate import BY_CHANCE, CLEAR, MISFIT, _informative
+from focalgradient.depth.equalise.estimate import BY_CHANCE, MISFIT, OVER_ERROR, _informative
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.errors import FocalGradientWarning
 
@@ -32,8 +32,8 @@ def nodes(texture: float, misfit: float) -> Nodes:
         (250, 1.4, True),  # a photographed flat sheet
         (1000, 3.5, True),  # a hard edge, and a model that errs by a share of its contrast
         (1e6, 1.01 * MISFIT, False),
-        (0.99 * CLEAR * (3.0 - BY_CHANCE), 3.0, False),
-        (1.01 * CLEAR * (3.0 - BY_CHANCE), 3.0, True),
+        (0.99 * OVER_ERROR * (3.0 - BY_CHANCE), 3.0, False),
+        (1.01 * OVER_ERROR * (3.0 - BY_CHANCE), 3.0, True),
     ],
 )
 def test_texture_is_judged_against_misfit(texture: float, misfit: float, counts: bool) -> None:

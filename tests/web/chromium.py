@@ -78,7 +78,7 @@ def _screen(page: Page) -> str:
     return page.inner_text("body").strip()
 
 
-def take_part(page: Page, *, seconds: float = 240, until: str = "#complete", name: str = "") -> list[str]:
+def take_part(page: Page, *, seconds: float = 500, until: str = "#complete", name: str = "") -> list[str]:
     """Go through the screens by keys until the end, or until something else is there; gives what they said."""
     seen: list[str] = []
     end = time.monotonic() + seconds
