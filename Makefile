@@ -3,7 +3,8 @@
 # make test        style, types and tests, but the slow ones; coverage
 # make test-slow   the slow tests
 # make test-all    both
-# make docs        the documents as pages, in docs/_build/html
+# make docs        the documents as pages, in docs/_build/html; makes the figures first where there are none
+# make links       asks every address on the web that the documents name, which needs the network
 #
 # All set up what they need first, and redo that only when the pinned packages change.
 # Another Python: make PYTHON=python3.12 reproduce
@@ -17,7 +18,7 @@ run := .venv/bin/python
 # order collected: the long ones first, the examples of docstrings last.
 pytest := $(run) -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup reproduce test test-slow test-all docs clean
+.PHONY: setup reproduce test test-slow test-all docs links clean
 
 setup:
 	@requirements/setup.sh setup
@@ -42,8 +43,12 @@ test-all: test test-slow
 
 docs:
 	@requirements/setup.sh reproduce
+	@test -f results/report.html || $(run) analysis/reproduce.py
 	$(run) -m sphinx -q -W --keep-going -b html docs docs/_build/html
 	@echo docs/_build/html/index.html
+
+links: docs
+	$(run) -m sphinx -q -b linkcheck docs docs/_build/links
 
 clean:
 	rm -rf .venv results docs/_build docs/gallery docs/generated

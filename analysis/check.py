@@ -1,4 +1,4 @@
-"""The internal check: how well the disagreement of three views tells wrong answers, of each kind."""
+"""The internal check: how well the disagreement of three views reveals wrong answers, of each kind."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         title="The internal check: which wrong answers three views give away",
         caption=(
             f"Walls, cards and reflections at {NEAR:g} and {FAR:g} m, ray cast through f/16, f/8 and f/5.6 focused at "
-            f"{FOCUS:g} m, with {100 * NOISE / 0.35:.1f} % noise. Each pair of views tells depth; where their "
+            f"{FOCUS:g} m, with {100 * NOISE / 0.35:.1f} % noise. Each pair of views gives depth; where their "
             "estimates disagree by more than noise can explain (chi-square, the noise that pairs share taken into "
             "account) the answer is rejected.",
             f"An answer is wrong if it is off by more than {WRONG:g} of the standard deviations it states. (a) Each "

@@ -194,7 +194,7 @@ def _bands(found: Numbers) -> tuple[str, str]:
     apart = one["difference_of_focus_between_the_bands_D"]
     side, error = one["side_right_mean"]["bands"], one["rms_error_at_10_m_4_mm_m"]["bands"]
     return (
-        f"the bands’ foci are {apart:.2f} D apart; by them a simulated eye tells the side of focus in "
+        f"the bands’ foci are {apart:.2f} D apart; by them a simulated eye finds the side of focus in "
         f"{100 * side:.1f} % of the pixels, and errs by {error:.2g} m at 10 m (the paper’s 2 %: "
         f"{found['fig2']['focal_gradient_error_at_10_m_m']:.1g} m)",
         HOLDS if side > 0.95 and 0.5 < apart < 1.5 else IN_PART,
@@ -205,7 +205,7 @@ def _oscillation(found: Numbers) -> tuple[str, str]:
     one = found["eye_depth"]
     side, error = one["side_right_mean"]["oscillation"], one["rms_error_at_10_m_4_mm_m"]["oscillation"]
     return (
-        f"two views 250 ms and 0.5 D apart tell the side of focus in {100 * side:.1f} % of the pixels, and err by "
+        f"two views 250 ms and 0.5 D apart give the side of focus in {100 * side:.1f} % of the pixels, and err by "
         f"{error:.2g} m at 10 m",
         HOLDS if side > 0.95 else IN_PART,
     )

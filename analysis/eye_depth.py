@@ -105,9 +105,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"L and M and of the S cones at one moment (textures correlated at {CORRELATION:g}, S cones resolving "
             f"{S_FINEST_CPD:g} cycles a degree); by time, two views of the L and M cones 250 ms apart as focus swings "
             f"by 0.5 D. Light of five wavelengths a band with diffraction, {100 * NOISE:g} % noise, pixels of a minute "
-            "of arc. Depth is recovered without being told the side of focus; each point is the root mean square over "
+            "of arc. Depth is recovered without the side of focus being given; each point is the root mean square over "
             "the valid pixels of one wall.",
-            f"Where the paper’s claim holds: the simulated eye tells distance better, {holds}. The side of focus is "
+            f"Where the paper’s claim holds: the simulated eye is the more precise, {holds}. The side of focus is "
             f"right in {100 * side['bands']:.1f} % of the pixels by colour and {100 * side['oscillation']:.1f} % by "
             "time.",
             "Where it does not: close to the plane of focus the paper’s curve falls to zero, which no measured error "

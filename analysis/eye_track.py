@@ -84,7 +84,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"After half a second the error is {early['drift']:.2f} D by slow changes alone and {early['both']:.2f} D "
             f"with the fast ones; at the end {late['drift']:.3f} and {late['both']:.3f} D. With a steady focus it is "
             f"{early['steady']:.2f} and {late['steady']:.2f} D: the natural spectrum that the scene is "
-            "supposed to have tells the size of defocus, and nothing its side. "
+            "assumed to have gives the size of defocus, and leaves its side open. "
             f"Within two stated standard deviations: {100 * measured['drift']['within_2_sd']:.0f} and "
             f"{100 * measured['both']['within_2_sd']:.0f} % of the estimates.",
         ),

@@ -108,7 +108,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "greatest where rays spread sideways meet, and differences upright where those spread upwards do. The "
             "bottle is a convex mirror across and a flat one upright, so that these are two places, both farther than "
             "its surface. Bands mark where traced rays put them (10th to 90th percentile over the patch). The checks "
-            "are not quite upright in the patch, so that either blur tells a little on both curves.",
+            "are not quite upright in the patch, so that either blur shows a little on both curves.",
         ),
         figure=_draw(pictures, sharpness),
         summary={

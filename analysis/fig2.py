@@ -1,4 +1,4 @@
-"""Fig. 2: how well distance can be told, by the focal gradient and by stereopsis, from theory."""
+"""Fig. 2: how well distance can be estimated, by the focal gradient and by stereopsis, from theory."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         title="Fig. 2: error of distance, from theory",
         caption=(
             "The error of distance that follows from an error of 2 % in the size of the blur, with focus at 2 m, and "
-            "the error of stereopsis that can just tell one millimetre at one metre. Each panel repeats the other’s "
-            "curve in grey.",
+            "the error of stereopsis that can just discriminate one millimetre at one metre. Each panel repeats the "
+            "other’s curve in grey.",
             "The two are comparable out to several metres, as the paper says. With its numbers the focal gradient is "
             f"the better of the two only from {equal[0]:.2f} to {equal[1]:.2f} m, close to the plane of focus, where "
             "its predicted error goes to zero. That zero assumes that the relative error of blur stays the same "

@@ -40,8 +40,8 @@ def measure(
     distances
         Of the walls, in metres.
     blur
-        False renders both views through the small aperture while the depth core is told of two: what it then
-        recovers owes nothing to blur.
+        False renders both views through the small aperture while the depth core is given the optics of two: what it
+        then recovers owes nothing to blur.
     shape, samples, seed
         Of the rendering; each wall has its own texture and noise.
     progress
@@ -105,7 +105,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         caption=(
             f"Textured walls at {len(distances)} distances, ray cast through f/{SHARP.f_number:g} and "
             f"f/{BLURRED.f_number:g} with focus at {FOCUS:g} m and {100 * NOISE:g} % noise; depth recovered from the "
-            "two views, told only which side of focus the wall is on. Each point is the root mean square error over "
+            "two views, given only which side of focus the wall is on. Each point is the root mean square error over "
             "the valid pixels of one wall.",
             f"Left: the errors follow the paper’s curve, drawn here for the one relative error of blur measured, "
             f"e = {100 * relative:.2g} %, instead of the 2 % taken for a person. Dashes: what the depth map itself "
@@ -113,8 +113,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"Right: the same errors as a share of the blur. One e serves all distances where the blur disc has a "
             f"radius of at least {CLEAR:g} pixels; near focus blur is smaller than a pixel and its relative error "
             "rises, so that the error of distance does not fall to the curve’s zero.",
-            "Crosses: both views rendered through the small aperture, while the depth core was told of two. The curve "
-            "is gone: it came out of the blur.",
+            "Crosses: both views rendered through the small aperture, and the depth core given the optics of two. "
+            "The curve is gone: it came out of the blur.",
         ),
         figure=_draw(distances, on, off, clear, relative),
         summary={

@@ -97,7 +97,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     shape = (800, 600) if full else (400, 300)
     views, again, truth = views_and_truth(shape=shape, progress=lambda share: report(0.85 * share))
     assert truth.vergence is not None
-    # What a blur tells is where the light comes from: of a curved mirror, by two meridians, the mean.
+    # What a blur gives is where the light comes from: of a curved mirror, by two meridians, the mean.
     seen = (truth.vergence[..., 0, 0] + truth.vergence[..., 1, 1]) / 2
     surface = 1 / truth.distance
     # Rays are noise too: take it from the images.

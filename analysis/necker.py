@@ -55,7 +55,8 @@ def shown(dataset: Path) -> Shown:
             "with one of the readings; every subject thin, bold the mean with its 95 % interval (t). Middle: mean "
             "shares of all the time. Right: how long a reading lasts, as median and middle half of the better of a "
             "gamma and a log-normal distribution; what the end of a trial cut off counts as a lower limit.",
-            "Two readings that alternate are reported about equally often whatever their strength: time is what tells.",
+            "Two readings that alternate are reported about equally often whatever their strength: the time that "
+            "they last is informative.",
         ),
         figure=necker_figure(result, simulated=part.simulated),
         summary=summary,

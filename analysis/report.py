@@ -68,8 +68,11 @@ def images(shown: Shown) -> dict[str, bytes]:
 
 
 def numbers_json(figures: Mapping[str, Shown]) -> str:
-    """Every figure's numbers, by the figure's name, as strict JSON: what is not finite is null."""
-    numbers = {name: {"summary": shown.summary, "plotted": shown.plotted} for name, shown in figures.items()}
+    """Every figure's words and numbers, by the figure's name, as strict JSON: what is not finite is null."""
+    numbers = {
+        name: {"title": shown.title, "caption": shown.caption, "summary": shown.summary, "plotted": shown.plotted}
+        for name, shown in figures.items()
+    }
     return json.dumps(_plain(numbers), indent=1, allow_nan=False) + "\n"
 
 

@@ -16,6 +16,7 @@ import accommodation
 import accommodation_experiments
 import autofocus
 import check
+import chromatic_stimuli
 import estimators
 import eye_depth
 import eye_gaussian
@@ -65,6 +66,7 @@ FIGURES: tuple[
     ("eye_gaussian", eye_gaussian.make, 10.0),
     ("eye_depth", eye_depth.make, 60.0),
     ("eye_track", eye_track.make, 25.0),
+    ("chromatic_stimuli", chromatic_stimuli.make, 20.0),
     ("accommodation", accommodation.make, 15.0),
     ("accommodation_experiments", accommodation_experiments.make, 900.0),
     ("necker_strip", necker_strip.make, 5.0),
@@ -84,10 +86,10 @@ ONLY_FULL = {"accommodation_experiments"}
 NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded
 
 REMARK = (
-    "Blur grows with the distance from the plane of focus. These figures show the law, how well it can tell distance, "
-    "and what the toolkit recovers. The views are rendered, so that the true depth of every pixel is known: by a ray "
-    "caster or a path tracer that knows nothing of the depth core, or, where a caption says so, by blurring a flat "
-    "picture. Wherever answers are shown they are those of simulated observers, and the picture says so."
+    "Blur grows with the distance from the plane of focus. These figures show the law, how precisely it gives "
+    "distance, and what the toolkit recovers. The views are rendered, so that the true depth of every pixel is known: "
+    "by a ray caster or a path tracer that knows nothing of the depth core, or, where a caption says so, by blurring a "
+    "flat picture. Wherever answers are shown they are those of simulated observers, and the picture says so."
 )
 
 

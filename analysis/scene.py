@@ -72,7 +72,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         caption=(
             "Six spheres on a floor before a wall, 0.6 to 3 m away, ray cast through an f/8 lens focused at 0.8 and "
             f"at 1.6 m, with {100 * NOISE:g} % noise; depth recovered from these two views alone. Their difference in "
-            "focus tells on which side of focus every surface lies.",
+            "focus gives on which side of focus every surface lies.",
             "Hatched: rejected. At the outline of a near surface the window of comparison holds two depths, and the "
             "near surface’s blur covers the far one. Each surface is continued up to the outline where either is "
             "known beside it; about small jumps, and where outlines lie close together, distances are less certain.",

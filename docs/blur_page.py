@@ -73,7 +73,7 @@ LARGEST = 16.0
 """Radius in pixels of the largest blur: wider apertures are left out."""
 
 LAYERS = 10
-"""Surfaces that are told apart."""
+"""Surfaces that are distinguished."""
 
 NEAR_QUANTILE = 0.9
 """Of the vergences, which is in focus at first: something near."""

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
 import inspect
 import re
+import sys
 import warnings
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
+
 import focalgradient
 from focalgradient.dataset.columns import COLUMNS, TITLES
+
+ROOT = Path(__file__).parent
+sys.path.insert(0, str(ROOT))
+import figure_pages  # noqa: E402
+import notebook  # noqa: E402
 
 project = "focalgradient"
 author = "the focalgradient maintainers"
@@ -21,7 +31,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
     "sphinx_click",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
@@ -41,6 +50,7 @@ suppress_warnings = ["config.cache", "misc.highlighting_failure"]  # a lexer for
 nitpicky = False
 templates_path = ["_templates"]
 
+html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["own.css"]
 html_theme = "pydata_sphinx_theme"
@@ -56,19 +66,20 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_signature": False,
+    "write_computation_times": False,  # a page that loads a script from elsewhere
     "remove_config_comments": True,
 }
 
 warnings.filterwarnings("ignore", message=".*Matplotlib is currently using agg.*")
-ROOT = Path(__file__).parent
-
 ROOMS = re.findall(r"^   (focalgradient[\w.]*)$", (ROOT / "api.rst").read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def names(room: str) -> list[str]:
     """What a room's page lists: its functions and classes."""
     own = ((name, getattr(importlib.import_module(room), name)) for name in importlib.import_module(room).__all__)
-    return [name for name, value in own if inspect.isroutine(value) or inspect.isclass(value)]
+    return [
+        name for name, value in own if (inspect.isroutine(value) or inspect.isclass(value)) and value.__name__ == name
+    ]
 
 
 def tables_of_columns() -> str:
@@ -84,26 +95,35 @@ def tables_of_columns() -> str:
     return "\n".join(rows)
 
 
-def list_of_figures() -> str:
-    """The programs of `analysis/` that make a figure, with their first line."""
-    rows = ["| program | what it shows |", "|---|---|"]
-    for path in sorted(ROOT.parent.glob("analysis/*.py")):
-        module = ast.parse(path.read_text(encoding="utf-8"))
-        if any(isinstance(part, ast.FunctionDef) and part.name == "make" for part in module.body):
-            first = (ast.get_docstring(module) or "").split("\n\n")[0].replace("\n", " ")
-            rows.append(f"| `analysis/{path.name}` | {first} |")
-    return "\n".join(rows) + "\n"
-
-
 (ROOT / "generated").mkdir(exist_ok=True)
-for file, text in (("columns.md", tables_of_columns()), ("figures.md", list_of_figures())):
-    (ROOT / "generated" / file).write_text(text, encoding="utf-8")
+(ROOT / "generated" / "columns.md").write_text(tables_of_columns(), encoding="utf-8")
 
-REPORT = ROOT.parent / "results" / "report.html"
-"""What `make reproduce` wrote, if it was run."""
+RESULTS = ROOT.parent / "results"
+"""What `make reproduce` wrote."""
 
-if REPORT.is_file():
+figure_pages.write(RESULTS, ROOT / "generated" / "figures")
+if (RESULTS / "report.html").is_file():
     tags.add("reproduced")  # noqa: F821  Sphinx gives `tags`
-    html_extra_path = [str(REPORT)]
+    html_extra_path = [str(RESULTS / "report.html")]
 
 autosummary_context = {"names": {room: names(room) for room in ROOMS}}
+
+
+def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
+    """Write a formula as MathML, which browsers show themselves: no script, and nothing from elsewhere."""
+    block = isinstance(node, nodes.math_block)
+    mathml = tex2mathml(node.astext(), as_block=block)
+    translator.body.append(f'<div class="formula">{mathml}</div>' if block else mathml)
+    raise nodes.SkipNode
+
+
+def run_notebooks(app: Sphinx) -> None:
+    """Run the notebook of the paper, where pages are made, after the gallery wrote it and before its pages are read."""
+    if app.builder.format == "html":
+        notebook.execute(ROOT / "gallery" / "plot_the_paper.ipynb")
+
+
+def setup(app: Sphinx) -> None:
+    """Add what this file defines to Sphinx."""
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
+    app.connect("builder-inited", run_notebooks, priority=900)

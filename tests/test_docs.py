@@ -6,6 +6,7 @@ tested elsewhere is named in `ELSEWHERE`.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -27,6 +28,8 @@ SHOWN = {"toml", "csv", "text", "r", "json"}
 
 LONGEST_S = 500
 """A block that takes longer needs a comment that says so."""
+
+LONGEST_BUILD_S = 3000
 
 BLOCK = re.compile(
     r"(?:<!-- not run: (?P<reason>[^\n]+) -->\n)?^```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
@@ -85,22 +88,76 @@ def test_the_readme_runs_from_an_empty_folder(tmp_path: Path) -> None:
     assert any(block.kind == "python" for block in ran)
 
 
-def run(block: Block, folder: Path) -> None:
+def run(block: Block, folder: Path, longest_s: float = LONGEST_S) -> None:
     """Run a block as it stands, in `folder`; a command that fails ends it."""
     programs = str(Path(sys.executable).parent)
     kept = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "FOCALGRADIENT_CACHE": str(folder / "cache")}
     command = ["bash", "-e", "-c", block.text] if block.kind == "sh" else [sys.executable, "-c", block.text]
     environment = os.environ | kept | {"MPLBACKEND": "Agg"}
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=LONGEST_S)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=longest_s)
     assert done.returncode == 0, f"{block.text}\n{done.stderr}"
     assert "Traceback" not in done.stderr
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The documents as pages, built without a warning, after one figure of `analysis/` was made."""
+    folder = tmp_path_factory.mktemp("built")
+    left = shutil.ignore_patterns("_build", "generated", "gallery", "__pycache__")
+    for part in ("docs", "analysis"):
+        shutil.copytree(ROOT / part, folder / part, ignore=left)
+    run(Block("sh", f"{sys.executable} analysis/fig6.py --out results", None), folder)
+    run(Block("sh", f"{sys.executable} -m sphinx -q -W --keep-going -b html docs html", None), folder, LONGEST_BUILD_S)
+    return folder / "html"
+
+
 @pytest.mark.slow
-def test_the_documents_are_built_without_a_warning(tmp_path: Path) -> None:
-    """With every example of the gallery run, every link resolved, and a page of its own for each public name."""
-    shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "generated", "gallery"))
-    run(Block("sh", f"{sys.executable} -m sphinx -q -W --keep-going -b html docs html", None), tmp_path)
-    page = (tmp_path / "html" / "generated" / "focalgradient.depth.recover_depth.html").read_text(encoding="utf-8")
+def test_every_public_name_has_a_page_that_leads_to_the_examples_which_use_it(built: Path) -> None:
+    page = (built / "generated" / "focalgradient.depth.recover_depth.html").read_text(encoding="utf-8")
     assert "Examples that use it" in page
-    assert (tmp_path / "html" / "command-reference.html").read_text(encoding="utf-8").count("focalgradient-depth") > 0
+    assert "gallery/plot_depth_from_two_apertures.html" in page
+    assert (built / "command-reference.html").read_text(encoding="utf-8").count("focalgradient-depth") > 0
+
+
+@pytest.mark.slow
+def test_every_figure_has_a_page_with_its_program_and_once_it_was_made_its_picture(built: Path) -> None:
+    pages = {path.stem: path.read_text(encoding="utf-8") for path in (built / "generated" / "figures").glob("*.html")}
+    listed = re.findall(
+        r'^    \("(\w+)", \w+\.make, ', (ROOT / "analysis" / "reproduce.py").read_text("utf-8"), re.MULTILINE
+    )
+    assert set(pages) == set(listed) >= {"fig1", "fig2", "fig3", "fig4", "fig5", "fig6"}
+    assert all(
+        f"python analysis/{name}.py --out results" in re.sub("<[^>]*>", "", page) for name, page in pages.items()
+    )
+    assert {name for name, page in pages.items() if f"{name}.png" in page} == {"fig6"}
+    assert "What was measured" in pages["fig6"]
+    assert "before the figure was made" in pages["fig5"]
+
+
+@pytest.mark.slow
+def test_the_notebook_of_the_paper_is_offered_with_all_its_output(built: Path) -> None:
+    (file,) = built.glob("_downloads/*/plot_the_paper.ipynb")
+    cells = [cell for cell in json.loads(file.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == [*range(1, len(cells) + 1)]
+    shown = [output for cell in cells for output in cell["outputs"]]
+    assert {output["output_type"] for output in shown} <= {"stream", "display_data", "execute_result"}
+    assert sum("image/png" in output.get("data", {}) for output in shown) == 3
+    said = "".join("".join(output.get("text", "")) for output in shown)
+    assert "default, nearest in focus" in said
+    assert "blur-blind, farthest in focus" in said
+
+
+LOADED = re.compile(
+    r'<(?:script|img|iframe|source)\b[^>]*\bsrc="(?:https?:)?//|<link\b(?![^>]*rel="canonical")[^>]*\bhref="(?:https?:)?//'
+)
+"""What a browser fetches by itself from elsewhere; a link to follow is not of it."""
+
+
+@pytest.mark.slow
+def test_no_page_loads_anything_from_elsewhere_and_formulas_need_no_script(built: Path) -> None:
+    pages = {path: path.read_text(encoding="utf-8") for path in built.rglob("*.html")}
+    assert len(pages) > 300
+    assert [path for path, text in pages.items() if LOADED.search(text)] == []
+    assert not any("url(http" in path.read_text(encoding="utf-8") for path in built.rglob("*.css"))
+    assert pages[built / "limits.html"].count("<math ") > 30
+    assert "mathjax" not in pages[built / "limits.html"].lower()

@@ -30,9 +30,9 @@ for number, (name, lens) in enumerate(lenses.items()):
     views[name] = noisy(seen, 0.01 * float(seen.image.mean()), number)
 
 # %%
-# The cost of a candidate is minus twice the logarithm of its likelihood. One view tells blur only as far as the
-# texture is as natural as supposed here, and near and far look alike. Two apertures show the same texture twice, so
-# that nothing need be supposed of it; the side of the focus stays open. Two foci tell that, too.
+# The cost of a candidate is minus twice the logarithm of its likelihood. One view gives blur only as far as the
+# texture is as natural as assumed here, and near and far look alike. Two apertures show the same texture twice, so
+# that nothing need be assumed of it; the side of the focus stays open. Two foci decide that, too.
 
 candidates = np.linspace(0.4, 1.6, 241)  # dioptres
 cases = {

@@ -2,12 +2,12 @@
 The paper, from a scene to Fig. 3
 =================================
 
-A. P. Pentland, "A New Sense for Depth of Field" (1987), with this package: blur tells distance, two views measure it,
+A. P. Pentland, "A New Sense for Depth of Field" (1987), with this package: blur gives distance, two views measure it,
 an eye has two views, and observers who use blur see more depth. All answers are **simulated**: no person took part.
 """
 
 # %%
-# 1. Blur tells distance (Eq. 1)
+# 1. Blur gives distance (Eq. 1)
 # ------------------------------
 # A lens focused at 0.8 m. The blur of what lies beyond grows evenly with dioptres, and in proportion to the aperture.
 
@@ -50,10 +50,10 @@ fg.plotting.draw_uncertainty(axes[2], depth)
 # recovers depth, and with it the side of focus.
 
 eye = fg.Eye(pupil_diameter=0.004, accommodation=1.0)
-for metres in (0.67, 2.0):
-    bands = fg.eye.band_views(metres, eye, (128, 128), np.radians(1 / 60), noise=0.01, seed=1)
+for distance in (0.67, 2.0):
+    bands = fg.eye.band_views(distance, eye, (128, 128), np.radians(1 / 60), noise=0.01, seed=1)
     found = fg.recover_depth([one.view for one in bands])
-    print(f"true {1 / metres:.2f} D, recovered {np.median(found.vergence[found.valid]):.2f} D")
+    print(f"true {1 / distance:.2f} D, recovered {np.median(found.vergence[found.valid]):.2f} D")
 
 # %%
 # 4. Pictures with more blur look deeper (Fig. 3)

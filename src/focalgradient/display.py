@@ -23,7 +23,7 @@ WEBER = 0.28
 """Smallest share by which blur must grow for people to see that it did, of reported 0.28 to 0.56."""
 
 EYE_STEP = 0.06 * 4.5e-3
-"""Smallest difference between two blur discs, as an angle in radians of their diameters, that an eye tells: 0.9 arcmin,
+"""Smallest difference between two blur discs, as an angle in radians of their diameters, that is seen: 0.9 arcmin,
 of a threshold of 0.05 to 0.07 D through a pupil of 3 to 6 mm."""
 
 
@@ -192,7 +192,7 @@ class Display:
         return float(high - low)
 
     def check_steps(self, diameters: Sequence[float]) -> None:
-        """Refuse a set-up whose pixels, or whose viewer, cannot tell two of these blurs apart.
+        """Refuse a set-up whose pixels, or whose viewer, cannot distinguish two of these blurs.
 
         Shown on pixels, a disc of diameter d px spreads light by hypot(d / 4, 1 / sqrt(12)) px, the standard deviations
         of the disc and of the square that a pixel is. Pixels carry the step from one disc to the next larger one if it

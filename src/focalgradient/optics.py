@@ -206,7 +206,7 @@ class Lens:
     def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
         """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side`.
 
-        The inverse of `blur_radius`: nothing in a single blur tells the side. Blur that infinity just reaches
+        The inverse of `blur_radius`: a single blur does not give the side. Blur that infinity just reaches
         gives ``inf``; more blur than that, beyond focus, comes from no real point: ``nan``.
 
         >>> lens = Lens(0.050, 2, 1.0)

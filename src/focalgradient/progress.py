@@ -1,4 +1,4 @@
-"""How long work tells its progress: one signature in every room."""
+"""How long work reports its progress: one signature in every room."""
 
 from __future__ import annotations
 

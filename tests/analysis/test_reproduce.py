@@ -99,7 +99,12 @@ def test_what_is_not_finite_is_null_and_text_is_escaped():
         "a < b", ("c & d",), new_figure(), {"share_percent": np.nan, "n": np.int64(3)}, {"x": np.array([1.0, np.inf])}
     )
     numbers = json.loads(report.numbers_json({"one": shown}))
-    assert numbers["one"] == {"summary": {"share_percent": None, "n": 3}, "plotted": {"x": [1.0, None]}}
+    assert numbers["one"] == {
+        "title": "a < b",
+        "caption": ["c & d"],
+        "summary": {"share_percent": None, "n": 3},
+        "plotted": {"x": [1.0, None]},
+    }
     text = report.report_html({"one": shown}, {"one": b""}, "remark")
     assert "a &lt; b" in text
     assert "c &amp; d" in text

@@ -81,7 +81,7 @@ def test_a_kill_while_writing_leaves_no_half_file(tmp_path: Path, monkeypatch: p
 
 def test_another_set_in_the_folder_is_refused_by_name(tmp_path: Path) -> None:
     begun(tmp_path).finish()
-    with pytest.raises(InputError, match="differs in seed and size: ask for the same, or choose another folder"):
+    with pytest.raises(InputError, match="differs in seed and size: give the same settings, or choose another folder"):
         Folder(tmp_path, {**ASKED, "seed": 2, "parameters": {"size": [6, 6], "engine": "cast"}}, VERSIONS)
 
 

@@ -1,9 +1,9 @@
 """Focus and blur over the field: what a lens and a tilted sensor make of one flat sheet, as a polynomial of low order.
 
 A flat sheet that faces the camera reads curved or slanted where the plane of focus is: field curvature, tilted sensors.
-Depth maps of the target, by the default method, tell it: the vergence that they read less a constant for each
+Depth maps of the target, by the default method, give it: the vergence that they estimate less a constant for each
 photograph is a polynomial over the field, of the order that predicts left-out parts of the frame best. Where sheets at
-different defocus tell it, blur's scale over the field is one, too. What is left beyond noise is compared with what the
+different defocus give it, blur's scale over the field is one, too. What is left beyond noise is compared with what the
 split-band test says of the same maps, so that a calibrated camera's standard deviations are those that were measured.
 """
 

@@ -135,7 +135,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
 @json_option
 def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **options: Any) -> None:
-    """See PICTURE through a lens or an eye, DEPTH telling how far off each of its pixels lies.
+    """See PICTURE through a lens or an eye, DEPTH giving the distance of each of its pixels.
 
     PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, all in focus. DEPTH is a .npy, EXR, PFM or floating-point TIFF file,
     or an integer PNG with --depth-scale: distances in metres unless --depth-unit says otherwise. The optics are
@@ -378,7 +378,7 @@ class _Job:
         """Radians of a pixel of a picture `width` pixels wide."""
         field, pitch = self.options["field"], self.options["pixel_pitch"]
         if field is not None and pitch is not None:
-            raise InputError("--field and --pixel-pitch both tell the size of a pixel: give one of them.")
+            raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
         if field is not None:
             if not field < 180:
                 raise InputError(f"--field is {field:g} degrees, but must be less than 180.")

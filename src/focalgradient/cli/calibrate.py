@@ -57,7 +57,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
 
     The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
     a slanted edge), or, with --method equalise, of any texture. Take it at two distances or more, three to learn the
-    offset, at each f-number that is to be used, without touching the focus; more exposures of each tell what one
+    offset, at each f-number that is to be used, without touching the focus; more exposures of each show what one
     exposure is worth.
 
     Writes CAMERA.toml: effective f-numbers, true focus, the offset of the plane that distances were measured from,
@@ -208,7 +208,7 @@ def _field(
 def _field_lines(found: FieldFit) -> list[str]:
     """What the maps of the target say."""
     if not math.isfinite(found.left):
-        return ["Field: the maps of the target are too sparse to tell how focus varies over the frame."]
+        return ["Field: the maps of the target are too sparse to show how focus varies over the frame."]
     order = "is even over the frame" if not any(found.field.focus) else "varies over the frame, as [field] says"
     return [
         f"Field: focus {order}: parts of the frame left out scatter by {found.left:.3f} D about it, "
@@ -314,5 +314,5 @@ def _predicted(
             rms = math.sqrt(sum(error**2 for error in errors) / len(errors))
             lines.append(f"Root mean square error, each view predicted {name}: {rms:.3f} D")
         else:
-            lines.append(f"Views predicted {name}: none, the others do not tell.")
+            lines.append(f"Views predicted {name}: none, the others do not determine it.")
     return lines

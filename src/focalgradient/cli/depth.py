@@ -116,7 +116,7 @@ def depth(
     its folder where several files have one name. The workers of a --scheduler must see the same files under the same
     paths.
 
-    Two views that differ only in aperture do not tell on which side of the focus a point lies: limit the search with
+    Two views that differ only in aperture leave open on which side of the focus a point lies: limit the search with
     --near or --far to one side, or change the focus too.
 
     Takes about 3 s a megapixel (edges: 8 s) on two cores, after some seconds to start.
@@ -135,7 +135,7 @@ def depth(
       pixel_pitch_um = 8.0
       encoding = "linear"        # or "srgb", the default for 8-bit files
       telecentric = false
-      calibration = "CAMERA.toml"  # may be left out; tells all that is above, and the focus if there is but one
+      calibration = "CAMERA.toml"  # may be left out; gives all that is above, and the focus if there is but one
       [[view]]                   # one such table for each view, two or more
       image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy
       f_number = 16
@@ -144,11 +144,11 @@ def depth(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
-    asked: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
+    options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
     read = inputs if calibration is None else (*inputs, calibration)
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
         frames = {
-            name: Frame((path,), optics, calibration, asked, out / name).absolute()
+            name: Frame((path,), optics, calibration, options, out / name).absolute()
             for name, path in zip(folders(inputs), inputs, strict=True)
         }
         for frame in frames.values():
@@ -157,7 +157,7 @@ def depth(
         return
     writable(out, NAMES, read)
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
-        frame = Frame(inputs, optics, calibration, asked, out)
+        frame = Frame(inputs, optics, calibration, options, out)
         if executor is None:
             found = _recovered(frame, given, say)
         else:
@@ -176,9 +176,9 @@ def depth(
 def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
     """Recover the depth of one frame; `given` are the warnings that were given by then."""
     start = time.perf_counter()
-    method, asked = frame.asked["method"], frame.asked
+    method, options = frame.options["method"], frame.options
     say("reading the views")
-    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, method, asked["align"])
+    settings, photographs = _read(frame.inputs, frame.optics, frame.calibration, method, options["align"])
     refuse_overwriting(settings.files, [frame.out / name for name in NAMES])
     pixels = photographs[0].luminance.size
     announce(SECONDS[method] * 1e-6 * pixels * len(photographs) / 2, f"depth of {pixels / 1e6:.3g} megapixels")
@@ -190,9 +190,9 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
     views = make_views(settings, photographs)
     with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
         offset = settings.offset
-    psf, limits = _shape(asked["psf"], method, settings.calibration), _limits(settings, asked, offset)
-    result = _estimated(views, settings, asked, psf, limits, say)
-    result = _encoding_doubted(result, views, settings, photographs, asked, limits)
+    psf, limits = _shape(options["psf"], method, settings.calibration), _limits(settings, options, offset)
+    result = _estimated(views, settings, options, psf, limits, say)
+    result = _encoding_doubted(result, views, settings, photographs, options, limits)
     result = _referred(result, views, settings, offset)
     if not result.valid.any():
         lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
@@ -201,8 +201,8 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
         )
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
-    asked = {**asked, "psf": result.details.get("psf", psf)}
-    summary = _summary(settings, views, photographs, asked, result, given)
+    options = {**options, "psf": result.details.get("psf", psf)}
+    summary = _summary(settings, views, photographs, options, result, given)
     summary |= {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": result.save,
@@ -215,7 +215,7 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
 def _estimated(
     views: Sequence[View],
     settings: Settings,
-    asked: Mapping[str, Any],
+    options: Mapping[str, Any],
     psf: BlurSource,
     limits: tuple[float | None, float | None],
     say: Callable[[str], object],
@@ -226,19 +226,19 @@ def _estimated(
     near, far = limits
     return recover_depth(
         views,
-        method=asked["method"],
+        method=options["method"],
         near=near,
         far=far,
         psf=psf,
         k=settings.blur_k,
-        align=asked["align"] or settings.relative,  # what focus does to magnification is not known then
+        align=options["align"] or settings.relative,  # what focus does to magnification is not known then
         progress=lambda share, words: say(words),
     )
 
 
-def _limits(settings: Settings, asked: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
+def _limits(settings: Settings, options: Mapping[str, Any], offset: float) -> tuple[float | None, float | None]:
     """Nearest and farthest distance (m) from the entrance pupil; the user's count from a plane `offset` before it."""
-    near, far = (None if asked[end] is None else asked[end] + offset for end in ("near_m", "far_m"))
+    near, far = (None if options[end] is None else options[end] + offset for end in ("near_m", "far_m"))
     return _beside_focus(near, far, settings)
 
 
@@ -247,16 +247,16 @@ def _encoding_doubted(
     views: Sequence[View],
     settings: Settings,
     photographs: Sequence[Photograph],
-    asked: Mapping[str, Any],
+    options: Mapping[str, Any],
     limits: tuple[float | None, float | None],
 ) -> DepthMap:
     """`result` with how much depth would differ were 8-bit files linear, where nobody states how they are encoded."""
     from focalgradient.photographs.encoding_doubt import encoding_doubt
 
-    supposed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
-    if not supposed or asked["method"] != "equalise":
+    assumed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
+    if not assumed or options["method"] != "equalise":
         return result
-    doubt = encoding_doubt(views, result, *limits, asked["align"])
+    doubt = encoding_doubt(views, result, *limits, options["align"])
     return result if doubt is None else replace(result, details=result.details | {"encoding_doubt_D": doubt})
 
 
@@ -344,7 +344,7 @@ def _read(
             raise InputError(f"{tables[0]} is a settings file, which names its images itself: give it alone.")
         if given := [name for name, value in optics.items() if value]:
             option = given[0].removesuffix("s").replace("_", "-")
-            raise InputError(f"--{option} cannot go with {tables[0]}, which tells the optics itself: set it there.")
+            raise InputError(f"--{option} cannot go with {tables[0]}, which gives the optics itself: set it there.")
         settings = load_settings(tables[0], calibrated)
         images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
         return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
@@ -379,7 +379,7 @@ def _summary(
     settings: Settings,
     seen: Sequence[View],
     photographs: Sequence[Photograph],
-    asked: Mapping[str, Any],
+    options: Mapping[str, Any],
     result: DepthMap,
     given: Sequence[str],
 ) -> dict[str, Any]:
@@ -403,7 +403,7 @@ def _summary(
     ]
     packages = ("focalgradient", "numpy", "scipy")
     return {
-        "settings": {"camera": settings.camera.model_dump(), "views": views, **asked},
+        "settings": {"camera": settings.camera.model_dump(), "views": views, **options},
         "distances_from": settings.plane,
         "offset_m": result.offset,
         "medians": {
@@ -411,7 +411,7 @@ def _summary(
             "vergence_dioptres": median(result.vergence),
             "vergence_sd_dioptres": median(result.vergence_sd),
         },
-        "calibration": _calibration(settings, asked, result),
+        "calibration": _calibration(settings, options, result),
         "share_valid": float(valid.mean()),
         "side_of_focus": {
             "reading": result.details.get("side"),
@@ -423,21 +423,23 @@ def _summary(
     }
 
 
-def _calibration(settings: Settings, asked: Mapping[str, Any], result: DepthMap) -> dict[str, Any] | None:
+def _calibration(settings: Settings, options: Mapping[str, Any], result: DepthMap) -> dict[str, Any] | None:
     """What the calibration makes of the marks, and the error it leaves in all pixels alike, beside `vergence_sd`."""
     camera = settings.calibration
     if camera is None:
         return None
     lenses = settings.lenses()
     marks = [(shot.f_number, shot.focus_distance_m) for shot in settings.shots]
-    if asked["method"] == "edges":  # each view speaks for itself, the most blurred one best
+    if options["method"] == "edges":  # each view speaks for itself, the most blurred one best
         marks = [min(marks)]
     vergence = result.vergence[result.valid]
     vergence = vergence[:: 1 + vergence.size // 10_000]
 
     def median(of: Literal["vergence", "distance"]) -> float:
         return (
-            float(np.median(camera.systematic_sd(marks, vergence, asked["psf"], of=of))) if vergence.size else math.nan
+            float(np.median(camera.systematic_sd(marks, vergence, options["psf"], of=of)))
+            if vergence.size
+            else math.nan
         )
 
     return {

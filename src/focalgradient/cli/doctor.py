@@ -170,7 +170,7 @@ def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
 
 
 def _screen(options: list[str]) -> Iterator[Check]:
-    """What only PsychoPy can tell."""
+    """What only PsychoPy can find out."""
     run = subprocess.run([*SCREEN, *options], capture_output=True, text=True, encoding="utf-8")
     try:
         found = json.loads(run.stdout.strip().splitlines()[-1])

@@ -33,7 +33,7 @@ class Frame:
     inputs: tuple[Path, ...]
     optics: Mapping[str, Any]
     calibration: Path | None
-    asked: Mapping[str, Any]
+    options: Mapping[str, Any]
     out: Path
 
     def absolute(self) -> Frame:

@@ -97,7 +97,7 @@ def search_options(command: Command) -> Command:
 
 
 def optics_options(command: Command) -> Command:
-    """Add the optics where no settings file tells them, as `photographs.from_exif` takes them."""
+    """Add the optics where no settings file gives them, as `photographs.from_exif` takes them."""
     return _added(command, _OPTICS)
 
 

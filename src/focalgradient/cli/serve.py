@@ -223,7 +223,7 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
     place = links or data.with_name(f"{data.name}-links.jsonl")
     # Not Path.resolve, which links in a circle end with a RuntimeError.
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
-        raise InputError(f"--links {place} is inside the data set, but tells who is who: give it a place elsewhere.")
+        raise InputError(f"--links {place} is inside the data set, but names who is who: give it a place elsewhere.")
     refuse_overwriting([path for path in (design, consent) if path is not None], [place])
     check_folder(data, "human")
     loaded, there = _design(design), place.exists()

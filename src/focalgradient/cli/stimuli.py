@@ -207,12 +207,12 @@ def depth_rating(
     """Make the pictures of the depth-rating experiment.
 
     Each scene through a pinhole and through each of the --apertures, with its nearest and its farthest object in focus:
-    as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json tells every parameter, what was
+    as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json has every parameter, what was
     controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. Interrupted, the same command
     goes on where it was; a finished set is verified.
 
     With --picture and --depth the scenes are photographs, named as their files are: their nearest and farthest things
-    are found in the depth, and the blur of the lens is put in. --field tells the size of their pixels at the camera.
+    are found in the depth, and the blur of the lens is put in. --field gives the size of their pixels at the camera.
 
     Reads nothing, or the files of --picture and --depth, which are those of 'focalgradient blur'. A scene of 512 x 512
     pixels and 256 rays takes about 2 min on two cores, path traced, and some seconds ray cast.
@@ -311,7 +311,7 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, **display
     focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of one size, with even
     width and height, and are shown with the values they have.
 
-    DIR/manifest.json tells all of it, and every file's SHA-256. Interrupted, the same command goes on where it was.
+    DIR/manifest.json has all of it, and every file's SHA-256. Interrupted, the same command goes on where it was.
     Takes about a second a picture.
 
     \b
@@ -444,7 +444,7 @@ def necker(
     DIR/none, DIR/rigid and DIR/nonrigid hold the frames of a quarter turn as PNG, for the display: shown again and
     again they make a turning without a seam. The lines lie in the same places under all conditions and give off the
     same light. DIR/none.mp4 and its like show a whole turn, to look at: they are compressed, which the frames are not.
-    DIR/manifest.json tells every parameter, every file's SHA-256, and how far each reading is from a rigid shape.
+    DIR/manifest.json has every parameter, every file's SHA-256, and how far each reading is from a rigid shape.
     Reads nothing. Takes about 20 s on two cores.
 
     \b

@@ -1,4 +1,4 @@
-"""Data sets of the experiments: a journal that no kill can harm, BIDS files made of it, reading back, checking."""
+"""Data sets of the experiments: a journal that survives any kill, BIDS files made of it, reading back, checking."""
 
 from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Rated, Watched
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals

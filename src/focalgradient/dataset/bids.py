@@ -53,7 +53,7 @@ ABOUT: dict[str, dict[str, Any]] = {
 
 README = """\
 Behavioural data in BIDS, written by focalgradient {version}. Each participant's tables are in sub-*/.../beh; the JSON
-file beside a table tells what its columns mean and how it came about: design, seed, screen, clock, versions.
+file beside a table says what its columns mean and how it came about: design, seed, screen, clock, versions.
 
 Tables hold the trials that count, catch trials among them (column catch); practice is in the journals alone. Trials
 with dropped frames are marked (column dropped_frames), never left out.
@@ -140,7 +140,7 @@ def read_description(root: Path) -> dict[str, Any]:
         raise InputError(f"{path} cannot be read (No such file or directory): give the folder of a data set.")
     found = read_json(path, "the description of a data set")
     if not isinstance(found, dict):
-        raise InputError(f"{path} is no table of JSON: restore it from a copy.")
+        raise InputError(f"{path} is no JSON object: restore it from a copy.")
     return found
 
 
@@ -345,7 +345,7 @@ def screen_of(apparatus: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def files_of(log: Log) -> Files:
-    """Files of the session that a journal in a data set tells."""
+    """Files of the session that a journal in a data set is of."""
     head = log.head
     root = next((folder.parent for folder in log.path.absolute().parents if folder.name == "sourcedata"), None)
     if root is None:

@@ -71,7 +71,7 @@ class Findings:
 
 
 def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | None = None) -> Findings:
-    """Check a data set by its own lights: that every trial of its design is there once, as the journal has it.
+    """Check that a data set is whole: that every trial of its design is there once, as the journal has it.
 
     All that is wrong is listed, session by session; a damaged session does not keep the others from being checked.
 
@@ -137,7 +137,7 @@ def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
 
 
 def _named(root: Path, path: Path) -> Files | None:
-    """The session that a journal's name tells."""
+    """The session that a journal's name gives."""
     match = NAME.fullmatch(path.with_suffix(".tsv").name)
     return Files(root, match[3], match[1], match[2]) if match and match[3] in COLUMNS else None
 

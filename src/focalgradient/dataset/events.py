@@ -189,7 +189,7 @@ def _wrong_gaze(event: Event) -> str | None:
         return None if right else "an eye tracker has no name or no pixels_per_degree"
     samples = event.get("samples")
     if not (isinstance(samples, list) and event.get("phase") in ("practice", "main") and number(event.get("trial"))):
-        return "samples of the gaze do not tell their trial"
+        return "samples of the gaze do not name their trial"
     for one in samples:
         match one:
             case [time, x, y, pupil] if number(time) and all(each is None or number(each) for each in (x, y, pupil)):

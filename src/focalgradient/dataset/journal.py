@@ -261,7 +261,7 @@ def whole_lines(events: Iterable[Mapping[str, Any]]) -> bytes:
 
 
 def _digest(before: str, body: bytes) -> str:
-    """128 bits, which no accident and no typing by hand leaves as they were."""
+    """128 bits: a change by accident or by hand alters them."""
     return hashlib.sha256(before.encode() + body).hexdigest()[:32]
 
 

@@ -143,7 +143,7 @@ def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
             left_out.append(f"{what}, which stands above already.")
         else:
             kept.append(event)
-            if trial:  # notes tell their trial, too
+            if trial:  # notes name their trial, too
                 met.add(key)
     return kept, left_out
 

@@ -337,5 +337,5 @@ def _sidecar(path: Path) -> dict[str, Any]:
     except InputError as error:
         raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
-        raise InputError(f"{path} does not tell the design: {remedy}.")
+        raise InputError(f"{path} does not hold the design: {remedy}.")
     return found

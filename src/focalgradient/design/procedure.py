@@ -30,7 +30,7 @@ GUESS = 0.5
 
 
 class Procedure:
-    """QUEST+ over the levels of a design: each next level is the one whose answer is expected to tell most.
+    """QUEST+ over the levels of a design: each next level is the one whose answer should be the most informative.
 
     What is not known is the threshold, anywhere among the levels, and the slope (`SLOPES`).
 

@@ -38,7 +38,7 @@ class Sample(NamedTuple):
 
 
 class Gaze(Protocol):
-    """What tells where somebody looks."""
+    """What gives the place that somebody looks at."""
 
     name: str
 

@@ -52,7 +52,7 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
         metavar="DIR",
         help="folder that 'focalgradient blur' made, of two foci up",
     )
-    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what tells where one looks (default: mouse)")
+    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what gives the place looked at (default: mouse)")
     add_tracker(parser)
     add("--transition", choices=("eye", "immediate"), default="eye", help="how focus changes (default: eye, 0.3 s)")
     add("--seconds", type=float, default=60.0, metavar="S", help="how long (default: 60)")

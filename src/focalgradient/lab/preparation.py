@@ -230,10 +230,10 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
                 f"factors names {name!r}, but the pictures in {options.stimuli} have no such column: import them with "
                 "it, or say pictures = false."
             )
-    made, asked = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
-    if None not in (made, asked) and made != asked:
+    made, designed = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
+    if None not in (made, designed) and made != designed:
         raise InputError(
-            f"focal_length_mm is {asked:g} in the design, but the pictures were made with {made:g}: give that."
+            f"focal_length_mm is {designed:g} in the design, but the pictures were made with {made:g}: give that."
         )
     stimuli.pixels(picture)
     if getattr(design, "judged", None) == "depth":

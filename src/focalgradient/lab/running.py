@@ -316,7 +316,7 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
     display = ready.display
     clock = "seconds from when the window opened, of a monotonic clock, which nobody can set"
     if window.refresh_hz is None:
-        clock += f"; the display does not tell its frames, which are paced at {ready.screen.PACE:g} Hz"
+        clock += f"; the display does not report its frames, which are paced at {ready.screen.PACE:g} Hz"
     monitor = ready.options.monitor
     measured = None if monitor is None else ready.screen.calibration_of(monitor)
     width, height = (side * display.pixel_pitch for side in display.size_px)

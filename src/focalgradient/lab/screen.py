@@ -37,7 +37,7 @@ __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "scre
 INK = 0.9
 PLATE = -0.6  # grey that text stands on where the background is lighter: contrast 11 to 1 (WCAG 2.1), 7 is asked for
 PATCH = 0.045  # of the screen's height: the square that a photodiode looks at
-PACE = 60.0  # frames a second where the display does not tell when it has shown one
+PACE = 60.0  # frames a second where the display does not report when it has shown one
 
 Draw = Callable[[float], object]
 """Draws one frame, given the seconds since the first."""

@@ -71,7 +71,7 @@ def encode(
     fixations
         The fixated points, each in pixels from the upper left corner, right and down.
     distance
-        True distance of what each pixel shows, in metres, H x W: what the layout is supposed to give.
+        True distance of what each pixel shows, in metres, H x W: what the layout is assumed to give.
 
     Examples
     --------

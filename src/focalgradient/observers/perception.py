@@ -9,7 +9,7 @@ the standard deviation of depth over places in dioptres, is what is estimated: i
 
 b being the part of depth by blur that goes with the layout's relief, p the prior for farther (the difference of the
 probabilities of either side), and z the depth that intrinsic blur amounts to. The error of b is that of the amplitude
-which is supposed, not of the b that was sensed: so more b can only speak for more A (a monotone likelihood ratio;
+which is assumed, not of the b that was sensed: so more b can only speak for more A (a monotone likelihood ratio;
 Milgrom 1981), and perceived depth never falls as b grows. Nothing here knows with which aperture a picture was made, or
 which of its objects is the nearest.
 """

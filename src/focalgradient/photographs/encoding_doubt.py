@@ -1,4 +1,4 @@
-"""What an encoding that is only supposed leaves open: depth of a part of the views, were they encoded otherwise.
+"""What an encoding that is only assumed leaves open: depth of a part of the views, were they encoded otherwise.
 
 An 8-bit file without another word is taken for sRGB. Cameras add tone curves of their own, and scientific cameras write
 linear values. A curve changes the contrast of both views alike, most of which cancels where views are compared; what

@@ -30,7 +30,7 @@ _MILLIMETRES = {2: 25.4, 3: 10.0, 4: 1.0, 5: 1e-3}
 
 @dataclass(frozen=True, slots=True)
 class _Recorded:
-    """What one file tells; None for what it does not."""
+    """What the EXIF of one file gives; None for what it does not."""
 
     focal_length_mm: float | None
     f_number: float | None
@@ -55,7 +55,7 @@ def from_exif(
     least: int = 2,
     order_only: bool = False,
 ) -> Settings:
-    """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF tells.
+    """Make settings for photographs of one scene from their EXIF; what is given here goes before what EXIF gives.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def from_exif(
     encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
         As in `focalgradient.photographs.Camera`.
     calibrated
-        The camera, where it was calibrated: it tells its sensor, and its focus if there was but one; f-numbers are
+        The camera, where it was calibrated: it gives its sensor, and its focus if there was but one; f-numbers are
         then marks on the lens.
 
     Raises
@@ -183,7 +183,7 @@ def _complete(
         for file, value in zip(files, found, strict=True):
             if abs(value - found[0]) > 1e-3 * found[0]:
                 raise InputError(
-                    f"EXIF tells a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
+                    f"EXIF gives a {what} of {found[0]:g} for {files[0].name} but {value:g} for {file.name}: "
                     f"views must be taken with one camera at one zoom, or give {name}."
                 )
         return found[0]
@@ -197,7 +197,7 @@ def _complete(
     pitch = shared("pixel_pitch_um", "pixel pitch in um")
     if lacking:
         whats, parameters = zip(*lacking, strict=True)
-        raise InputError(f"EXIF does not tell the {_listed(whats)}: give {_listed(parameters)}.")
+        raise InputError(f"EXIF does not give the {_listed(whats)}: give {_listed(parameters)}.")
     views = zip(files, f_number, focus, strict=True)
     return {**camera, "focal_length_mm": focal_length, "pixel_pitch_um": pitch}, [
         {"image": file, "f_number": number, "focus_distance_m": distance} for file, number, distance in views
@@ -205,7 +205,7 @@ def _complete(
 
 
 def _recorded(path: Path) -> _Recorded:
-    """Read what the file's EXIF tells: nothing where it has none."""
+    """Read what the file's EXIF gives: nothing where it has none."""
     tags: Mapping[int, Any] = {}
     size = (0, 0)
     data = read_image_bytes(path)
@@ -231,7 +231,7 @@ def _recorded(path: Path) -> _Recorded:
 
 
 def _pixel_pitch(tags: Mapping[int, Any], size: tuple[int, int]) -> float | None:
-    """Give the pixel pitch in um of the image as it is now, or None where EXIF does not tell it."""
+    """Give the pixel pitch in um of the image as it is now, or None where EXIF does not give it."""
     per_unit = _number(tags, ExifTags.Base.FocalPlaneXResolution)
     unit = _MILLIMETRES.get(tags.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
     if per_unit is None or unit is None:

@@ -294,7 +294,7 @@ def read_image_bytes(path: Path) -> bytes:
 
 
 def _size(path: Path) -> int | None:
-    """Pixels of an image file by its header; None where that does not tell."""
+    """Pixels of an image file by its header; None where that does not give them."""
     array = path.suffix.lower() == ".npy"
     if array or is_raw(path):
         with opened(path, "an image file") as file:

@@ -136,7 +136,7 @@ def draw_depth(
 ) -> Axes:
     """Draw the valid depth, coloured linearly in vergence between `limits` (dioptres), with a bar in metres.
 
-    The title says what share is valid, and which side of focus was assumed where the views do not tell.
+    The title says what share is valid, and which side of focus was assumed where the views leave it open.
     With `outlines`, those found (``depth.details["outlines"]``) are drawn as lines.
     """
     limits = limits or _vergence_limits(depth, None)

@@ -1,4 +1,4 @@
-"""The figure of a Bayesian analysis: what was supposed before the data, dashed, and what is known after, in full."""
+"""The figure of a Bayesian analysis: prior, dashed, and posterior, in full."""
 
 from __future__ import annotations
 

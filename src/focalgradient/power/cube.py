@@ -43,7 +43,7 @@ ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CubeModel:
-    """Simulated subjects of experiment 2; docs/statistics.md tells where the numbers come from.
+    """Simulated subjects of experiment 2; docs/statistics.md says where the numbers come from.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class CubeStudy:
             raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
 
     def settings(self) -> dict[str, object]:
-        """All of it, as a file may tell it."""
+        """All of it, as a file may hold it."""
         stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 

@@ -41,7 +41,7 @@ ANALYSIS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """Simulated subjects of experiment 1; docs/statistics.md tells where the numbers come from.
+    """Simulated subjects of experiment 1; docs/statistics.md says where the numbers come from.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Study:
             raise InputError("The design has no pinhole: the rise is measured from it.")
 
     def settings(self) -> dict[str, object]:
-        """All of it, as a file may tell it."""
+        """All of it, as a file may hold it."""
         stated = {
             "bound": self.bound,
             "seed": self.seed,

@@ -71,7 +71,7 @@ def run(
     subjects, experiments
         So many experiments with each of these numbers of subjects.
     file
-        A line of JSON an experiment, after one that tells the study: kept, and gone on with, when this is cut off.
+        A line of JSON an experiment, after one that states the study: kept, and gone on with, when this is cut off.
     executor
         What simulates them: the numbers do not depend on it. None: this process.
     progress
@@ -127,7 +127,7 @@ def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float
 
 
 def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
-    """An experiment as a line tells it; None if it is not whole."""
+    """An experiment as a line has it; None if it is not whole."""
     try:
         row = parse_json(line, "a line")
     except InputError:
@@ -144,7 +144,7 @@ def _experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
 
 
 def power(experiments: pd.DataFrame) -> list[Power]:
-    """Sum up: `experiments` has a row an experiment, with `subjects` and what its `experiment` told.
+    """Sum up: `experiments` has a row an experiment, with `subjects` and what its `experiment` found.
 
     Examples
     --------

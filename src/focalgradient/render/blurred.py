@@ -53,7 +53,7 @@ def blur(
     distance
         Distance in metres along the axis of what each pixel shows, H x W; ``inf`` is allowed.
     optics
-        A `Lens`, an `Eye` or an eye's `Cones`. Optics that tell their own transfer blur by it, others by a disc.
+        A `Lens`, an `Eye` or an eye's `Cones`. Optics that have a transfer of their own blur by it, others by a disc.
     pixel_angle
         Angle in radians that one pixel subtends.
     progress
@@ -73,7 +73,7 @@ def blur(
     -----
     Light is kept. Beyond the frame the picture is taken to go on mirrored: within a blur's radius of the frame's rim
     the result rests on that. Against ray casting (`benchmarks/blurred_pictures.py`) it is right to 0.5 % of the mean
-    away from outlines and to 3 % within two radii of blur from them, where nothing tells the light that is hidden.
+    away from outlines and to 3 % within two radii of blur from them, where the light that is hidden is not known.
 
     Examples
     --------

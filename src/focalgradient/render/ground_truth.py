@@ -59,7 +59,7 @@ def _vergence(scene: Scene, tangents: NDArray[np.float64], step: float, variant:
         for sign in (1, -1):
             end, _, mirrors = _ends(scene, centre + sign * lens, tangents + sign * turn, follow=True, variant=variant)
             away = end - point
-            # On another surface, or around a corner, neighbours tell nothing.
+            # On another surface, or around a corner, neighbours are no guide.
             np.logical_and(smooth, mirrors == met, out=smooth)
             off = np.abs(np.einsum("ni,ni->n", away, normal))
             np.logical_and(smooth, off <= 0.2 * np.linalg.norm(away, axis=1) + 1e-6, out=smooth)

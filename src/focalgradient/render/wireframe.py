@@ -248,7 +248,7 @@ def necker_loop(
 ) -> Iterator[NDArray[np.float32]]:
     """The frames of a quarter turn, evenly spaced: shown again and again they make a turning without a seam.
 
-    `NeckerCube.loop_frames` tells how many `frames` make the cube turn at its speed; all else is as in `necker_frame`.
+    `NeckerCube.loop_frames` gives the `frames` that make the cube turn at its speed; all else is as in `necker_frame`.
 
     >>> loop = necker_loop(NeckerCube(), 120, shape=(320, 320), pixel_angle=5e-4, gradient="nonrigid")
     >>> next(loop).shape

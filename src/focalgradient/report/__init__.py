@@ -387,5 +387,5 @@ def _pictures(name: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
 
 
 def _local(sentence: str, root: Path) -> str:
-    """The sentence with paths from the data set's own folder on: a report must not tell of the machine."""
+    """The sentence with paths from the data set's own folder on: a report must not name paths of the machine."""
     return sentence.replace(f"{root}{os.sep}", "")

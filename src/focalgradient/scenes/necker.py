@@ -219,7 +219,7 @@ class NeckerCube:
         Raises
         ------
         InputError
-            If they are not a whole number, or so few that the picture does not tell which way the cube turns.
+            If they are not a whole number, or so few that the picture does not show which way the cube turns.
 
         Examples
         --------

@@ -120,9 +120,9 @@ def make_necker(
         "aperture_mm": 1e3 * aperture,
         "focus": focus,
     }
-    asked = {"set": "necker", "parameters": parameters, "display": display_json(display)}
+    settings = {"set": "necker", "parameters": parameters, "display": display_json(display)}
     names = ("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless")
-    folder = Folder(out, asked, {"python": platform.python_version(), **{name: version(name) for name in names}})
+    folder = Folder(out, settings, {"python": platform.python_version(), **{name: version(name) for name in names}})
     if not folder.complete:
         white = max(float(look.frame("none", number).max()) for number in range(frames))
         conditions = folder.content.setdefault("conditions", {})

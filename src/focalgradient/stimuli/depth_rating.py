@@ -131,8 +131,8 @@ def make_depth_rating(
         "natural_viewing_distance_m": size * display.pixel_pitch / FIELD,
         "pixel_angle_rad": FIELD / size,
     }
-    asked = {"set": "depth-rating", "seed": seed, "parameters": parameters, "display": display_json(display)}
-    folder = Folder(out, asked, _versions(how))
+    settings = {"set": "depth-rating", "seed": seed, "parameters": parameters, "display": display_json(display)}
+    folder = Folder(out, settings, _versions(how))
     if not folder.complete:
         recipes = {
             f"spheres-{index:02}": Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic, lenses)

@@ -29,7 +29,7 @@ class Folder:
     ----------
     path
         Where it is, or is to be.
-    asked
+    settings
         What makes the set the one it is, as plain JSON. A folder that holds another one is refused.
     versions
         Of the programs that make it: a set is not finished by others than those that began it.
@@ -40,8 +40,8 @@ class Folder:
         If the folder holds another set, or one begun by other versions, or its list cannot be read.
     """
 
-    def __init__(self, path: Path, asked: Mapping[str, Any], versions: Mapping[str, Any]) -> None:
-        self.path, self.asked, self.versions = path, asked, versions
+    def __init__(self, path: Path, settings: Mapping[str, Any], versions: Mapping[str, Any]) -> None:
+        self.path, self.settings, self.versions = path, settings, versions
         self.files: dict[str, str] = {}
         self.content: dict[str, Any] = {}
         self.damaged: list[str] = []
@@ -52,24 +52,24 @@ class Folder:
             return
         try:
             found = read_json(path / name)
-            held = {key: found[key] for key in asked}
+            held = {key: found[key] for key in settings}
             files = {inner_name(file): sha256 for file, sha256 in found["files"].items()}
             by = dict(found["versions"])
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(
                 f"{printable(path / name)} is no list of a set of this kind: choose another folder, or remove the file."
             ) from error
-        other = [key for key in asked if held[key] != json.loads(dumped(asked[key]))]
+        other = [key for key in settings if held[key] != json.loads(dumped(settings[key]))]
         if other:
             raise InputError(
-                f"{path} holds another set, which differs in {' and '.join(_differing(asked, held, other))}: "
-                "ask for the same, or choose another folder."
+                f"{path} holds another set, which differs in {' and '.join(_differing(settings, held, other))}: "
+                "give the same settings, or choose another folder."
             )
         self.damaged = [file for file, sha256 in files.items() if _sha256(path / file) != sha256]
         for file in self.damaged:
             del files[file]
         self.files = files
-        self.content = {key: value for key, value in found.items() if key not in {*asked, "versions", "files"}}
+        self.content = {key: value for key, value in found.items() if key not in {*settings, "versions", "files"}}
         if not (self.complete or by == versions):
             raise InputError(
                 f"{path} was begun by other versions of programs ({_named(by)}; now {_named(versions)}): go on with "
@@ -100,7 +100,7 @@ class Folder:
 
     def _listed(self) -> bytes:
         files = dict(sorted(self.files.items()))
-        return dumped({**self.asked, "versions": self.versions, **self.content, "files": files})
+        return dumped({**self.settings, "versions": self.versions, **self.content, "files": files})
 
     def _write(self, name: str, content: bytes) -> None:
         place = self.path / name
@@ -124,11 +124,11 @@ def dumped(content: Any) -> bytes:
     return (json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode()
 
 
-def _differing(asked: Mapping[str, Any], held: Mapping[str, Any], keys: list[str]) -> list[str]:
+def _differing(settings: Mapping[str, Any], held: Mapping[str, Any], keys: list[str]) -> list[str]:
     """What differs, by name."""
     changed = []
     for key in keys:
-        new, old = json.loads(dumped(asked[key])), held[key]
+        new, old = json.loads(dumped(settings[key])), held[key]
         if isinstance(new, dict) and isinstance(old, dict):
             changed += [name for name in {**new, **old} if new.get(name) != old.get(name)]
         else:

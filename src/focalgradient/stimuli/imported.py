@@ -1,4 +1,4 @@
-"""A set of pictures of one's own: a table tells what each file shows, and the set is made as ours are."""
+"""A set of pictures of one's own: a table describes each file, and the set is made as ours are."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def import_pictures(
     Returns
     -------
     StimulusSet
-        As `read_set` reads it. What the table does not tell is NaN.
+        As `read_set` reads it. What the table does not give is NaN.
 
     Raises
     ------
@@ -125,9 +125,9 @@ def import_pictures(
         "table_sha256": hashlib.sha256(read_bytes(table, "a table of pictures")).hexdigest(),
         "sources_sha256": hashes,
     }
-    asked = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
+    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
     versions = {"python": platform.python_version()}
-    made = Folder(out, asked, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    made = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
     if not made.complete:
         made.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         scenes = list(dict.fromkeys(row.scene for row in rows))
@@ -138,8 +138,8 @@ def import_pictures(
         ]
         if middles:
             warnings.warn(
-                f"the table does not tell where the fixated objects of {', '.join(middles[:5])} are: their marks are "
-                "put in the middle of the pictures; give the columns x_px and y_px, or depth.",
+                f"the table does not give the positions of the fixated objects of {', '.join(middles[:5])}: their "
+                "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -185,7 +185,7 @@ def _rows(table: Path) -> list[Row]:
             if before != where:
                 raise InputError(
                     f"{where}, columns scene, aperture and fixation: the same stand in row {before.split()[-1]}; give "
-                    "pictures that differ in something else a further column that tells it, or scenes of other names."
+                    "pictures that differ in something else a further column that says so, or scenes of other names."
                 )
         same = (row.scene, row.aperture, *row.fixations)
         versions[same] += 1
@@ -325,7 +325,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
             raise InputError(f"{other.where}, column x_px: another position stands above for this scene and fixation.")
         position = places[0].position if places else None
         distance = next((row.focus for row in own if row.focus is not None), None)
-        if position is None and end not in FIXATIONS:  # depth does not tell where it is
+        if position is None and end not in FIXATIONS:  # depth does not give its position
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         if depth is not None:
             try:

@@ -98,9 +98,9 @@ def make_from_photographs(
         "natural_viewing_distance_m": display.pixel_pitch / pixel_angle,
         "sources_sha256": {name: [_sha256(array) for array in pair] for name, pair in photographs.items()},
     }
-    asked = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
+    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
     versions = {"python": platform.python_version()}
-    folder = Folder(out, asked, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    folder = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
     if not folder.complete:
         folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         for number, (name, pair) in enumerate(photographs.items()):

@@ -208,7 +208,7 @@ class StimulusSet:
 
 
 def read_set(folder: str | Path) -> StimulusSet:
-    """Read a finished set of pictures; `focalgradient.dataset.check_stimuli` tells whether its files are unchanged.
+    """Read a finished set of pictures; `focalgradient.dataset.check_stimuli` checks that its files are unchanged.
 
     Raises
     ------

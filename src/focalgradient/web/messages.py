@@ -130,7 +130,7 @@ class Round(Message):
 
 
 class Answer(Message):
-    """An answer: `phase` and `trial` are its key, `attempt` tells one sending from another of the same.
+    """An answer: `phase` and `trial` are its key, `attempt` distinguishes one sending from another of the same.
 
     What was found in practice comes with the first answer that counts.
     """

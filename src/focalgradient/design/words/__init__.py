@@ -37,7 +37,7 @@ class Words:
     language
         "en", "de", or the file that they came from.
     sha256
-        Of all texts, by which a journal tells which were shown.
+        Of all texts: a journal keeps it, as which were shown.
     entries
         By section and name, as "depth.question"; a tuple where an entry is a list of pages.
 
