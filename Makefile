@@ -14,9 +14,10 @@ export PYTHON
 # Threads are ours (one a core); linear algebra that spins threads of its own only takes their time.
 export OPENBLAS_NUM_THREADS = 1
 run := .venv/bin/python
-# On all cores; the tests of one file stay together, as they share what is made for them and the screens they open. In the
-# order collected: the long ones first, the examples of docstrings last.
-pytest := $(run) -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
+# On all cores, and one more process, as tests of windows and browsers wait more than they work; the tests of one file stay
+# together, as they share what is made for them and the screens they open. In the order collected: the long ones first,
+# the examples of docstrings last.
+pytest := $(run) -m pytest --numprocesses $$($(run) -c "import os; print(1 + os.cpu_count())") --dist loadfile --no-loadscope-reorder
 
 .PHONY: setup reproduce test test-slow test-all docs links clean
 

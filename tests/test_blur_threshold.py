@@ -174,6 +174,7 @@ def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
     assert read_journal(next((tmp_path / "data").rglob("sub-01*.jsonl"))).head["about"]["threshold"] > 0
 
 
+@pytest.mark.slow
 def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
     ran("report", simulated, "--out", tmp_path / "report")
     lines = (tmp_path / "report" / "blur_thresholds.csv").read_text().splitlines()

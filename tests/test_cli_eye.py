@@ -29,7 +29,7 @@ def run(*args: str) -> Result:
     return CliRunner().invoke(Program("focalgradient", commands=[eye]), ["eye", *args])
 
 
-@pytest.mark.parametrize("views", ["bands", "oscillation", "both"])
+@pytest.mark.parametrize("views", ["bands", "oscillation", pytest.param("both", marks=pytest.mark.slow)])
 def test_a_slanted_wall(views):
     result = run("slant", "--out", "out", "--views", views, "--seed", "1")
     assert result.exit_code == 0, result.output

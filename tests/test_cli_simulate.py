@@ -42,6 +42,7 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
+@pytest.mark.slow
 def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, monkeypatch):
     def small(out, **how):
         return make_depth_rating(out, **(how | {"size": 128, "samples": 2, "display": Display(pixel_pitch=1e-3)}))

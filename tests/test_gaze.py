@@ -103,6 +103,7 @@ def recorded(root: Path, label: str, cut: int | None = None) -> None:
             session.record(trial, answer)
 
 
+@pytest.mark.slow
 def test_a_data_set_with_gaze_is_valid_and_reported_with_and_without(tmp_path: Path) -> None:
     root = tmp_path / "data"
     for label in ("01", "02", "03", "04"):

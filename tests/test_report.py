@@ -129,6 +129,7 @@ def test_it_tells_of_design_exclusions_methods_and_provenance(made, data, few):
     assert "is the default: state your own" in page(make_report(few))
 
 
+@pytest.mark.slow
 def test_no_setting_of_a_design_names_a_file(copy):
     for path in copy.rglob("*_task-depthrating_beh.json"):
         sidecar = json.loads(path.read_text())
@@ -266,6 +267,7 @@ def test_all_excluded_is_said(tmp_path):
     assert "depth_rating_exclusions.csv" in made.files
 
 
+@pytest.mark.slow
 def test_sessions_left_unfinished_are_told(copy):
     path = rating_file(copy)
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:-3]))

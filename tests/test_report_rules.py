@@ -117,6 +117,7 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     assert b"lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
 
 
+@pytest.mark.slow
 def test_the_wide_tables_hold_what_was_tested(own: Path, tmp_path: Path) -> None:
     made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
     wide = pd.read_csv(io.BytesIO(made.files["depth_rating_wide.csv"]))

@@ -139,6 +139,7 @@ def test_always_the_left_key_of_a_choice_is_left_out(tmp_path):
     assert any("one and the same answer" in rule for rule in rules)
 
 
+@pytest.mark.slow
 def test_own_factors_go_from_the_design_to_the_report(tmp_path):
     factors = {
         "light": {"levels": ["dim", "bright"]},

@@ -38,6 +38,7 @@ def test_the_bound_of_natural_texture_is_the_bound_of_its_power() -> None:
     assert np.sqrt(1 / np.mean(everywhere**-2.0)) == pytest.approx(float(alike), rel=0.15)
 
 
+@pytest.mark.slow
 def test_walls_have_the_contrast_stated_and_depend_on_their_seed() -> None:
     for texture in estimators.PAIR:
         one, other = (estimators.wall(texture, seed) for seed in (0, 1))

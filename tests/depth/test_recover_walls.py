@@ -159,6 +159,7 @@ def test_a_border_does_not_reach_the_opposite_one(pair: list[View], reading: Dep
     assert (depth.valid[far] == reading.valid[far]).mean() > 0.97
 
 
+@pytest.mark.slow
 def test_threads_do_not_meddle(pair: list[View], reading: DepthMap) -> None:
     """Calls side by side give what they give one after another."""
     others = wall(FOCI, 1.0)

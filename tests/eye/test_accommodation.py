@@ -70,6 +70,7 @@ def test_an_empty_field_lets_focus_return_to_rest():
     assert course.accommodation[-16:].mean() == pytest.approx(eye.plant.rest, abs=0.7)
 
 
+@pytest.mark.slow
 def test_reversed_chromatic_aberration_drives_focus_the_wrong_way():
     """By bands alone; the same with real aberration drives it the right way, to either side."""
     for to in (1.3, 2.7):
@@ -77,6 +78,7 @@ def test_reversed_chromatic_aberration_drives_focus_the_wrong_way():
     assert moved(Stimulus(chromatic_scale=-1.0), 1.3) + moved(Stimulus(chromatic_scale=-1.0), 2.7) < 0.6
 
 
+@pytest.mark.slow
 def test_rendered_blur_drives_focus_only_with_chromatic_aberration():
     """The sum over both sides, so that a bias to one side is no response."""
     for_each = {

@@ -44,6 +44,7 @@ def test_without_evidence_the_belief_returns_to_what_is_expected():
     assert jumped[150] == pytest.approx(np.exp(-0.7), abs=0.01)
 
 
+@pytest.mark.slow
 def test_error_falls_with_time_as_predicted():
     """A still target, every moment a new texture: the error falls by the root of the number of moments."""
     times = np.arange(0, 3, 0.25)

@@ -79,6 +79,7 @@ def test_the_data_set_is_valid_and_says_that_it_is_simulated(design, stimuli, en
     }
 
 
+@pytest.mark.slow
 def test_answers_are_the_same_whoever_computes_them(design, stimuli, encoded, encoded_cube, tmp_path):
     distributed = pytest.importorskip("distributed")
     written = {}

@@ -156,6 +156,7 @@ def test_same_seed_same_scene() -> None:
     assert np.array_equal(made.sky.radiance, again.sky.radiance)
 
 
+@pytest.mark.slow
 def test_room_marks_are_in_sight() -> None:
     made = room(1)
     assert [mark.name for mark in made.marks] == ["nearest", "refrigerator", "farthest"]

@@ -141,6 +141,7 @@ def test_a_finished_set_is_verified_and_a_damaged_one_mended(
     check_stimuli(made.folder)
 
 
+@pytest.mark.slow
 def test_colours_carry_the_sign_of_defocus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of what lies beyond the focus red is the sharper, and blue of what lies before it, as in an eye."""
     monkeypatch.setattr(depth_rating, "APERTURES", {"pinhole": math.inf, "f/22": 22.0})  # fewer, to be quick
