@@ -275,17 +275,18 @@ def table_rows(log: Log) -> list[dict[str, Any]]:
         if event["event"] == "resumed":
             sitting += 1
         if event["event"] == "trial" and event["phase"] == "main":
-            rows += _rows(event | {"sitting": sitting}, log.head)
+            rows += _rows(event, sitting, log.head)
     return rows
 
 
-def _rows(event: Event, head: Event) -> list[Event]:
+def _rows(event: Event, sitting: int, head: Event) -> list[Event]:
     if "presses" not in event:
-        return [{**event.get("factors", {}), **event}]
+        return [{**event.get("factors", {}), **event, "sitting": sitting}]
     presses = [Press(*press) for press in event["presses"]]
     return [
         event
         | {
+            "sitting": sitting,
             "trial_onset": event["onset"],
             "onset": seen.onset,
             "duration": seen.end - seen.onset,
@@ -357,19 +358,7 @@ def table_text(log: Log) -> str:
     """The long table that a journal makes, as its file holds it."""
     names = [column.name for column in columns_of(log.head["design"]["task"], log.head["design"])]
     lines = ["\t".join(names)]
-    known: dict[tuple[type, Any], str] = {}  # most cells but the numbers are the same in many rows
-    for row in table_rows(log):
-        cells = []
-        for name in names:
-            value = row.get(name)
-            if value.__class__ is float:
-                cells.append(repr(round(value, 9)) if value == value else "n/a")
-                continue
-            text = known.get((value.__class__, value))
-            if text is None:
-                text = known[value.__class__, value] = cell(value)
-            cells.append(text)
-        lines.append("\t".join(cells))
+    lines += ["\t".join([cell(value) for value in map(row.get, names)]) for row in table_rows(log)]
     return "\n".join(lines) + "\n"
 
 

@@ -89,10 +89,15 @@ def cell(value: Any) -> str:
     >>> [cell(value) for value in (None, True, 3, 0.1 + 0.2, "f/22", "=1+1")]
     ['n/a', 'true', '3', '0.3', 'f/22', "'=1+1"]
     """
-    if type(value) is float:
+    kind = type(value)  # first what most cells hold
+    if kind is float:
         return repr(round(value, 9)) if value == value else "n/a"
-    if isinstance(value, str):
+    if kind is str:
         return _text_cell(value)
+    if kind is int:
+        return str(value)
+    if isinstance(value, str):
+        return _text_cell(str(value))
     if value is None or value != value:
         return "n/a"
     if isinstance(value, bool):
