@@ -248,6 +248,20 @@ def test_depth_that_would_silently_be_another_is_refused(
         read_distances(tmp_path / "d.npy", **options)
 
 
+def test_what_is_missing_of_depth_is_named_by_its_option(tmp_path: Path) -> None:
+    light, depth = tmp_path / "light.npy", tmp_path / "depth.npy"
+    np.save(light, np.full(METRES.shape, 0.5))
+    np.save(depth, METRES)
+    lens = ["--f-number", "4", "--focal-length", "25", "--focus", "1", "--field", "3", "--out", str(tmp_path / "out")]
+    found = CliRunner().invoke(main, ["blur", str(light), str(depth), *lens, "--depth-unit", "disparity"])
+    assert found.exit_code == 2
+    assert "needs the --baseline: give it in metres" in found.stderr
+    np.save(depth, np.ones(METRES.shape, np.uint16))
+    found = CliRunner().invoke(main, ["blur", str(light), str(depth), *lens])
+    assert found.exit_code == 2
+    assert "give the --depth-scale, such as 0.001" in found.stderr
+
+
 def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:
     exr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
     header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}

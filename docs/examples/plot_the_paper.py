@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import focalgradient as fg
-from focalgradient.plotting.subjects import depth_rating_figure
+from focalgradient.plotting.subjects import draw_depth_rating
 
 small, large = (fg.Lens(focal_length=0.025, f_number=stop, focus_distance=0.8) for stop in (16, 5.6))
 for metres in (1.0, 2.0, 4.0):
@@ -42,6 +42,7 @@ fig, axes = plt.subplots(1, 3, figsize=(10, 2.6), layout="constrained")
 fg.plotting.draw_view(axes[0], views[1], "the view through f/5.6")
 fg.plotting.draw_depth(axes[1], depth, title="distance")
 fg.plotting.draw_uncertainty(axes[2], depth)
+plt.show()
 
 # %%
 # 3. An eye has two views of its own
@@ -61,7 +62,7 @@ for distance in (0.67, 2.0):
 # Pictures of five scenes through a pinhole and larger apertures, with the nearest or the farthest object in focus,
 # 256 pixels wide. Simulated observers look at them and rate how three-dimensional they look. Fig. 3 hangs on what
 # these observers assume: that what is blurred is farther (a prior), and that blur that contradicts the layout does
-# not count. The second figure is of observers who do not use blur.
+# not count. On the right are observers who do not use blur: they see none of it in the pictures.
 
 folder = Path(tempfile.mkdtemp())
 pictures = fg.observers.small_set(5)
@@ -74,7 +75,8 @@ design = fg.design.DepthRatingDesign(
     practice_trials=0,
 )
 encoded = fg.observers.encoded_stimuli(pictures)
-for observer in ("default", "blur-blind"):
+figure, panels = plt.subplots(1, 2, figsize=(10, 3.6), sharey=True, layout="constrained")
+for observer, panel in zip(("default", "blur-blind"), panels, strict=True):
     answers = folder / observer
     fg.observers.simulate(
         design, answers, observers=12, seed=1, observer=observer, encoded=encoded, stimuli=pictures.folder
@@ -82,8 +84,9 @@ for observer in ("default", "blur-blind"):
     result = fg.statistics.depth_rating(fg.dataset.read_dataset(answers).depth_rating, equivalence_bound=1.2)
     for one in result.fixations:
         print(f"{observer}, {one.fixation} in focus: {one.rise.ratio.estimate:.2f}, p by Holm {one.rise.p_holm:.3f}")
-    depth_rating_figure(result, simulated=True)
+    draw_depth_rating(panel, result, simulated=True)
+    panel.set_title(observer)
+plt.show()
 
 # %%
-# Observers who do not use blur see none of it in the pictures. What other assumptions would give:
-# :doc:`../observers`.
+# What other assumptions would give: :doc:`../observers`.

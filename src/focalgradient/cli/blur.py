@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import gamma_of, positive, screen_size
+from focalgradient.cli.options import OF_DEPTH, gamma_of, options_named, positive, screen_size
 from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
@@ -108,7 +108,9 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     help="Of a stereo pair, in metres, for disparity.",
 )
 @click.option("--disparity-offset", type=float, default=0.0, metavar="PX", help="Added to each disparity.")
-@click.option("--encoding", type=click.Choice(["srgb", "linear"]), help="Of PICTURE.  [default: srgb for 8 bits]")
+@click.option(
+    "--encoding", type=click.Choice(["srgb", "linear"]), help="Of PICTURE.  [default: srgb for 8 bits, .npy linear]"
+)
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
 @click.option(
     "--wavelengths",
@@ -286,14 +288,15 @@ class _Job:
             read_picture(self.picture, encoding) if self.frame is None else picture_of(self.frame, encoding or "srgb")
         )
         angle = self._pixel_angle(shown.light.shape[1])
-        distances = read_distances(
-            self.depth,
-            self.options["depth_unit"],
-            scale=self.options["depth_scale"],
-            baseline=self.options["baseline"],
-            pixel_angle=angle,
-            offset=self.options["disparity_offset"],
-        )
+        with options_named(OF_DEPTH):
+            distances = read_distances(
+                self.depth,
+                self.options["depth_unit"],
+                scale=self.options["depth_scale"],
+                baseline=self.options["baseline"],
+                pixel_angle=angle,
+                offset=self.options["disparity_offset"],
+            )
         if distances.metres.shape != shown.light.shape[:2]:
             (h, w), (dh, dw) = shown.light.shape[:2], distances.metres.shape
             raise InputError(

@@ -18,6 +18,7 @@ PLANES = ("entrance_pupil", "sensor", "lens_front")
 
 __all__ = [
     "NEAREST",
+    "OF_DEPTH",
     "OPENEST",
     "SERVER",
     "STORE",
@@ -33,6 +34,9 @@ __all__ = [
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+
+OF_DEPTH = {"scale": "--depth-scale", "baseline": "--baseline", "offset": "--disparity-offset", "unit": "--depth-unit"}
+"""Parameters of `focalgradient.photographs.read_distances` and the options that give them."""
 
 SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")

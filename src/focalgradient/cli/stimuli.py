@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from focalgradient.cli.options import gamma_of, positive, screen_size, shared_options, shared_work
+from focalgradient.cli.options import (
+    OF_DEPTH,
+    gamma_of,
+    options_named,
+    positive,
+    screen_size,
+    shared_options,
+    shared_work,
+)
 from focalgradient.cli.program import announce, json_option, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -282,7 +290,8 @@ def _photographs(
             raise InputError(f"two pictures are named {picture.stem!r}, which names the scene: rename one.")
         light = read_picture(picture).light
         angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
-        found[picture.stem] = (light, read_distances(file, pixel_angle=angle, **depth).metres)
+        with options_named(OF_DEPTH):
+            found[picture.stem] = (light, read_distances(file, pixel_angle=angle, **depth).metres)
     return found, angle
 
 
