@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -279,8 +280,6 @@ def _photographs(
     pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, depth: dict[str, Any]
 ) -> tuple[dict[str, Any], float]:
     """Light and distances of photographs, by the names of their files, and the radians of a pixel."""
-    import math
-
     from focalgradient.photographs.pictures import read_distances, read_picture
 
     found: dict[str, Any] = {}
@@ -461,7 +460,6 @@ def necker(
       focalgradient stimuli necker --out cube --gradient none --gradient nonrigid --screen-width 53.1
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
-    import math
 
     from focalgradient.scenes import NeckerCube
     from focalgradient.stimuli import GRADIENTS, make_necker
