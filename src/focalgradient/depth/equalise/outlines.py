@@ -9,8 +9,9 @@ continued from nodes that the band does not reach: depth is read again without t
 is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the probability of
 being on its other side; the band's width says how sure its place is.
 
-A jump too small to be found blurs into a steep stretch of one surface, which the views cannot tell from it: where depth
-departs from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
+A jump too small for views to contradict each other is found by depth on either side of it (`outline_jumps`). One too
+small even for that blurs into a steep stretch of one surface, which the views cannot tell from it: where depth departs
+from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
 
 How far residuals reach (`ONSET`), and the other choices here, were made on the scenes `MADE_WITH` of
 `benchmarks/depth_at_outlines.py`, and tried on others.
@@ -193,7 +194,9 @@ def find_outlines(
     good = informative & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
     good &= _share(clean, equalised.step) >= EXPLAINED
     located = locate(nodes, good, good)
-    small = _small(equalised, nodes, good, agrees & equalised.to_blocks(informative, shape), radii, levels_per_pixel, images)
+    small = _small(
+        equalised, nodes, good, agrees & equalised.to_blocks(informative, shape), radii, levels_per_pixel, images
+    )
     if located is None:
         return small
     # Again from windows that leave out what the outlines just found reach.
