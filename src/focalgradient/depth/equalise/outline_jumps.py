@@ -203,7 +203,7 @@ def _find(level, sd, good, reach, least, first, last, found):  # type: ignore[no
                     middle, jump = _solved(b, STEEP)
                     found[0, i, j] = level[i, j] + middle - abs(jump) / 2
                     found[1, i, j] = level[i, j] + middle + abs(jump) / 2
-                    # Windows give the mean of both sides, weighted by what their texture tells.
+                    # Windows give the mean of both sides, weighted by their information.
                     one, two = sums[0, 1] / sums[0, 0], sums[1, 1] / sums[1, 0]
                     found[2, i, j] = level[i, j] + middle + jump * (two - one) / (two + one) / 2
 
