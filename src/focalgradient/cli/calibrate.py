@@ -164,7 +164,7 @@ def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
 
     figure = calibration_sheet(paper)
     with replacing([out], out) as hidden:
-        figure.savefig(hidden[out], format="pdf")
+        figure.savefig(hidden[out], format="pdf", metadata={"CreationDate": None})  # the same each time
     show({"written": printable(out)}, f"Written: {printable(out)}")
 
 
