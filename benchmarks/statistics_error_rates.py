@@ -1,6 +1,7 @@
 """False positives of every test of the depth ratings, and the coverage of its intervals, by simulation.
 
-    python benchmarks/statistics_error_rates.py [--sets 4000] [--workers 2 | --scheduler ADDRESS] [--markdown FILE]
+    python benchmarks/statistics_error_rates.py [--sets 8000] [--equivalence 20000] [--cube 2000]
+        [--workers 2 | --scheduler ADDRESS] [--markdown FILE]
 
 Each set of data is one experiment: N subjects, 12 scenes, 4 apertures, 2 repetitions, near and far fixation. Subjects
 differ in their own rise in one of four ways, scenes in theirs not at all or by a standard deviation of 0.1, and the
@@ -28,9 +29,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.parallel import in_order, shared
-from focalgradient.statistics import Effect, depth_rating, necker
+from focalgradient.statistics import Effect, Equivalence, depth_rating, necker
 from focalgradient.statistics.cells import curvature_weights, slope_weights
-from focalgradient.statistics.crossed import moments
+from focalgradient.statistics.crossed import error_skewness, moments
+from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
 
 FloatArray = NDArray[np.float64]
@@ -81,8 +83,16 @@ def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
         "covers": np.abs(found.mean - truth) < half,
         "p these": 2 * stats.t.sf(np.abs(own.mean(axis=1)) / error, freedom),
         "covers these": np.abs(own.mean(axis=1) - truth) < stats.t.ppf(0.975, freedom) * error,
-        "above": stats.t.cdf((found.mean - math.log(BOUND)) / found.standard_error, found.df),
-        "below": stats.t.sf((found.mean + math.log(BOUND)) / found.standard_error, found.df),
+        "outside": np.maximum(
+            *one_sided(
+                found.mean,
+                found.standard_error,
+                found.df,
+                math.log(BOUND),
+                cells.shape[-2],
+                error_skewness(cells, found.standard_error),
+            )
+        ),
     }
 
 
@@ -108,7 +118,7 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
         "any of the family, by Holm": (holm(every) < 0.05).any(axis=-1),
         "slope": tests["slope"]["p"] < 0.05,
         "lack of fit": tests["curvature"]["p"] < 0.05,
-        "equivalence, true rise at the bound": np.maximum(equal["above"], equal["below"]) < 0.05,
+        "equivalence, true rise at the bound": equal["outside"] < 0.05,
         "rise, for these scenes": tests["near"]["p these"] < 0.05,
         "coverage: rise": covered["covers"],
         "coverage: f/11 to pinhole": middle["covers"],
@@ -140,6 +150,34 @@ def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
     }
 
 
+def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, float]:
+    """How often equivalence is found where the true rise is just at the upper and at the lower bound."""
+    seed, sets, subjects, kind, scene_sd = task
+    rng = np.random.default_rng(np.random.SeedSequence([seed, subjects, list(DIFFERENCES).index(kind), scene_sd > 0]))
+    found = np.zeros(2)
+    for start in range(0, sets, BATCH):
+        many = min(BATCH, sets - start)
+        rises = DIFFERENCES[kind](rng, (many, subjects, 1)) + scene_sd * rng.normal(size=(many, 1, SCENES))
+        rises = rises + rng.normal(0, NOISE * math.sqrt(2 / REPETITIONS), (many, subjects, SCENES))
+        found += [(rated(rises + side * math.log(BOUND))["outside"] < 0.05).sum() for side in (1, -1)]
+    return float(found[0] / sets), float(found[1] / sets)
+
+
+def equivalence_table(seed: int, sets: int, executor: Any) -> str:
+    """False equivalence at the upper and at the lower bound, a line for each kind of subjects and scenes."""
+    kinds = list(product(SCENE_SD, DIFFERENCES))
+    tasks = [(seed, sets, subjects, kind, scene_sd) for scene_sd, kind in kinds for subjects in SUBJECTS]
+    rates = [f"{high:.3f} / {low:.3f}" for high, low in in_order(executor, at_bounds, tasks)]
+    lines = [
+        "| subjects differ; scenes | " + " | ".join(f"N = {subjects}" for subjects in SUBJECTS) + " |",
+        "| --- " * (len(SUBJECTS) + 1) + "|",
+    ]
+    for number, (scene_sd, kind) in enumerate(kinds):
+        own = rates[number * len(SUBJECTS) : (number + 1) * len(SUBJECTS)]
+        lines.append(f"| {kind}; {scene_sd:g} | " + " | ".join(own) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def compare(seed: int) -> None:
     """Analyse one set by `depth_rating` and by the code above; stop where they differ."""
     rng = np.random.default_rng(seed)
@@ -154,6 +192,8 @@ def compare(seed: int) -> None:
     assert isinstance(result.rise, Effect)
     np.testing.assert_allclose(result.rise.p, mine["p"][0], rtol=1e-9)
     bend = rated(logs @ _weights(curvature_weights(MM)))
+    assert isinstance(result.equivalence, Equivalence)
+    np.testing.assert_allclose(result.equivalence.p, mine["outside"][0], rtol=1e-9)
     assert isinstance(result.curvature, Effect)
     np.testing.assert_allclose(result.curvature.p, bend["p"][0], rtol=1e-9)
 
@@ -224,7 +264,10 @@ def markdown(rows: list[dict[str, Any]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", type=int, default=4000, help="of each cell")
+    parser.add_argument("--sets", type=int, default=4000, help="of each cell; 0 for none")
+    parser.add_argument(
+        "--equivalence", type=int, default=0, help="sets of each cell, for that test alone"
+    )
     parser.add_argument("--cube", type=int, default=0, help="experiments on the cube with each N, slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
@@ -238,13 +281,15 @@ def main() -> None:
         for scene_sd, kind, subjects, curve in product(SCENE_SD, DIFFERENCES, SUBJECTS, CURVES)
     ]
     with shared(asked.workers, asked.scheduler) as executor:
-        rows = list(in_order(executor, cell, tasks))
-        print(markdown(rows))
+        if asked.equivalence:
+            print(equivalence_table(asked.seed, asked.equivalence, executor), flush=True)
+        rows = list(in_order(executor, cell, tasks)) if asked.sets else []
+        print(markdown(rows) if rows else "")
         for subjects in SUBJECTS if asked.cube else ():
             of_cube = [(asked.seed, subjects, number) for number in range(asked.cube)]
             p = pd.DataFrame(list(in_order(executor, cube, of_cube)))
             print(f"cube, N = {subjects}:", dict((p < 0.05).mean().round(3)), flush=True)
-    if asked.markdown:
+    if asked.markdown and rows:
         asked.markdown.write_text(markdown(rows), encoding="utf-8")
     if asked.out:
         asked.out.write_text(json.dumps({"seed": asked.seed, "cells": rows}, indent=1) + "\n", encoding="utf-8")

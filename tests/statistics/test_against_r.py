@@ -9,6 +9,7 @@ import pytest
 from focalgradient.statistics import DepthRatingResult, NeckerResult, compare_pictures, depth_rating, necker
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.cumulative import cumulative_fit
+from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.ordinal import design_matrix
 
@@ -99,9 +100,14 @@ def test_ratios_to_the_pinhole(ratings: DepthRatingResult, fixation: str) -> Non
 
 @pytest.mark.parametrize("fixation", NUMBER)
 def test_equivalence(ratings: DepthRatingResult, fixation: str) -> None:
-    result = ratings.fixations[NUMBER[fixation]].equivalence
-    assert (result.p_below, result.p_above) == pytest.approx(SAID[f"tost_{fixation}"], rel=1e-8)
-    assert result.equivalent == (SAID[f"tost_{fixation}"].max() < 0.05)
+    each = ratings.fixations[NUMBER[fixation]]
+    by_t = equivalence(each.rise, np.log(1.2))
+    assert (by_t.p_below, by_t.p_above) == pytest.approx(SAID[f"tost_{fixation}"], rel=1e-8)
+    found = each.equivalence
+    careful = SAID[f"careful_{fixation}"]
+    assert (found.p_below, found.p_above, found.low, found.high) == pytest.approx(careful, rel=1e-8)
+    assert found.p >= by_t.p
+    assert found.equivalent == (careful[:2].max() < 0.05)
 
 
 def test_interaction_of_few_scenes(ratings: DepthRatingResult) -> None:

@@ -1,6 +1,5 @@
 """Depth ratings: what was put in comes out, what cannot be told is said, bad tables are refused by row."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +13,7 @@ from focalgradient import InputError
 from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
 from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
+from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
@@ -377,28 +377,15 @@ def test_results_print_in_short_and_tell_their_tests() -> None:
     assert all("p (Holm)" in line for line in lines[1:])
 
 
-@pytest.mark.parametrize(("last", "remarked"), [(0.35, True), (0.02, False)])
-def test_weak_equivalence_of_skewed_subjects_is_remarked(last: float, remarked: bool) -> None:
-    """Seven rises about 0, and an eighth that is like them or far off; the bound is just outside the 90 % interval."""
-    own = np.array([-0.03, 0.02, -0.01, 0.03, 0.0, -0.02, 0.01, last])
-    rng = np.random.default_rng(3)
-    rows = [
-        (
-            f"{who}",
-            len(own) * scene + number,
-            f"c{scene}",
-            name,
-            mm,
-            "nearest",
-            math.exp(rise * mm / 9 + rng.normal(0, 0.01)),
-        )
-        for who, rise in enumerate(own)
-        for scene in range(5)
-        for number, (name, mm) in enumerate([("pinhole", 0.0), ("f/5.6", 9.0)])
-    ]
-    names = ["participant_id", "trial", "scene", "aperture", "aperture_mm", "fixation", "rating"]
-    table = pd.DataFrame(rows, columns=names).assign(catch=False, trial=range(len(rows)))
-    half = stats.t.isf(0.05, 7) * own.std(ddof=1) / math.sqrt(8)
-    result = depth_rating(table, equivalence_bound=math.exp(1.1 * (own.mean() + half)))
-    assert result.fixations[0].equivalence.equivalent
-    assert any("are skewed" in remark for remark in result.remarks) == remarked
+def test_equivalence_is_more_careful_where_subjects_are_skewed() -> None:
+    """The end of the interval on the side of the long tail moves out, the other stays; mirrored alike."""
+    effect = paired_effect([-0.03, 0.02, -0.01, 0.03, 0.0, -0.02, 0.01, 0.35], "an example")
+    by_t = equivalence(effect, 0.2)
+    for skewness in (0.4, -0.4, 3.0):
+        found = equivalence(effect, 0.2, skewness)
+        assert (found.high > by_t.high, found.low < by_t.low) == (skewness > 0, skewness < 0)
+        bounds = np.linspace(0.05, 0.6, 100)
+        inside = [(-bound < found.low) and (found.high < bound) for bound in bounds]
+        assert inside == [equivalence(effect, bound, skewness).equivalent for bound in bounds]
+        assert 0 < sum(inside) < 100
+    assert equivalence(effect, 0.02, 3.0).p > 0.5  # beyond the bound

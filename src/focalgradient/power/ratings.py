@@ -21,7 +21,8 @@ from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
-from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.crossed import FEWEST_SCENES, error_skewness, moments
+from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 
@@ -35,7 +36,7 @@ TESTS = {
 """What is counted, and what it means: each at .05 by the rule of the report, the first and the last by Holm's p."""
 
 
-ANALYSIS = 2
+ANALYSIS = 3
 """Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 
@@ -287,9 +288,8 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     found = [_tested(cells) for cells in (*rises, rises[0] - rises[1])]
     p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
     corrected = holm(p) < ALPHA
-    mean, error, df = found[1]
-    bound = math.log(study.bound)
-    outside = np.maximum(stats.t.sf((mean + bound) / error, df), stats.t.cdf((mean - bound) / error, df))
+    skewness = error_skewness(rises[1], found[1][1])
+    outside = np.maximum(*one_sided(*found[1], math.log(study.bound), subjects, skewness))
     return {
         "near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean()),
         "far_equivalent": float((outside < ALPHA).mean()),

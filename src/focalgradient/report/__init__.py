@@ -240,7 +240,7 @@ def make_report(
     body += _shown(provenance(root, parts, used, stated), sheets)
     files = _files(title, body, sheets, figures)
     if ratings is not None:
-        result = ratings.result if isinstance(ratings.result, DepthRatingResult) else None
+        result = None if isinstance(ratings.result, NotComputed) else ratings.result
         files |= trial_files(ratings.table, ratings.kept, result)
     if reports is not None:
         files |= report_files(

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import pandas as pd
 
-from focalgradient.statistics import DepthRatingResult, Effect, NeckerResult, OrdinalResult
+from focalgradient.statistics import (
+    ComparisonResult,
+    DepthRatingResult,
+    Effect,
+    NeckerResult,
+    NotComputed,
+    OrdinalResult,
+)
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
@@ -72,9 +79,10 @@ HEADLINE = """# The headline test of the report: the rise of the ratings from th
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
-for (f in unique(d$fixation)) {{
-  cells <- rises(d, f)
-  cat("fixation:", f, "\\n")
+of <- all_rises(d)
+for (f in names(of)) {{
+  cells <- of[[f]]
+  cat("rise:", f, "\\n")
   if (requireNamespace("lmerTest", quietly = TRUE) && length(unique(cells$scene)) >= {fewest}) {{
     fit <- lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene), cells)
     print(summary(fit)$coefficients)
@@ -90,11 +98,14 @@ JASP = """# The same for JASP. By its menus: open depth_rating_wide.csv, a row f
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
-for (f in unique(as.character(d$fixation))) {{ cat("fixation:", f, "\\n"); print(headline(rises(d, f))) }}
+of <- all_rises(d)
+for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]])) }}
 """
 
 ORDINAL = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
 # pinhole, by a cumulative-link mixed model. Run in the report's folder: Rscript headline_ordinal.R (package ordinal)
+# In JASP, which has no such model: open depth_rating_wide.csv, a row for each subject and a column for each condition
+# (mean step); T-Tests, Paired Samples T-Test, Wilcoxon signed-rank, the largest aperture with the pinhole.
 # clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: they agree to some percent.
 library(ordinal)
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
@@ -124,6 +135,40 @@ print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)
                  p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
 """
 
+COMPARED = """# The headline tests of the report: does the answer change with the aperture, over subjects? Steps:
+# straight lines of each subject, t over subjects (base R). Choices (0 or 1): one logistic line of all answers, errors
+# between subjects (CR3, package clubSandwich). Run in the report's folder: Rscript headline_comparisons.R
+# In JASP steps alone: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
+# Repeated Measures ANOVA, over the apertures of one fixation; under contrasts choose polynomial, the linear one.
+d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character"))
+d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+choice <- all(d$rating %in% 0:1); known <- c("nearest", "farthest")
+lines <- list(); found <- data.frame(); largest <- data.frame()
+for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
+  e <- d[d$fixation == f, ]; n <- length(unique(e$participant_id))
+  if (choice) {
+    fit <- glm(rating ~ aperture_mm, binomial, e)
+    error <- sqrt(clubSandwich::vcovCR(fit, e$participant_id, "CR3")[2, 2]); t <- coef(fit)[[2]] / error
+    found <- rbind(found, data.frame(slope_of = f, estimate = coef(fit)[[2]], t = t, p = 2 * pt(-abs(t), n - 1)))
+  } else {
+    lines[[f]] <- sapply(split(e, e$participant_id), function(o) coef(lm(rating ~ aperture_mm, o))[[2]])
+    t <- t.test(lines[[f]])
+    found <- rbind(found, data.frame(slope_of = f, estimate = t$estimate, t = t$statistic, p = t$p.value))
+  }
+  e <- e[e$aperture_mm == max(e$aperture_mm), ]
+  t <- t.test(tapply(e$rating, e$participant_id, mean), mu = if (choice) 0.5 else 0)
+  largest <- rbind(largest, data.frame(largest_of = f, mean = t$estimate, t = t$statistic, p = t$p.value))
+}
+if (length(lines) > 1) for (pair in combn(names(lines), 2, simplify = FALSE)) {
+  both <- intersect(names(lines[[pair[1]]]), names(lines[[pair[2]]]))
+  t <- t.test(lines[[pair[1]]][both] - lines[[pair[2]]][both])
+  found <- rbind(found, data.frame(slope_of = paste(pair, collapse = " less "), estimate = t$estimate, t = t$statistic,
+                                   p = t$p.value))
+}
+found$p_holm <- p.adjust(found$p, "holm"); print(found, row.names = FALSE, digits = 5)
+largest$p_holm <- p.adjust(largest$p, "holm"); print(largest, row.names = FALSE, digits = 5)
+"""
+
 PREPARE = """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 rises <- function(d, fixation) {{  # a row a subject and scene: log ratio of the largest aperture to the pinhole
   e <- d[d$fixation == fixation, ]
@@ -132,6 +177,16 @@ rises <- function(d, fixation) {{  # a row a subject and scene: log ratio of the
   both <- merge(m[m$aperture_mm > 0, ], m[m$aperture_mm == 0, ], by = c("participant_id", "scene"))
   data.frame(participant_id = both$participant_id, scene = both$scene,
              log_ratio = both$log_rating.x - both$log_rating.y)
+}}
+all_rises <- function(d) {{  # of each object in focus, and the difference of each pair
+  known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
+  names <- c(intersect(known, names), sort(setdiff(names, known)))
+  of <- sapply(names, function(f) rises(d, f), simplify = FALSE)
+  if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE)) {{
+    both <- merge(of[[pair[1]]], of[[pair[2]]], by = c("participant_id", "scene"))
+    of[[paste(pair, collapse = " less ")]] <- data.frame(both[1:2], log_ratio = both$log_ratio.x - both$log_ratio.y)
+  }}
+  of
 }}
 headline <- function(cells) {{  # complete tables of subjects by scenes
   y <- tapply(cells$log_ratio, list(cells$participant_id, cells$scene), mean)
@@ -146,7 +201,9 @@ headline <- function(cells) {{  # complete tables of subjects by scenes
 }}"""
 
 
-def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResult | None) -> dict[str, bytes]:
+def trial_files(
+    table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResult | ComparisonResult | None
+) -> dict[str, bytes]:
     """All trials as a long CSV, the meaning of its columns, and scripts that repeat the headline test.
 
     Parameters
@@ -168,25 +225,42 @@ def trial_files(table: pd.DataFrame, kept: pd.DataFrame, result: DepthRatingResu
         "depth_rating_trials.csv": safe_csv(out),
         "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING),
     }
-    if result is not None and isinstance(result.ordinal, OrdinalResult):
+    if isinstance(result, ComparisonResult):
+        tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
+        tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
+        files["headline_comparisons.R"] = (COMPARED + _found(tests)).encode()
+    if result is not None and result.scale != "ratio":
+        files["depth_rating_wide.csv"] = safe_csv(_answers(out))
+    if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
         tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
-        found = "".join(
-            f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect)
-        )
-        files["headline_ordinal.R"] = (ORDINAL + found).encode()
-    if result is not None and result.scale == "ratio":
+        files["headline_ordinal.R"] = (ORDINAL + _found(tests)).encode()
+    if isinstance(result, DepthRatingResult) and result.scale == "ratio":
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         prepare = PREPARE.format(fewest=FEWEST_SCENES)
-        found = "".join(
-            f"# focalgradient: {each.fixation}: {each.rise.summary()}\n"
-            for each in result.fixations
-            if isinstance(each.rise, Effect)
-        )
+        rises = [(each.fixation, each.rise) for each in result.fixations]
+        pairs = dict(result.differences) or {FIXATIONS: (result.interaction, None)}
+        found = _found([*rises, *((f"{one} less {other}", test[0]) for (one, other), test in pairs.items())])
         files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
     return files
+
+
+def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:
+    """Our own results, for comparison, as comments."""
+    return "".join(f"# focalgradient: {name}: {test.summary()}\n" for name, test in tests if isinstance(test, Effect))
+
+
+def _answers(trials: pd.DataFrame) -> pd.DataFrame:
+    """A row a subject, a column a condition: the mean step, or the share of choices."""
+    rows = trials[trials["included"]]
+    means = rows.groupby(["participant_id", "fixation", "aperture_mm", "aperture"])["rating"].mean()
+    order = fixations_of(rows)
+    wide = means.unstack(["fixation", "aperture_mm", "aperture"])
+    wide = wide[sorted(wide.columns, key=lambda name: (order.index(name[0]), name[1]))]
+    wide.columns = pd.Index([f"{fixation} {aperture}" for fixation, _, aperture in wide.columns])
+    return wide.reset_index()
 
 
 def _rises(trials: pd.DataFrame) -> pd.DataFrame:

@@ -26,6 +26,7 @@ __all__ = [
     "Moments",
     "components",
     "crossed_effect",
+    "error_skewness",
     "moments",
     "over_subjects",
 ]
@@ -130,6 +131,38 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     least = float(min(subjects, scenes) - 1)
     df = np.where(differ, np.maximum(satterthwaite, least), subjects - 1.0)
     return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
+
+
+def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
+    """Skewness of the error of the mean of each table, as the subjects' own means show it.
+
+    Parameters
+    ----------
+    cells
+        Shape (..., subjects, scenes); NaN where there is no value.
+    standard_error
+        Of each table's mean. What scenes add to it is taken as symmetric.
+
+    Returns
+    -------
+    ndarray
+        Shape (...). The subjects' third moment (unbiased) over their number squared, which is that of a mean, over the
+        cube of the standard error; 0 with two subjects.
+
+    Examples
+    --------
+    >>> round(float(error_skewness([[0.1], [0.2], [0.1], [0.6]], 0.11)), 2)
+    1.13
+    """
+    cells = np.asarray(cells, dtype=float)
+    own = np.nanmean(cells, axis=-1)
+    own = own[np.isfinite(own)] if own.ndim == 1 else own
+    subjects = own.shape[-1]
+    away = own - own.mean(axis=-1, keepdims=True)
+    if subjects < 3:
+        return np.zeros(own.shape[:-1])
+    third = subjects / ((subjects - 1) * (subjects - 2)) * (away**3).sum(axis=-1)  # unbiased third moment
+    return np.asarray(third / subjects**2 / np.asarray(standard_error) ** 3)
 
 
 def over_subjects(cells: ArrayLike) -> Effect | NotComputed:

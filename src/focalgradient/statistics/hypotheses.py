@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from focalgradient.statistics.records import ALPHA, Effect
 
-__all__ = ["Equivalence", "equivalence"]
+__all__ = ["Equivalence", "equivalence", "one_sided"]
+
+FloatArray = NDArray[np.float64]
+
+SHRINKAGE = 12
+"""The sample's skewness is taken 1 + 12 / N times. 1 + 8 / N makes up for what samples of a gamma distribution show too
+little of it on average (3.3, 2.4, 1.8 and 1.4 times with 4, 6, 10 and 20 subjects); 12 holds the tests' level in every
+cell of benchmarks/statistics_error_rates.py, at most .058 (20,000 sets a cell)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +29,8 @@ class Equivalence:
     bound
         The effect is equivalent to zero within -bound ... bound.
     estimate, low, high
-        The effect and its 90 % interval: inside the bounds just where both tests reject at .05.
+        The effect and its 90 % interval: inside the bounds just where both tests reject at .05. An end is farther out
+        than Student's t has it where the subjects' values are skewed to its side.
     p_below, p_above
         Probabilities against an effect of -bound or less, and against one of bound or more: `p_above` alone tests for
         no *increase*.
@@ -43,8 +53,57 @@ class Equivalence:
     subjects: int
 
 
-def equivalence(effect: Effect, bound: float) -> Equivalence:
-    """Test whether an effect lies within -bound ... bound: t-tests against both, with the effect's degrees of freedom.
+def one_sided(
+    mean: ArrayLike,
+    standard_error: ArrayLike,
+    df: ArrayLike,
+    bound: float,
+    subjects: int = 2,
+    skewness: ArrayLike = 0.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Probabilities against means of -bound or less, and of bound or more; arrays are done at once.
+
+    By Student's t; where the subjects' values are skewed to the side of the bound, by t less its skewness (Johnson
+    1978, with the quantile in place of t, so that it rises with t everywhere). A skewness that would make the test less
+    careful is not used: few subjects show it badly.
+
+    Parameters
+    ----------
+    mean, standard_error, df
+        Of each effect.
+    bound
+        Above 0.
+    subjects
+        How many the skewness was estimated from.
+    skewness
+        Of the mean's error: see `focalgradient.statistics.crossed.error_skewness`.
+
+    Examples
+    --------
+    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2)]
+    [0.0005, 0.0021]
+    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, 12, skewness=0.3)]
+    [0.0005, 0.0185]
+    """
+    skewness = (1 + SHRINKAGE / subjects) * np.asarray(skewness, dtype=float)
+    above_low = (np.asarray(mean, dtype=float) + bound) / standard_error
+    below_high = (bound - np.asarray(mean, dtype=float)) / standard_error
+    below = stats.t.sf(_corrected(above_low, np.maximum(-skewness, 0)), df)
+    above = stats.t.sf(_corrected(below_high, np.maximum(skewness, 0)), df)
+    return np.asarray(below), np.asarray(above)
+
+
+def equivalence(effect: Effect, bound: float, skewness: float = 0.0) -> Equivalence:
+    """Test whether an effect lies within -bound ... bound: tests against both, with the effect's degrees of freedom.
+
+    Parameters
+    ----------
+    effect
+        Its estimate, standard error and degrees of freedom are used.
+    bound
+        Above 0, in the effect's unit.
+    skewness
+        Of the estimate's error: see `one_sided`.
 
     Examples
     --------
@@ -53,9 +112,19 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     >>> round(outcome.p, 4), outcome.equivalent
     (0.0021, True)
     """
-    half = float(stats.t.ppf(1 - ALPHA, effect.df)) * effect.standard_error
-    below = float(stats.t.sf((effect.estimate + bound) / effect.standard_error, effect.df))
-    above = float(stats.t.cdf((effect.estimate - bound) / effect.standard_error, effect.df))
+    distances = effect.estimate, effect.standard_error, effect.df, bound
+    below, above = (float(p) for p in one_sided(*distances, effect.subjects, skewness))
     p = max(below, above)
-    low, high = effect.estimate - half, effect.estimate + half
+    quantile = float(stats.t.ppf(1 - ALPHA, effect.df))
+    longer = (1 + SHRINKAGE / effect.subjects) * (1 + 2 * quantile**2) / 6
+    low = effect.estimate - (quantile + longer * max(-skewness, 0)) * effect.standard_error
+    high = effect.estimate + (quantile + longer * max(skewness, 0)) * effect.standard_error
     return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects)
+
+
+def _corrected(t: FloatArray, skewness: FloatArray) -> FloatArray:
+    """The q of t = q + skewness (1 + 2 q^2) / 6, for a skewness of 0 or more: at most t, and rising with it."""
+    s = np.where(skewness > 0, skewness, 1.0)
+    under = 1 + 4 / 3 * s * (t - s / 6)
+    q = np.where(under > 0, (np.sqrt(np.maximum(under, 0)) - 1) * 3 / (2 * s), np.minimum(t, -3 / (2 * s)))
+    return np.asarray(np.where(skewness > 0, q, t))

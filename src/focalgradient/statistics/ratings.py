@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
-from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
+from focalgradient.statistics.crossed import Components, components, crossed_effect, error_skewness, over_subjects
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
@@ -323,33 +323,21 @@ def _fixation(fixation: str, own: Cells, bound: float, scale: Scale, remarks: li
     if not missing.reason:
         rises = own.against_smallest(-1)
         rise, fixed, parts = crossed_effect(rises), over_subjects(rises), components(rises, "log_ratio")
-        equal = rise if isinstance(rise, NotComputed) else equivalence(rise, math.log(bound))
+        if isinstance(rise, Effect):
+            shown = rises[np.isfinite(rises).any(axis=1)]
+            equal = equivalence(rise, math.log(bound), float(error_skewness(shown, rise.standard_error)))
+        else:
+            equal = rise
         if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
             left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
             remarks.append(
                 f"The rise ({fixation}) leaves out {left}: no answers to the largest aperture or the pinhole."
             )
-    if _liberal(equal, parts):
-        remarks.append(
-            f"The subjects’ rises ({fixation}) are skewed: the test of equivalence is then liberal (.06 to .09 in "
-            "simulations, where .05 is stated), and a p between .01 and .05 is weak evidence."
-        )
     trends = [
         weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
         for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
     ]
     return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts)
-
-
-SKEWED = 1.0
-"""Skewness from which a distribution is called highly skewed (Bulmer 1979)."""
-
-
-def _liberal(equal: Equivalence | NotComputed, parts: Components | NotComputed) -> bool:
-    """Whether equivalence was found weakly and the subjects' rises look skewed; of few subjects that shows little."""
-    if not (isinstance(equal, Equivalence) and isinstance(parts, Components) and parts.skewness is not None):
-        return False
-    return equal.equivalent and equal.p > 0.01 and abs(parts.skewness) > SKEWED
 
 
 def _no_ratio(own: Cells, fixation: str) -> NotComputed:

@@ -1,0 +1,109 @@
+"""The R scripts of a report, run in R where it is installed: they find what the report says."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.report.export import trial_files
+from focalgradient.statistics import Effect, compare_pictures, depth_rating
+
+REFERENCE = Path(__file__).parent / "statistics" / "reference"
+APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
+
+needs_r = pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
+
+
+def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> str:
+    """What the script prints, in the report's folder."""
+    for package in packages:
+        asked = ["Rscript", "-e", f'quit(status = !requireNamespace("{package}", quietly = TRUE))']
+        if subprocess.run(asked, capture_output=True, check=False).returncode:
+            pytest.skip(f"the R package {package} is not installed")
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    done = subprocess.run(["Rscript", script], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def numbers(text: str) -> list[float]:
+    return [float(each) for each in re.findall(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?![\w.])", text)]
+
+
+def three_fixations() -> pd.DataFrame:
+    """Ratios by six subjects of six scenes, with objects in focus whose names are one's own."""
+    rng = np.random.default_rng(4)
+    rise = {"door": 0.4, "lamp": 0.1, "vase": 0.0}
+    scenes = dict(zip("abcdef", rng.normal(0, 0.2, 6), strict=True))
+    rows = [
+        (f"{who:02}", scene, name, mm, fixation, np.exp((rise[fixation] + own + of) * mm / 8.9 + rng.normal(0, 0.2)))
+        for who in range(6)
+        for fixation in rise
+        for own in [rng.normal(0, 0.2)]
+        for scene, of in scenes.items()
+        for name, mm in APERTURES.items()
+    ]
+    names = ["participant_id", "scene", "aperture", "aperture_mm", "fixation", "rating"]
+    return pd.DataFrame(rows, columns=names).assign(trial=range(len(rows)), catch=False)
+
+
+@needs_r
+def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path) -> None:
+    table = three_fixations()
+    result = depth_rating(table, equivalence_bound=1.2)
+    said = run(tmp_path, trial_files(table, table, result), "headline.R", "lmerTest")
+    tests = {each.fixation: each.rise for each in result.fixations}
+    tests |= {f"{one} less {other}": test for (one, other), (test, _) in result.differences.items()}
+    assert len(tests) == 6
+    for block in said.split("rise: ")[1:]:
+        name, rest = block.split(" \n", 1)
+        test = tests.pop(name)
+        assert isinstance(test, Effect)
+        by_lmer, by_squares = rest.split("log_ratio", 1)
+        found = numbers(by_squares)
+        assert found[:6] == pytest.approx(
+            [test.estimate, test.low, test.high, test.statistic, test.df, test.p], rel=2e-5
+        )
+        estimate, _, df, t, p = numbers(by_lmer.split("(Intercept)")[1])
+        assert (estimate, df, t, p) == pytest.approx((test.estimate, test.df, test.statistic, test.p), rel=2e-3)
+    assert not tests
+
+
+@needs_r
+@pytest.mark.parametrize(("kind", "column"), [("bipolar", "steps"), ("choice", "choice")])
+def test_r_finds_the_slopes_of_comparisons(kind: str, column: str, tmp_path: Path) -> None:
+    table = pd.read_csv(REFERENCE / "comparisons.csv", dtype={"participant_id": str})
+    table = table.assign(rating=table[column])
+    result = compare_pictures(table, kind)
+    files = trial_files(table, table, result)
+    packages = ("clubSandwich",) if kind == "choice" else ()
+    said = run(tmp_path, files, "headline_comparisons.R", *packages)
+    slopes, largest = said.split("largest_of")
+    rows = [numbers(line) for line in slopes.splitlines()[1:] if line.strip()]
+    tests = [*result.slopes, *([result.interaction] if kind == "bipolar" else [])]
+    assert rows == [pytest.approx([test.estimate, test.statistic, test.p, test.p_holm], rel=2e-4) for test in tests]
+    rows = [numbers(line)[1:] for line in largest.splitlines()[1:] if line.strip()]
+    assert rows == [pytest.approx([test.statistic, test.p, test.p_holm], rel=2e-4) for test in result.against_reference]
+    wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
+    own = table[(table["fixation"] == "farthest") & (table["aperture"] == "f/11")]
+    means = own.groupby("participant_id")["rating"].mean()
+    assert wide["farthest f/11"].to_numpy() == pytest.approx(means.to_numpy())
+
+
+@needs_r
+def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
+    """By Laplace's method, so to some percent; the wide table has the mean steps."""
+    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
+    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
+    said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R", "ordinal")
+    (row,) = [numbers(line) for line in said.splitlines()[1:]]
+    rise = result.ordinal.rises[0]
+    assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05)
+    wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
+    assert list(wide) == ["participant_id", "nearest pinhole", "nearest f/22", "nearest f/11", "nearest f/5.6"]
+    assert len(wide) == 8
