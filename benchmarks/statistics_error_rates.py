@@ -265,9 +265,7 @@ def markdown(rows: list[dict[str, Any]]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=4000, help="of each cell; 0 for none")
-    parser.add_argument(
-        "--equivalence", type=int, default=0, help="sets of each cell, for that test alone"
-    )
+    parser.add_argument("--equivalence", type=int, default=0, help="sets of each cell, for that test alone")
     parser.add_argument("--cube", type=int, default=0, help="experiments on the cube with each N, slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)

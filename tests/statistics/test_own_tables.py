@@ -33,6 +33,13 @@ def test_long_with_names_of_its_own(tmp_path: Path) -> None:
         assert part in said
 
 
+def test_trials_that_are_numbered_alike_are_numbered_anew(tmp_path: Path) -> None:
+    rows = "1,1,0,near,1\n1,1,f11,near,2\n1,1,f11,near,2\n"
+    own = read_ratings(write(tmp_path, f"subject,trial,aperture,focus,rating\n{rows}"))
+    assert own.table["trial"].tolist() == [1, 2, 3]
+    assert any("does not tell all trials apart" in note for note in own.notes)
+
+
 def test_names_that_are_plain_need_no_columns(tmp_path: Path) -> None:
     assert len(read_ratings(write(tmp_path, LONG)).table) == 4
 
@@ -131,6 +138,16 @@ def test_reports_with_a_column_less_say_the_same(tmp_path: Path, left_out: str) 
         assert own[column].astype(str).tolist() == whole[column].astype(str).tolist(), column
 
 
+def test_reports_of_no_duration_are_left_out_and_counted(tmp_path: Path) -> None:
+    head = "subject,trial,gradient,percept,onset,end"
+    rows = [f"A,1,none,{seen}" for seen in ("rigid,0,4", "none,4,4", "nonrigid,4,9")]
+    own = read_reports(write(tmp_path, "\n".join([head, *rows])))
+    assert own.table["duration"].tolist() == [4.0, 5.0]
+    assert "Reports that lasted no time were left out: 1." in own.notes
+    with pytest.raises(InputError, match="holds no report that lasted"):
+        read_reports(write(tmp_path, "\n".join([head, rows[1]])))
+
+
 def test_reports_are_known_by_their_columns(tmp_path: Path) -> None:
     assert holds_reports(write(tmp_path, REPORTS), NAMES)
     assert not holds_reports(write(tmp_path, LONG))
@@ -171,6 +188,11 @@ BAD = {
     "twice": ("subject,subject\n1,1\n", "the column subject twice"),
     "text": ("subject,aperture,focus,rating\n1,0,near,deep\n", "row 2: rating is 'deep', but must be a number"),
     "negative": ("subject,aperture,focus,rating\n1,0,near,-1\n", "row 2 .*rating is -1.0"),
+    "repeated": (
+        "subject,trial,aperture,focus,rating\n1,1,0,near,1\n1,2,0,near,1\n1,2,0,near,1\n",
+        "row 4: a row above is the same in every cell",
+    ),
+    "no such lens": ("subject,aperture,focus,rating\n1,f/0.01,near,1\n", "row 2: aperture is 'f/0.01', but no lens"),
     "aperture": ("subject,aperture,focus,rating\n1,wide,near,1\n", "row 2: aperture is 'wide'"),
     "fixation": ("subject,aperture,focus,rating\n1,0,middle,1\n", "row 2: fixation is 'middle'"),
     "no name": ("subject,aperture,focus,rating\n,0,near,1\n", "row 2: the participant is missing"),

@@ -241,7 +241,7 @@ def make_report(
     files = _files(title, body, sheets, figures)
     if ratings is not None:
         result = None if isinstance(ratings.result, NotComputed) else ratings.result
-        files |= trial_files(ratings.table, ratings.kept, result)
+        files |= trial_files(ratings.table, ratings.kept, ratings.compared or result)
     if reports is not None:
         files |= report_files(
             reports.table, reports.kept, None if isinstance(reports.result, NotComputed) else reports.result

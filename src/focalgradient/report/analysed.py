@@ -213,6 +213,8 @@ def _simulated(table: pd.DataFrame) -> bool:
 
 
 def _nobody(found: Quality) -> NotComputed:
+    if not found.subjects_before:
+        return NotComputed("All trials are catch trials: there is nothing to analyse.")
     return NotComputed(
         f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
     )

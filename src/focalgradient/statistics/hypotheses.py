@@ -85,11 +85,10 @@ def one_sided(
     >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, 12, skewness=0.3)]
     [0.0005, 0.0185]
     """
-    skewness = (1 + SHRINKAGE / subjects) * np.asarray(skewness, dtype=float)
-    above_low = (np.asarray(mean, dtype=float) + bound) / standard_error
-    below_high = (bound - np.asarray(mean, dtype=float)) / standard_error
-    below = stats.t.sf(_corrected(above_low, np.maximum(-skewness, 0)), df)
-    above = stats.t.sf(_corrected(below_high, np.maximum(skewness, 0)), df)
+    centre, error, freedom = (np.asarray(each, dtype=float) for each in (mean, standard_error, df))
+    more = (1 + SHRINKAGE / subjects) * np.asarray(skewness, dtype=float)
+    below = stats.t.sf(_corrected((centre + bound) / error, np.maximum(-more, 0)), freedom)
+    above = stats.t.sf(_corrected((bound - centre) / error, np.maximum(more, 0)), freedom)
     return np.asarray(below), np.asarray(above)
 
 

@@ -59,6 +59,9 @@ FIXED = {
     "back": "farthest",
     "background": "farthest",
 }
+FASTEST = 0.5
+"""Least f-number of a lens in air, by Abbe's sine condition."""
+
 OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 """Name of a fixation of one's own."""
 
@@ -242,9 +245,15 @@ def _checked_cells(
 def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Trial numbers, supplied where they are missing."""
     by = [name for name in ("participant_id", "session") if name in table]
-    if "trial" not in table or table.duplicated([*by, "trial"]).any():
-        table["trial"] = table.groupby(by, sort=False).cumcount() + 1
-        notes.append("Trials are numbered as they stand in the file.")
+    if "trial" in table:
+        again, same = table.duplicated([*by, "trial"]), table.duplicated()
+        if not again.any():
+            return table
+        if same.equals(again):
+            raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
+        notes.append("The column of trials does not tell all trials apart and was not used.")
+    table["trial"] = table.groupby(by, sort=False).cumcount() + 1
+    notes.append("Trials are numbered as they stand in the file.")
     return table
 
 
@@ -254,12 +263,17 @@ def _aperture(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str,
         return PINHOLE
     found = F_NUMBER.fullmatch(text)
     number = float(found[1].replace(",", ".")) if found else 0.0
+    if found and 0 < number < FASTEST:
+        raise InputError(
+            f"{_row(table, row)}: aperture is {printable(cell)!r}, but no lens has an f-number below {FASTEST:g}: give "
+            "the f-number, or name the column aperture_mm if these are diameters."
+        )
     if not 0 < number < math.inf:
         raise InputError(
             f"{_row(table, row)}: aperture is {printable(cell)!r}, but must be a pinhole or an f-number like f/5.6: "
             "give its meaning with --conditions NAME=f/5.6."
         )
-    return PINHOLE if number == 0 else f"f/{number:g}"
+    return f"f/{number:g}"
 
 
 def _fixation(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:

@@ -183,6 +183,7 @@ def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
             table[role] = numbers(table, role, table[role].str.strip())
     if "duration" not in table:
         table["duration"] = table["end"] - table["onset"]
+    table = _lasting(path, table, notes)
     people = [name for name in ("participant_id", "session") if name in table]
     condition = ["gradient", "strength"]
     if "trial" not in table:
@@ -204,6 +205,16 @@ def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     if late.any():
         raise InputError(f"{place(ordered, late)}: the report begins before another of its trial has ended.")
     return table
+
+
+def _lasting(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """Without the reports of no duration: two changes of the keys in one moment."""
+    momentary = table["duration"] == 0
+    if momentary.all():
+        raise InputError(f"{printable(path)} holds no report that lasted: durations are all 0.")
+    if momentary.any():
+        notes.append(f"Reports that lasted no time were left out: {momentary.sum()}.")
+    return table[~momentary].copy()
 
 
 def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
