@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 SHRINKAGE = 12
 """The sample's skewness is taken 1 + 12 / N times. 1 + 8 / N makes up for what samples of a gamma distribution show too
 little of it on average (3.3, 2.4, 1.8 and 1.4 times with 4, 6, 10 and 20 subjects); 12 holds the tests' level in every
-cell of benchmarks/statistics_error_rates.py, at most .058 (20,000 sets a cell)."""
+cell of benchmarks/statistics_error_rates.py, at most .060 (20,000 sets a cell)."""
 
 
 @dataclass(frozen=True, slots=True)
