@@ -1,6 +1,6 @@
 """False positives and coverage of the analyses of steps, comparisons in steps, and choices, by simulation.
 
-    python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice]
+    python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice] [--subjects 6]
         [--workers 2 | --scheduler ADDRESS]
 
 Each set is one experiment: N subjects, 6 scenes, 2 repetitions, one fixation. What a subject feels is level + rise x
@@ -44,13 +44,13 @@ DIFFERENCES = ("normal", "skewed")
 def people(rng: np.random.Generator, subjects: int, kind: str, mean: float) -> FloatArray:
     """Rise of each subject: normal, or a gamma distribution of skewness 1.4."""
     away = rng.normal(size=subjects) if kind == "normal" else (rng.gamma(2.0, size=subjects) - 2) / np.sqrt(2)
-    return mean + SPREAD * away
+    return np.asarray(mean + SPREAD * away, dtype=np.float64)
 
 
 def answers(felt: FloatArray, scale: str) -> FloatArray:
     """What is answered."""
     if scale == "steps":
-        return 1.0 + np.digitize(felt, CUTS)
+        return np.asarray(1.0 + np.digitize(felt, CUTS), dtype=np.float64)
     return np.clip(np.round(felt), -3, 3) if scale == "bipolar" else (felt > 0).astype(float)
 
 
@@ -121,6 +121,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=300, help="of each cell")
     parser.add_argument("--scales", default="bipolar,choice,steps")
+    parser.add_argument("--subjects", type=int, nargs="+", default=SUBJECTS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
@@ -128,7 +129,7 @@ def main() -> None:
     print("| scale; subjects | mean | N | slope: p < .05 | slope covered | largest covered | not computed |")
     print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
     with shared(asked.workers, asked.scheduler) as executor:
-        for scale, kind, mean, subjects in product(asked.scales.split(","), DIFFERENCES, MEANS, SUBJECTS):
+        for scale, kind, mean, subjects in product(asked.scales.split(","), DIFFERENCES, MEANS, asked.subjects):
             tasks = [(asked.seed, scale, subjects, kind, mean, number) for number in range(asked.sets)]
             found = np.array(list(in_order(executor, one, tasks)))
             lost = np.isnan(found[:, 2])

@@ -240,8 +240,8 @@ def trial_files(
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         prepare = PREPARE.format(fewest=FEWEST_SCENES)
         rises = [(each.fixation, each.rise) for each in result.fixations]
-        pairs = dict(result.differences) or {FIXATIONS: (result.interaction, None)}
-        found = _found([*rises, *((f"{one} less {other}", test[0]) for (one, other), test in pairs.items())])
+        pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
+        found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
         files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
     return files
@@ -255,12 +255,12 @@ def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:
 def _answers(trials: pd.DataFrame) -> pd.DataFrame:
     """A row a subject, a column a condition: the mean step, or the share of choices."""
     rows = trials[trials["included"]]
-    means = rows.groupby(["participant_id", "fixation", "aperture_mm", "aperture"])["rating"].mean()
-    order = fixations_of(rows)
-    wide = means.unstack(["fixation", "aperture_mm", "aperture"])
-    wide = wide[sorted(wide.columns, key=lambda name: (order.index(name[0]), name[1]))]
-    wide.columns = pd.Index([f"{fixation} {aperture}" for fixation, _, aperture in wide.columns])
-    return wide.reset_index()
+    found = {}
+    for fixation in fixations_of(rows):
+        own = rows[rows["fixation"] == fixation].sort_values("aperture_mm")
+        for aperture, answers in own.groupby("aperture", sort=False):
+            found[f"{fixation} {aperture}"] = answers.groupby("participant_id")["rating"].mean()
+    return pd.DataFrame(found).rename_axis("participant_id").reset_index()
 
 
 def _rises(trials: pd.DataFrame) -> pd.DataFrame:
