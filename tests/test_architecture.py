@@ -30,8 +30,7 @@ ROOMS = {
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {"depth", "errors", "files", "optics", "parallel", "progress", "psf", "render", "scenes", "view"},
-    "srgb": set(),
-    "display": {"errors", "srgb"},
+    "display": {"errors"},
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
@@ -44,7 +43,7 @@ ROOMS = {
         *("dataset", "depth", "design", "errors", "files", "eye", "parallel", "render", "scenes", "stimuli", "display"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
-    "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "srgb", "tables", "view"},
+    "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},

@@ -13,10 +13,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
 from focalgradient.depth.equalise.curves import curves
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
+from focalgradient.depth.equalise.likelihood import (
+    Equalised,
+    Nodes,
+    ResidualStatistics,
+    SharedPower,
+    equalise,
+    scene_power,
+)
 from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
@@ -56,6 +64,13 @@ OVER_ERROR = 20.0
 """Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
 a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
 on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
+
+ERRS = 1.1
+"""Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
+0.99 to 1.01, JPEG of quality 90 about 1.5."""
+
+SPECK = 3
+"""Nodes across which depth must rest on texture for any of them to count: as far as two sd of a window reach."""
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
@@ -312,6 +327,7 @@ def _estimate_robustly(
     nodes = replace(equalised.refine(nodes, local, weight, scale, GROWTH[:2]), sd=nodes.sd)
     local, images = equalised.evaluate_images(nodes)
     nodes = equalised.refine(nodes, local, weight, scale)  # again, about the first's answer
+    nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
     # The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are
     # left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
     kept = within.astype(np.float32)
@@ -319,6 +335,20 @@ def _estimate_robustly(
     split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
     summed = before if changed.mean() < SETTLED else used
     return _Robust(nodes, agrees, scale, split, summed, energy)
+
+
+def _with_texture_of_its_own(
+    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, scale: float
+) -> Nodes:
+    """The same nodes, without texture where it lies far away, or shows in hardly a node among others without any."""
+    near = equalised.near_texture(nodes, local, weight, scale)
+    nodes = replace(nodes, texture=np.where(near, nodes.texture, 0))
+    found = _informative(nodes)
+    if not found.any() or np.median(nodes.misfit[found]) < ERRS:
+        return nodes
+    # Windows overlap, so that texture shows in several nodes side by side; compression of blank paper, in one or two.
+    specks = found & ~ndimage.binary_opening(found, np.ones((SPECK, SPECK), np.bool_))
+    return replace(nodes, texture=np.where(specks, 0, nodes.texture))
 
 
 def _read_again(equalised: Equalised, robust: _Robust, kept: NDArray[np.bool_]) -> tuple[Nodes, NDArray[np.bool_]]:

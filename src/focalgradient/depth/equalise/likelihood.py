@@ -46,6 +46,13 @@ LEAST_NOISE = 1e-4
 JUMP = 0.5
 """Share of the local variance of depth about its plane that is added to its variance: a choice."""
 
+NARROW = 0.5
+"""Window in which texture is near, over that in which depth is estimated."""
+
+NEAR = 0.02
+"""Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
+edge less than this from 1.6 standard deviations of the wide window on."""
+
 
 Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 """Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""
@@ -224,6 +231,20 @@ class Equalised:
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
         return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
+
+    def near_texture(
+        self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0
+    ) -> NDArray[np.bool_]:
+        """Whether a node's depth rests on texture near it (h x w), and not on what the tail of its window reaches.
+
+        Blank paper beside a strong edge has that edge's depth, if the two lie on one surface; and what compression,
+        the model and the linearised fit err about the edge, many times over.
+        """
+        alone = np.interp(local.level, np.arange(self.levels), sum(r.noise_slope for r in self.residuals))
+        blocks = numerics.block_sum(weight * (local.slope - (noise * alone).astype(np.float32)), self.step)
+        window = self.window / self.step
+        wide, narrow = (numerics.gather(blocks.astype(np.float32)[None], w)[0] for w in (window, NARROW * window))
+        return np.asarray(narrow >= NEAR * wide)
 
     def noise_by_view(self, local: ResidualStatistics, taper: Image | None = None, together: int = 1) -> FloatArray:
         """Noise variance of each view, and of each waveband's independent texture, in units of the ones assumed.
