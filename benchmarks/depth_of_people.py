@@ -3,6 +3,8 @@
     python benchmarks/depth_of_people.py [--eyes N] [--distances N] [--workers N | --scheduler ADDRESS] [--out DIR]
         [FOLDER]
 
+With --out, every eye's result is kept in DIR as it is found, and the same command run again goes on where it stopped.
+
 FOLDER holds mean_6mm.csv and covariance_6mm.csv of a population's Zernike coefficients (micrometres, in the OSA's
 order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a population of our own choice stands in:
 independent coefficients about 0, of standard deviations that fall by half with each radial order.
@@ -19,6 +21,7 @@ ones only, with all, and with two wavebands.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -29,6 +32,7 @@ import numpy as np
 from learned import Experience, learned_optics
 
 from focalgradient import View, recover_depth
+from focalgradient.errors import InputError
 from focalgradient.eye import (
     Cones,
     Eye,
@@ -41,7 +45,7 @@ from focalgradient.eye import (
 )
 from focalgradient.eye.light import Band
 from focalgradient.eye.retina import S_FINEST_CPD
-from focalgradient.files import write_whole
+from focalgradient.files import read_bytes, write_whole
 from focalgradient.optics import Optics
 from focalgradient.parallel import completed, shared
 
@@ -206,6 +210,19 @@ def side_table(of: Sequence[Row]) -> list[str]:
     return lines
 
 
+def kept(file: Path | None, settings: Row) -> tuple[list[Row], list[Row], float]:
+    """What an earlier run of the same settings left in `file`: rows, what tells the side, processor seconds."""
+    if file is None or not file.exists():
+        return [], [], 0.0
+    before = json.loads(read_bytes(file))
+    if before.get("settings") != settings:
+        raise InputError(
+            f"{file} holds results of another population or other walls: give the options it was made with, or "
+            "another --out."
+        )
+    return before["rows"], before["sides"], before["seconds"]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path)
@@ -225,18 +242,25 @@ def main() -> None:
         for n in range(given.eyes)
         for pupil in PUPILS
     ]
-    rows: list[Row] = []
-    telling: list[Row] = []
-    seconds = 0.0
+    made_of = hashlib.sha256(np.asarray(people.mean_um, float).tobytes() + np.asarray(people.covariance_um2).tobytes())
+    settings: Row = {"population": made_of.hexdigest(), "beyond_D": " ".join(f"{one:.6g}" for one in beyond)}
+    file = given.out and given.out / "people.json"
+    rows, telling, seconds = kept(file, settings)
+    done = {(row["eye"], row["pupil_mm"]) for row in telling}
+    jobs = [job for job in jobs if (job.number, 1e3 * job.pupil) not in done]
     with shared(given.workers, given.scheduler) as executor:
         for number, (some, side, took) in completed(executor, measured, jobs):
             rows, telling, seconds = [*rows, *some], [*telling, side], seconds + took
             print(f"eye {jobs[number].number}, {1e3 * jobs[number].pupil:g} mm: {took:.0f} s", flush=True)
-            if given.out is not None:
-                given.out.mkdir(parents=True, exist_ok=True)
-                write_whole(given.out / "people.json", json.dumps({"rows": rows, "sides": telling}).encode())
+            if file is not None:
+                file.parent.mkdir(parents=True, exist_ok=True)
+                state = {"settings": settings, "rows": rows, "sides": telling, "seconds": seconds}
+                write_whole(file, json.dumps(state).encode())
     print("\n".join([*table(rows), "", *side_table(telling)]))
-    print(f"{given.eyes} eyes, {len(beyond)} walls each; {seconds:.0f} s of processor time")
+    for pupil in PUPILS:
+        eyes = len({row["eye"] for row in telling if row["pupil_mm"] == 1e3 * pupil})
+        print(f"{eyes} eyes with {1e3 * pupil:g} mm, {len(beyond)} walls each")
+    print(f"{seconds:.0f} s of processor time")
 
 
 if __name__ == "__main__":
