@@ -47,8 +47,10 @@ def test_a_slanted_wall(views):
     ("args", "said"),
     [
         (["rock"], "SCENE is 'rock'.*spheres"),
-        (["plane", "--pupil", "12"], "--pupil is 12.*9 millimetres"),
+        (["plane", "--pupil", "12"], "--pupil is 12.*to 9"),
         (["plane", "--pupil", "0"], "--pupil is 0"),
+        (["plane", "--pupil", "1e-9"], "--pupil is 1e-09.*from 0.1 to 9.*millimetres"),
+        (["plane", "--pupil", "-4"], "--pupil is -4"),
         (["plane", "--accommodation", "-1"], "--accommodation is -1"),
         (["plane", "--views", "both", "--amplitude", "0"], "--amplitude is 0"),
     ],

@@ -72,6 +72,7 @@ def test_tables_of_each_kind_are_read(tmp_path):
         "one.csv": "coefficient\n0\n0\n0\n0.1\n-0.25\n",
         "two.txt": "# of a left eye\nj um\n4 -0.25\n3 0.1\n",
         "three.csv": "n;m;um\n2;0;-0.25\n2;-2;0.1\n",
+        "four.csv": "# wavefront over 6 mm at 550 nm\nn;m;um\n2;0;-0.25\n2;-2;0.1\n",
     }
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -90,6 +91,10 @@ def test_tables_of_each_kind_are_read(tmp_path):
         ("4.5 0.1\n", "no Zernike term 4.5"),
         ("3 nan\n", "is nan"),
         ("0.1\n" * 300, "more than 231"),
+        ("# Noll's order\n0.1\n", "in Noll's order"),
+        ("j coefficient in waves\n3 0.1\n", "in waves"),
+        ("4 350\n", "no eye has more than 100 micrometres"),
+        ("3 1 -25\n", "no eye has more than 20 micrometres"),
     ],
 )
 def test_what_is_no_table_is_refused_in_a_sentence(text, said, tmp_path):

@@ -24,22 +24,22 @@ def series(vergence, times, *, seed, course=None, bands=("L+M", "S"), noise=0.4,
     return views, at
 
 
-def test_motion_spreads_a_belief_as_a_random_walk_does():
+def test_motion_spreads_a_posterior_as_a_random_walk_does():
     motion = Motion(rest=2.0, spread=50.0, drift=0.3, jumps=0.0)
-    belief = np.exp(-((GRID - 3.0) ** 2) / (2 * 0.2**2))
-    after = motion.after(belief / belief.sum(), GRID, 2.0)
+    posterior = np.exp(-((GRID - 3.0) ** 2) / (2 * 0.2**2))
+    after = motion.after(posterior / posterior.sum(), GRID, 2.0)
     mean = after @ GRID
     assert mean == pytest.approx(3.0, abs=1e-3)
     assert after @ (GRID - mean) ** 2 == pytest.approx(0.2**2 + 0.3**2 * 2, rel=0.01)
 
 
-def test_without_evidence_the_belief_returns_to_what_is_expected():
+def test_without_evidence_the_posterior_returns_to_what_is_expected():
     motion = Motion(rest=2.5, spread=0.8)
-    belief = np.zeros(GRID.size)
-    belief[150] = 1.0
+    posterior = np.zeros(GRID.size)
+    posterior[150] = 1.0
     for _ in range(400):
-        belief = motion.after(belief, GRID, 0.5)
-    assert belief == pytest.approx(motion.expected(GRID), abs=2e-3)
+        posterior = motion.after(posterior, GRID, 0.5)
+    assert posterior == pytest.approx(motion.expected(GRID), abs=2e-3)
     jumped = Motion(drift=0.0, jumps=1.0).after(np.eye(GRID.size)[150], GRID, 0.7)
     assert jumped[150] == pytest.approx(np.exp(-0.7), abs=0.01)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from focalgradient.cli.program import announce, resumable, show, summary_json, writable
+from focalgradient.cli.program import announce, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_text, replace_set
 
@@ -118,11 +118,16 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
     start = time.perf_counter()
     target = target_of(text)
     writable(out, FILES, [target.file] if target.file else [])
-    with resumable("nothing was written.", lambda: announce(SPEED * target.seconds, "Accommodating")) as say:
+    with (
+        resumable("nothing was written.", lambda: announce(SPEED * target.seconds, "Accommodating")) as say,
+        warnings_given() as given,
+    ):
         say(0.0, "accommodating")
         from focalgradient.eye import Accommodation
         from focalgradient.eye import accommodate as look
+        from focalgradient.eye.ranges import warn_if_artificial
 
+        warn_if_artificial(1e-3 * pupil_mm)
         eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil_mm)
         course = look(target.at, target.seconds, eye, seed=seed, progress=lambda share, words: say(0.9 * share, words))
         say(0.9, "drawing")
@@ -142,6 +147,7 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
             "moments_per_second": eye.rate,
         },
         "found": found,
+        "warnings": given,
         "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
         | {"python": platform.python_version()},
     }

@@ -17,8 +17,10 @@ __all__ = ["eye_of"]
 def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
     """The eye of ``--pupil`` or ``--eye``, accommodated to `accommodation` (D)."""
     from focalgradient.eye import Eye
+    from focalgradient.eye.ranges import warn_if_artificial
 
     if options["pupil"] is not None:
+        warn_if_artificial(1e-3 * options["pupil"])
         return Eye(1e-3 * options["pupil"], accommodation)
     path: Path = options["eye_file"]
     table = read_toml(path, "an eye's file")

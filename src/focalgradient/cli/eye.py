@@ -49,9 +49,16 @@ CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "bot
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
 
 
+PUPILS_MM = (0.1, 9.0)
+"""As `focalgradient.eye.ranges` has them in metres; the library is not loaded for help."""
+
+
 def _pupil(_: click.Context, __: click.Parameter, given: float) -> float:
-    if not 0 < given <= 9:
-        raise InputError(f"--pupil is {given:g}, but must be above 0 and at most 9 millimetres.")
+    smallest, largest = PUPILS_MM
+    if not smallest <= given <= largest:
+        raise InputError(
+            f"--pupil is {given:g}, but must be from {smallest:g} to {largest:g}: give the diameter in millimetres."
+        )
     return given
 
 
@@ -152,9 +159,11 @@ def eye(
         say("forming the views")
         from focalgradient import recover_depth
         from focalgradient.eye import Eye, Oscillation, eye_views, score
+        from focalgradient.eye.ranges import warn_if_artificial
         from focalgradient.eye.retina import S_FINEST_CPD
         from focalgradient.plotting import depth_figure
 
+        warn_if_artificial(1e-3 * pupil)
         subject, course = Eye(1e-3 * pupil, accommodation), Oscillation(amplitude)
         eyes = [subject] if views == "bands" else subject.through(PAIR, course)
         bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")

@@ -26,6 +26,19 @@ __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resiz
 MOST = 231
 """Coefficients at most: up to radial order 20."""
 
+LARGEST_UM = {True: 100.0, False: 20.0}
+"""Micrometres that no eye's coefficient exceeds, of defocus and astigmatism, and of higher orders: 20 D over 8 mm are
+46 um, and keratoconic eyes' coma stays below 10 um. Choices, which keep out tables in nanometres."""
+
+OTHER_TABLES = {
+    "noll": "in Noll's order",
+    "fringe": "in the order of the University of Arizona's fringe polynomials",
+    "waves": "in waves",
+    "nanometres": "in nanometres",
+    "nanometers": "in nanometres",
+}
+"""Words of a heading or a comment by which a table is not in the OSA's order and micrometres."""
+
 
 def osa_order(index: int) -> tuple[int, int]:
     """Radial order n and meridional frequency m of the OSA's single index, 0 (piston) and up.
@@ -120,12 +133,14 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     rows: list[list[float]] = []
     for number, line in enumerate(lines, start=1):
         if not line or line.startswith("#"):
+            _refuse_other_table(path, line)
             continue
         cells = [cell for cell in re.split(r"[,;\s]+", line) if cell]
         try:
             rows.append([float(cell) for cell in cells])
         except ValueError:
             if not rows:
+                _refuse_other_table(path, line)
                 continue  # a heading
             raise InputError(
                 f"{printable(path)}, line {number}: {line[:40]!r} is not one, two or three numbers."
@@ -142,9 +157,25 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
             problem = "is there twice" if index in found else f"is {row[-1]}"
             raise InputError(f"{printable(path)}: the coefficient of OSA index {index} {problem}: give one number.")
         found[index] = row[-1]
+        if abs(row[-1]) > (most := LARGEST_UM[index < 6]) and index > 2:
+            raise InputError(
+                f"{printable(path)}: the coefficient of OSA index {index} is {row[-1]:g}, but no eye has more than "
+                f"{most:g} micrometres: give the table in micrometres and the OSA's order."
+            )
     if max(found) >= MOST:
         raise InputError(f"{printable(path)} has more than {MOST} coefficients, which radial order 20 has.")
     return tuple(found.get(index, 0.0) for index in range(max(found) + 1))
+
+
+def _refuse_other_table(path: str | os.PathLike[str], line: str) -> None:
+    """Refuse a table whose heading or comment says that it is of another order or unit."""
+    words = re.findall("[a-z]+", line.lower())
+    for word, what in OTHER_TABLES.items():
+        if word in words:
+            raise InputError(
+                f"{printable(path)} says {line[:60]!r} and so is {what}, but coefficients must be in micrometres and "
+                "in the OSA's order (ANSI Z80.28): convert them."
+            )
 
 
 def _index(path: str | os.PathLike[str], orders: Sequence[float]) -> int:

@@ -37,7 +37,7 @@ class Eye:
     Parameters
     ----------
     pupil_diameter
-        Metres, above 0 and at most 9 mm.
+        Metres, from 0.1 to 9 mm.
     accommodation
         Vergence in dioptres of the plane in focus at the reference wavelength, 580 nm: 0 at infinity.
     wavelength_nm

@@ -1,24 +1,43 @@
-"""What an eye can be given: pupils up to 9 mm, light from 380 to 780 nm, moments in order."""
+"""What an eye can be given: pupils from 0.1 to 9 mm, light from 380 to 780 nm, moments in order."""
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, described, is_number
+from focalgradient.errors import FocalGradientWarning, InputError, check_finite, described, is_number
 
-__all__ = ["check_pupil", "ordered_times", "wavelengths"]
+__all__ = ["check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
+
+SMALLEST_PUPIL, LARGEST_PUPIL = 1e-4, 9e-3
+"""Metres. Dilated pupils reach 9 mm. Through less than 0.1 mm an eye resolves 3 cycles a degree in yellow light, and
+no experiment uses such a pinhole: a choice, which keeps out other units."""
+
+USUAL_PUPIL = 1e-3
+"""Metres. Smaller pupils are artificial ones: natural pupils are 2 to 8 mm wide (Watson & Yellott 2012)."""
 
 
 def check_pupil(pupil_diameter: Any) -> None:
-    """Refuse a pupil that no eye has; metres."""
-    if not (is_number(pupil_diameter) and 0 < pupil_diameter <= 9e-3):
+    """Refuse a pupil that no eye looks through; metres."""
+    # A rounding's worth of slack, for millimetres that became metres.
+    within = is_number(pupil_diameter) and SMALLEST_PUPIL * (1 - 1e-9) <= pupil_diameter <= LARGEST_PUPIL * (1 + 1e-9)
+    if not within:
         raise InputError(
-            f"pupil_diameter is {described(pupil_diameter)}, but must be above 0 and at most 0.009 (9 mm): "
-            "give it in metres."
+            f"pupil_diameter is {described(pupil_diameter)}, but must be from {SMALLEST_PUPIL} (0.1 mm) to "
+            f"{LARGEST_PUPIL} (9 mm): give it in metres."
         )
+
+
+def warn_if_artificial(pupil_diameter: float) -> None:
+    """Warn of a pupil (m) that is smaller than any eye's own."""
+    if pupil_diameter < USUAL_PUPIL:
+        text = (
+            f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any eye's own, and is taken for an artificial one"
+        )
+        warnings.warn(FocalGradientWarning(text), stacklevel=2)
 
 
 def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:

@@ -1,8 +1,8 @@
 """Depth as a running estimate: what successive moments show of a target that may move, brought together in dioptres.
 
-The belief is a distribution over vergence. Between moments it spreads as the target may have moved (`Motion`); each
-moment's views multiply it by their likelihood, which the depth core gives. Within one fixation the texture stays, so
-that all of its views are compared together; from one fixation to the next only the belief goes on.
+The estimate is a posterior distribution over vergence. Between moments it widens as the target may have moved
+(`Motion`); each moment's views multiply it by their likelihood, which the depth core gives. Within one fixation the
+texture stays, so that all of its views are compared together; from one fixation to the next only the posterior goes on.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["Motion", "Track", "Tracker", "track"]
 FloatArray = NDArray[np.float64]
 
 GRID: FloatArray = np.asarray(np.arange(-1.0, 8.0001, 0.04), dtype=np.float64)
-"""Vergences in dioptres that the belief is held at; those below 0 lie beyond infinity, which only lenses reach."""
+"""Vergences in dioptres at which the posterior is held; those below 0 lie beyond infinity, which only lenses reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,17 +60,17 @@ class Motion:
         found = np.exp(-((vergences - self.rest) ** 2) / (2 * self.spread**2))
         return found / found.sum()
 
-    def after(self, belief: FloatArray, vergences: FloatArray, seconds: float) -> FloatArray:
-        """The `belief` over `vergences` after so many `seconds` in which nothing is seen."""
+    def after(self, posterior: FloatArray, vergences: FloatArray, seconds: float) -> FloatArray:
+        """The `posterior` over `vergences` after so many `seconds` in which nothing is seen."""
         step = float(vergences[1] - vergences[0])
         variance = self.drift**2 * seconds
-        # As the drift widens the belief a pull to the middle narrows it: what is expected for ever is `expected`.
+        # As the drift widens the distribution a pull to the middle narrows it: what is expected for ever is `expected`.
         pull = -math.expm1(-variance / (2 * self.spread**2))
-        spread = belief
+        spread = posterior
         if variance > (0.2 * step) ** 2:
             middle = vergences + (self.rest - vergences) * pull
             moved = np.exp(-((vergences[:, None] - middle) ** 2) / (2 * variance))
-            spread = (moved / moved.sum(axis=0)) @ belief
+            spread = (moved / moved.sum(axis=0)) @ posterior
         stays = math.exp(-self.jumps * seconds)
         return stays * spread + (1 - stays) * self.expected(vergences)
 
@@ -86,49 +86,49 @@ class Track:
 
 @dataclass(slots=True)
 class Tracker:
-    """A belief about one target's vergence that is brought up to date moment by moment; see `track`."""
+    """The posterior of one target's vergence, brought up to date moment by moment; see `track`."""
 
     noise: float
     correlation: float = 1.0
     wraps: bool = False
     motion: Motion = Motion()
     vergences: FloatArray = field(default_factory=lambda: GRID)
-    belief: FloatArray = field(init=False)
-    _begun: FloatArray = field(init=False)  # belief as the fixation began
+    posterior: FloatArray = field(init=False)
+    _begun: FloatArray = field(init=False)  # posterior as the fixation began
     _views: list[View] = field(init=False, default_factory=list)
     _fixation: int | None = field(init=False, default=None)
     _since: float = field(init=False, default=0.0)
 
     def __post_init__(self) -> None:
-        self.belief = self.motion.expected(self.vergences)
-        self._begun = self.belief
+        self.posterior = self.motion.expected(self.vergences)
+        self._begun = self.posterior
 
     def start(self, vergence: float, sd: float) -> None:
-        """Begin with a belief of this mean and standard deviation (D)."""
-        belief = np.exp(-((self.vergences - vergence) ** 2) / (2 * sd**2))
-        self.belief = self._begun = belief / belief.sum()
+        """Begin with a normal distribution of this mean and standard deviation (D)."""
+        posterior = np.exp(-((self.vergences - vergence) ** 2) / (2 * sd**2))
+        self.posterior = self._begun = posterior / posterior.sum()
 
     def update(self, time: float, views: Sequence[View], fixation: int) -> tuple[float, float]:
-        """Take in what is seen at `time` (s) within a `fixation`; the mean of the belief, and its sd (D)."""
+        """Take in what is seen at `time` (s) within a `fixation`; the posterior mean and sd (D)."""
         if self._fixation is None:
             self._since = time
         if fixation != self._fixation:
-            self._begun = self.motion.after(self.belief, self.vergences, time - self._since)
+            self._begun = self.motion.after(self.posterior, self.vergences, time - self._since)
             self._fixation, self._since, self._views = fixation, time, []
         self._views.extend(views)
         likelihood = vergence_likelihood(
             self._views, self.vergences, noise=self.noise, correlation=self.correlation, wraps=self.wraps
         )
         prior = self.motion.after(self._begun, self.vergences, time - self._since)
-        belief = prior * np.exp(likelihood)
-        self.belief = belief / belief.sum()
+        posterior = prior * np.exp(likelihood)
+        self.posterior = posterior / posterior.sum()
         return self.estimate
 
     @property
     def estimate(self) -> tuple[float, float]:
-        """Mean of the belief, and its standard deviation (D)."""
-        mean = float(self.belief @ self.vergences)
-        variance = float(self.belief @ (self.vergences - mean) ** 2)
+        """Posterior mean and standard deviation (D)."""
+        mean = float(self.posterior @ self.vergences)
+        variance = float(self.posterior @ (self.vergences - mean) ** 2)
         step = float(self.vergences[1] - self.vergences[0])
         return mean, math.sqrt(variance + step**2 / 12)
 

@@ -1,7 +1,8 @@
 """The views that an eye has by nature: two by colour, and many in time.
 
-Each is a view like any other, and carries as optics the cones that saw it. Scenes are seen by rays, through every line
-of a band's light on its own (geometric blur, with its occlusions); a wall at one distance by waves, with diffraction.
+Each is a view like any other, and carries as optics the cones that saw it. Walls, pictures and scenes are seen by
+waves, with diffraction; a scene also by rays, through every wavelength of a band on its own, where the cones' model is
+geometric.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.parallel import in_order
 from focalgradient.psf import pixel_transfer
-from focalgradient.render import Rendered, blur_picture, cast
+from focalgradient.render import Rendered, blur_picture, blur_scene, cast
 from focalgradient.scenes import Mesh, Scene
 from focalgradient.view import View
 
@@ -29,6 +30,9 @@ __all__ = ["accommodation_views", "band_views", "eye_views"]
 
 SKIRT = 64
 """Pixels to which a point spread is followed, beyond four radii of its disc, where a pupil is not clear."""
+
+PINHOLE_SHARE = 4
+"""Rays through a whole pupil for one through a pinhole: those sample the square of a pixel only."""
 
 CONTRAST = 0.2
 """Standard deviation over mean of a wall's texture."""
@@ -232,7 +236,8 @@ def _formed(of: _Formed) -> Rendered:
     if isinstance(of.scene, tuple):
         optics, image, distance = _of_picture(of.scene, of.cones, of.pixel_angle)
     elif isinstance(of.scene, Scene):
-        optics, image, distance = _by_rays(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
+        by = _scene_by_waves if of.cones.model == "wave" else _by_rays
+        optics, image, distance = by(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
     else:
         optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)
     image = _noisy(image, optics, of.pixel_angle, of.noise, np.random.default_rng([of.seed, 3, of.number]))
@@ -278,24 +283,44 @@ def _by_rays(
     seed: int,
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
     """The scene by rays; its textures are mixed with others, and what is left to a whole is without texture."""
-    if cones.model == "wave" and (cones.eye.aberrations or cones.eye.stiles_crawford):
-        raise InputError(
-            "the scene is seen by rays, which know no aberrations and no Stiles-Crawford effect, but the eye has some: "
-            "give the distance of a wall, or a picture with its depth, or an eye with a clear pupil."
-        )
-    cones = replace(cones, model="disc")
-    parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
+    parts = _parts(scene, mix)
     image = np.zeros(shape)
     for weight, painted in parts:
-        if abs(weight) > 1e-9:
-            for eye in cones.eyes():
-                rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
-                image += weight / len(cones.wavelengths_nm) * rendered.view.image
-    if not np.isfinite(rendered.distance).any():
-        raise InputError("the scene has nothing in the frame, and so no depth to see: put objects before the eye.")
+        for eye in cones.eyes():
+            rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
+            image += weight / len(cones.wavelengths_nm) * rendered.view.image
+    _check_depth(rendered.distance)
     if np.isfinite(cones.finest_cpd):
         image = _filtered(image, pixel_angle, lambda frequency: sampling(frequency, cones.finest_cpd))
     return cones, image, rendered.distance
+
+
+def _scene_by_waves(
+    scene: Scene,
+    cones: Cones,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    mix: tuple[float, float],
+    samples: int,
+    seed: int,
+) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+    """The scene blurred by waves: a pinhole's picture of it, and what outlines hide, spread by the cones' own blur."""
+    image, distance = blur_scene(
+        _parts(scene, mix), cones, shape, pixel_angle, samples=max(1, samples // PINHOLE_SHARE), seed=seed
+    )
+    _check_depth(distance)
+    return cones, image.astype(float), distance
+
+
+def _parts(scene: Scene, mix: tuple[float, float]) -> list[tuple[float, Scene]]:
+    """Weights and paintings of the scene: its textures, other ones, and what is left to a whole without texture."""
+    parts = ((mix[0], scene), (mix[1], _painted(scene, 7919, 1.0)), (1 - sum(mix), _painted(scene, 0, 0.0)))
+    return [(weight, painted) for weight, painted in parts if abs(weight) > 1e-9]
+
+
+def _check_depth(distance: NDArray[np.float64]) -> None:
+    if not np.isfinite(distance).any():
+        raise InputError("the scene has nothing in the frame, and so no depth to see: put objects before the eye.")
 
 
 def _painted(scene: Scene, other: int, contrast: float) -> Scene:

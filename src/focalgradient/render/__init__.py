@@ -1,6 +1,6 @@
 """From a scene and optics to a view, with the true distance at every pixel."""
 
-from focalgradient.render.blurred import blur, blur_picture
+from focalgradient.render.blurred import blur, blur_picture, blur_scene
 from focalgradient.render.engines import Engine, render, render_bands, render_series
 from focalgradient.render.raycast import cast
 from focalgradient.render.rendered import Rendered
@@ -12,6 +12,7 @@ __all__ = [
     "Rendered",
     "blur",
     "blur_picture",
+    "blur_scene",
     "cast",
     "necker_frame",
     "necker_loop",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,18 +17,23 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError
 from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
 from focalgradient.progress import Progress
-from focalgradient.render.hidden import complete
+from focalgradient.render.hidden import NOTHING, complete, nearest_behind
+from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.render.spread import Kernels, disc_kernels, kernels_of, layer_of, spread
+from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
-__all__ = ["blur", "blur_picture"]
+__all__ = ["blur", "blur_picture", "blur_scene"]
 
 LARGEST = 250.0
 """Radius of blur in pixels up to which pictures are made: the kernels of larger ones fill memory."""
 
 STEP = 0.25
 """Pixels of vergence between the point spread functions of optics that have their own: the nearest is wrong by half."""
+
+FINE_STEP, FEW = 1 / 32, 64
+"""The same where there are only a few distinct blurs, as of planes that face the eye."""
 
 SKIRT = 12
 """Pixels, and half the disc's radius, to which such a function is followed beyond the disc."""
@@ -111,24 +117,15 @@ def blur_picture(
     ((16, 16, 3), True)
     """
     image, far, scale = _checked(picture, distance, optics, pixel_angle)
-    vergence, focus = (scale / far).astype(np.float32), np.float32(scale * optics.focus_vergence)
-    blurs = vergence - focus
-    least, most = float(blurs.min()), float(blurs.max())
-    largest = max(-least, most)
-    if largest > LARGEST:
-        raise InputError(
-            f"the blur is {largest:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
-            "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
-        )
-    own = isinstance(optics, (HasTransfer, HasOpticalTransfer))
-    kernels = _own_kernels(optics, blurs, scale, pixel_angle) if own else disc_kernels(largest)
+    vergence, focus = (scale / far).astype(np.float32), scale * optics.focus_vergence
+    kernels, own = _kernels(optics, vergence, scale, pixel_angle)
     pad = int(kernels.reach.max()) + 1
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
     vergence = np.pad(vergence, rim, mode="symmetric")
     layers = [
-        layer_of(light, depth, float(focus), kernels, by_radius=not own)
-        for light, depth in ((wide, vergence), complete(wide, vergence, float(focus)))
+        layer_of(light, depth, focus, kernels, by_radius=not own)
+        for light, depth in ((wide, vergence), complete(wide, vergence, focus))
     ]
 
     def tell(share: float) -> None:
@@ -138,9 +135,90 @@ def blur_picture(
     return spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
 
 
+def blur_scene(
+    scenes: Sequence[tuple[float, Scene]],
+    optics: Optics,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    *,
+    samples: int = 16,
+    seed: int = 0,
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """See a scene through optics as `blur` does, with what its outlines hide from a pinhole, and beyond the frame.
+
+    Parameters
+    ----------
+    scenes
+        Weights and scenes, whose views add up: of the same objects in different paint.
+    optics
+        A `Lens`, an `Eye` or an eye's `Cones`.
+    shape, pixel_angle
+        Height and width in pixels, and the angle in radians of one.
+    samples, seed
+        Rays in the square of a pixel of the pinhole's picture, and their seed.
+
+    Returns
+    -------
+    image, distance
+        H x W: radiance, and distance in metres along the axis.
+
+    Notes
+    -----
+    Behind an outline lies what the scene shows without the object in front. What two outlines hide at one place is
+    left out.
+    """
+    for _, scene in scenes:
+        check_scene(scene)
+    check_frame(optics, shape, pixel_angle, samples, seed)
+    if not all(castable(scene) for _, scene in scenes):
+        raise InputError("scenes hold meshes or a sky, but must be made of planes and spheres to be blurred by waves.")
+    scale = optics.aperture_diameter / 2 / pixel_angle
+    focus = scale * optics.focus_vergence
+
+    def pinhole(skipped: int | None, pad: int, rays: int) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        wide = (shape[0] + 2 * pad, shape[1] + 2 * pad)
+        seen = [cast_without(one, skipped, 0.0, 0.0, wide, pixel_angle, rays, seed) for _, one in scenes]
+        light = sum(weight * image for (weight, _), (image, _) in zip(scenes, seen, strict=True))
+        return np.asarray(light, np.float32), seen[0][1]
+
+    inside = (scale / pinhole(None, 0, 1)[1]).astype(np.float32)
+    pad = int(_kernels(optics, inside, scale, pixel_angle)[0].reach.max()) + 1
+    light, far = pinhole(None, pad, samples)
+    vergence = (scale / far).astype(np.float32)
+    kernels, own = _kernels(optics, vergence, scale, pixel_angle)
+    hidden, behind = np.zeros_like(light), np.full(vergence.shape, NOTHING, np.float32)
+    within = nearest_behind(vergence, np.float32(focus))[0] >= 0
+    for number in range(len(scenes[0][1].objects)):
+        if within.any():
+            there, farther = pinhole(number, pad, samples)
+            uncovered = within & (farther > far)
+            hidden[uncovered], behind[uncovered] = there[uncovered], (scale / farther[uncovered])
+    layers = [
+        layer_of(image[:, :, None], depth, focus, kernels, by_radius=not own)
+        for image, depth in ((light, vergence), (hidden, behind))
+    ]
+    image = spread(layers, kernels, pad, os.cpu_count() or 1, lambda share: None)
+    return image[:, :, 0], far[pad:-pad, pad:-pad]
+
+
+def _kernels(optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float) -> tuple[Kernels, bool]:
+    """Point spread functions for vergences in pixels; whether they are the optics' own, and no discs."""
+    blurs = vergence - np.float32(scale * optics.focus_vergence)
+    largest = float(np.abs(blurs).max())
+    if largest > LARGEST:
+        raise InputError(
+            f"the blur is {largest:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
+            "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
+        )
+    own = isinstance(optics, (HasTransfer, HasOpticalTransfer))
+    return (_own_kernels(optics, blurs, scale, pixel_angle) if own else disc_kernels(largest)), own
+
+
 def _own_kernels(optics: Optics, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
     """Point spread functions by the optics' own transfer, for blurs in pixels (signed), each to the nearest `STEP`."""
-    steps = STEP * np.unique(np.rint(blurs / STEP).astype(np.int64))
+    fine = np.unique(np.rint(blurs / FINE_STEP).astype(np.int64))
+    few = len(fine) <= FEW
+    steps = FINE_STEP * fine if few else STEP * np.unique(np.rint(blurs / STEP).astype(np.int64))
     pictures = []
     for blur in steps.tolist():
         reach = math.ceil(1.5 * abs(blur)) + SKIRT

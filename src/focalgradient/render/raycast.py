@@ -93,14 +93,30 @@ def cast(
     aperture, focus = optics.aperture_diameter, optics.focus_vergence
     if not castable(scene):
         raise InputError("the ray caster knows planes and spheres only, without a sky: render the scene by 'shaded'.")
+    image, distance = cast_without(scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress)
+    return Rendered(View(image, optics, pixel_angle), distance)
+
+
+def cast_without(
+    scene: Scene,
+    skipped: int | None,
+    aperture: float,
+    focus: float,
+    shape: tuple[int, int],
+    pixel_angle: float,
+    samples: int,
+    seed: int,
+    progress: Callable[[float], object] | None = None,
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow."""
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
-    rays = _patterns(samples, seed)
+    rays, number = _patterns(samples, seed), -1 if skipped is None else skipped
     image, distance = np.empty(shape, np.float32), np.empty(shape)
 
     def rows(start: int) -> None:
         _cast_rows(
             *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
-            *(aperture / 2, focus, pixel_angle, start, start + ROWS, image, distance),
+            *(aperture / 2, focus, pixel_angle, number, start, start + ROWS, image, distance),
         )
 
     starts = range(0, shape[0], ROWS)
@@ -109,7 +125,7 @@ def cast(
             future.result()
             if progress is not None:
                 progress(done / len(starts))
-    return Rendered(View(image, optics, pixel_angle), distance)
+    return image, distance
 
 
 def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samples: int, seed: int) -> None:
@@ -211,10 +227,12 @@ def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
 
 
 @_inlined
-def _hit(objects, ox, oy, oz, dx, dy, dz, least):  # type: ignore[no-untyped-def]
-    """The first object that a ray meets beyond `least`, in units of its direction: how far, and which (or -1)."""
+def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-untyped-def]
+    """The first object but the `skipped` that a ray meets beyond `least` of its direction: how far, and which or -1."""
     first, which = np.inf, -1
     for index in range(objects.shape[0]):
+        if index == skipped:
+            continue
         thing = objects[index]
         qx, qy, qz = thing.px - ox, thing.py - oy, thing.pz - oz
         if thing.sphere:
@@ -247,9 +265,9 @@ def _hit(objects, ox, oy, oz, dx, dy, dz, least):  # type: ignore[no-untyped-def
 
 
 @_inlined
-def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy):  # type: ignore[no-untyped-def]
+def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipped):  # type: ignore[no-untyped-def]
     """Radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
-    z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0)
+    z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0, skipped)
     if which < 0:
         return background
     thing = objects[which]
@@ -272,14 +290,28 @@ def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy):  # t
     if sx == 0 and sy == 0 and sz == 0:
         return value
     facing = nx * sx + ny * sy + nz * sz
-    if facing <= 0 or _hit(objects, x, y, z, sx, sy, sz, 1e-6)[1] >= 0:
+    if facing <= 0 or _hit(objects, x, y, z, sx, sy, sz, 1e-6, -1)[1] >= 0:
         facing = 0.0
     return value * (ambient + (1 - ambient) * facing)
 
 
 @_compiled
 def _cast_rows(  # type: ignore[no-untyped-def]
-    objects, textures, sun, ambient, background, rays, seed, aperture, focus, pixel, start, stop, image, distance
+    objects,
+    textures,
+    sun,
+    ambient,
+    background,
+    rays,
+    seed,
+    aperture,
+    focus,
+    pixel,
+    skipped,
+    start,
+    stop,
+    image,
+    distance,
 ):
     """Fill the rows `start` to `stop` of image and distance."""
     height, width = image.shape
@@ -287,14 +319,14 @@ def _cast_rows(  # type: ignore[no-untyped-def]
     for i in range(start, min(stop, height)):
         for j in range(width):
             tx, ty = (j - (width - 1) / 2) * pixel, (i - (height - 1) / 2) * pixel
-            distance[i, j] = _hit(objects, 0.0, 0.0, 0.0, tx, ty, 1.0, 0.0)[0]
+            distance[i, j] = _hit(objects, 0.0, 0.0, 0.0, tx, ty, 1.0, 0.0, skipped)[0]
             pattern = rays[_deal(i, j, seed)]
             total = 0.0
             for n in range(samples):
                 ax, ay = aperture * pattern[n, 0], aperture * pattern[n, 1]
                 dx = tx + pixel * pattern[n, 2] - ax * focus
                 dy = ty + pixel * pattern[n, 3] - ay * focus
-                total += _radiance(objects, textures, sun, ambient, background, ax, ay, dx, dy)
+                total += _radiance(objects, textures, sun, ambient, background, ax, ay, dx, dy, skipped)
             image[i, j] = total / samples
 
 

@@ -1,0 +1,129 @@
+"""Whether the stated uncertainty of depth covers, on flat walls as an eye sees them.
+
+    python benchmarks/coverage_of_walls.py [--kinds bands moments] [--pupils MM ...] [--luminances CD ...]
+        [--vergences D ...] [--seeds N] [--side PIXELS] [--out FILE.csv]
+
+A wall stands at each vergence before an eye that is focused at FOCUS; its views have the photon noise of each
+luminance (cd/m^2). Bands: what L and M, and S cones see (textures correlated at 0.95). Moments: two views of L and M
+cones, 0.5 D apart in focus. The noise is not given to the reader.
+
+A line states, over all walls of a kind, pupil and luminance: the share of pixels that claim a depth; of these, the
+median error (D), the median stated standard deviation (D), the shares within 1, 2 and 5 standard deviations (a normal
+error: 68, 95 and 100 %), and the share that is wrong by more than 0.5 D.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from focalgradient import recover_depth
+from focalgradient.eye import Cones, Eye, Oscillation, Photons, eye_views
+from focalgradient.eye.retina import S_FINEST_CPD
+
+PIXEL = np.radians(1 / 60)
+FOCUS, CORRELATION, WRONG = 0.5, 0.95, 0.5
+PAIR = (0.125, 0.375)
+"""Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
+
+PUPILS_MM = (2.0, 3.0, 4.0, 6.0)
+LUMINANCES = (1.0, 10.0, 100.0, 1000.0)
+VERGENCES = (0.1, 0.35, 0.7, 1.0, 1.5, 2.5)
+COLUMNS = (
+    "kind",
+    "pupil_mm",
+    "luminance",
+    "vergence_D",
+    "seed",
+    "valid",
+    "error_D",
+    "sd_D",
+    "in1",
+    "in2",
+    "in5",
+    "wrong",
+)
+
+Row = dict[str, float | str]
+
+
+def measured(kind: str, mm: float, luminance: float, vergence: float, seed: int, side: int) -> Row:
+    """One wall: shares and medians over its pixels that claim a depth."""
+    eye = Eye(1e-3 * mm, FOCUS)
+    if kind == "bands":
+        cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
+    else:
+        cones = [Cones.of(one, "L+M") for one in eye.through(PAIR, Oscillation())]
+    views = eye_views(
+        1 / vergence, cones, (side, side), PIXEL, noise=Photons(luminance), correlation=CORRELATION, seed=seed
+    )
+    depth = recover_depth([one.view for one in views], near=0.25)
+    error, sd = depth.vergence[depth.valid] - vergence, depth.vergence_sd[depth.valid]
+    row: Row = {"kind": kind, "pupil_mm": mm, "luminance": luminance, "vergence_D": vergence, "seed": seed}
+    row["valid"] = float(depth.valid.mean())
+    if error.size:
+        over = np.abs(error) / sd
+        row |= {"error_D": float(np.median(error)), "sd_D": float(np.median(sd))}
+        row |= {f"in{n}": float(np.mean(over <= n)) for n in (1, 2, 5)}
+        row["wrong"] = float(np.mean(np.abs(error) > WRONG))
+    return row
+
+
+def table(rows: list[Row]) -> list[str]:
+    """A line for each kind, pupil and luminance, and for each kind and all."""
+    lines = [
+        "kind     pupil  cd/m^2  valid %  |error| D    sd D   in 1 %  in 2 %  in 5 %  off by .5 D %  walls claimed"
+    ]
+    kinds = list(dict.fromkeys(row["kind"] for row in rows))
+    cells = list(dict.fromkeys((row["kind"], row["pupil_mm"], row["luminance"]) for row in rows))
+    for cell in [*cells, *((kind, None, None) for kind in kinds)]:
+        some = [
+            row for row in rows if all(b is None or a == b for a, b in zip(list(row.values())[:3], cell, strict=True))
+        ]
+        claimed = [row for row in some if "sd_D" in row]
+        weight = np.array([row["valid"] for row in claimed], float)
+
+        def mean(name: str, claimed: list[Row] = claimed, weight: np.ndarray = weight) -> float:
+            return 100 * float(np.average([float(row[name]) for row in claimed], weights=weight)) if claimed else np.nan
+
+        error, sd = ([abs(float(row[name])) for row in claimed] or [np.nan] for name in ("error_D", "sd_D"))
+        pupil, light = (f"{value:g}" if value is not None else "all" for value in cell[1:])
+        lines.append(
+            f"{cell[0]:8} {pupil:>5} {light:>7} {100 * np.mean([float(row['valid']) for row in some]):8.1f} "
+            f"{np.median(error):10.4f} {np.median(sd):7.4f} {mean('in1'):8.1f} {mean('in2'):7.1f} {mean('in5'):7.1f} "
+            f"{mean('wrong'):14.2f} {len(claimed):6} of {len(some)}"
+        )
+    return lines
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kinds", nargs="+", default=["bands", "moments"], choices=["bands", "moments"])
+    parser.add_argument("--pupils", nargs="+", type=float, default=PUPILS_MM)
+    parser.add_argument("--luminances", nargs="+", type=float, default=LUMINANCES)
+    parser.add_argument("--vergences", nargs="+", type=float, default=VERGENCES)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--side", type=int, default=192)
+    parser.add_argument("--out", type=Path)
+    given = parser.parse_args()
+    rows: list[Row] = []
+    for kind in given.kinds:
+        for mm in given.pupils:
+            for luminance in given.luminances:
+                for vergence in given.vergences:
+                    for seed in range(given.first_seed, given.first_seed + given.seeds):
+                        rows.append(measured(kind, mm, luminance, vergence, seed, given.side))
+    print("\n".join(table(rows)))
+    if given.out is not None:
+        with given.out.open("w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
