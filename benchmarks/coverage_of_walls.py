@@ -39,6 +39,9 @@ COLUMNS = (
     "vergence_D",
     "seed",
     "valid",
+    "explained",
+    "gain",
+    "gain_sd",
     "error_D",
     "sd_D",
     "in1",
@@ -64,6 +67,10 @@ def measured(kind: str, mm: float, luminance: float, vergence: float, seed: int,
     error, sd = depth.vergence[depth.valid] - vergence, depth.vergence_sd[depth.valid]
     row: Row = {"kind": kind, "pupil_mm": mm, "luminance": luminance, "vergence_D": vergence, "seed": seed}
     row["valid"] = float(depth.valid.mean())
+    row["explained"] = float(depth.details["share_of_texture_explained"])
+    if kind == "bands":
+        texture = depth.details["shared_texture"]["S"]
+        row |= {"gain": texture["gain"], "gain_sd": texture["gain_sd"]}
     if error.size:
         over = np.abs(error) / sd
         row |= {"error_D": float(np.median(error)), "sd_D": float(np.median(sd))}

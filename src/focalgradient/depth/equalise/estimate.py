@@ -29,7 +29,7 @@ from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
-from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains, shift_by_gain
+from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.noise import LENIENCE, noise_from_residuals
@@ -103,7 +103,7 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.9, "estimating depth")
     equalised, nodes, agrees, split, noise_sd = frame.equalised, frame.nodes, frame.agrees, frame.split, frame.noise_sd
     if gains is not None:
-        moved = np.interp(nodes.level, np.arange(search.levels), shift_by_gain(gains, blurs))
+        moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
     vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, search, split, registered.shape)
@@ -111,14 +111,15 @@ def estimate(problem: Problem) -> Estimate:
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
-    # Views in different wavebands have texture of their own, which is modelled: it is no contradiction.
-    trusted = gains is not None or (explained >= EXPLAINED and split.tau <= LARGEST_TAU)
+    # Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may differ.
+    sound = gains.comparable if gains is not None else split.tau <= LARGEST_TAU
+    trusted = explained >= EXPLAINED and sound
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     ends = frame.outlines if trusted else None
     if ends is not None:
         at = ends.replaced
-        vergence[at], vergence_sd[at], sound = _about_outlines(ends, search, split)
-        valid[at] = (sound & registered.usable)[at]
+        vergence[at], vergence_sd[at], known_there = _about_outlines(ends, search, split)
+        valid[at] = (known_there & registered.usable)[at]
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
     misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
