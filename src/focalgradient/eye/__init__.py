@@ -23,6 +23,7 @@ from focalgradient.eye.light import (
 )
 from focalgradient.eye.measured import ZernikePopulation, osa_index, osa_order, read_zernike, resized_zernike
 from focalgradient.eye.model_eye import Eye, TimeCourse
+from focalgradient.eye.off_axis import field_foci, off_axis
 from focalgradient.eye.periphery import midget_density, resolved_cpd
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
@@ -75,11 +76,13 @@ __all__ = [
     "cutoff_cpd",
     "draw_people",
     "eye_views",
+    "field_foci",
     "illuminant",
     "lommel_point_spread",
     "luminosity",
     "mean_eye_mtf",
     "midget_density",
+    "off_axis",
     "optical_transfer",
     "osa_index",
     "osa_order",

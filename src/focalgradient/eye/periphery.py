@@ -42,6 +42,12 @@ FARTHEST = 60.0
 """Degrees up to which the formula is used: beyond it the counts that it fits are few."""
 
 
+def check_meridian(meridian: object) -> None:
+    """Refuse what is no meridian of the visual field."""
+    if meridian not in get_args(Meridian):
+        raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
+
+
 def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
     """Receptive fields of midget ganglion cells, on and off together, in a square degree (Watson's Eq. 8).
 
@@ -67,8 +73,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
     >>> midget_density([0, 10]).round(0).tolist()
     [29610.0, 441.0]
     """
-    if meridian not in get_args(Meridian):
-        raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
+    check_meridian(meridian)
     far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
     if not np.all((far >= 0) & (far <= FARTHEST)):
         raise InputError(

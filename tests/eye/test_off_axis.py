@@ -1,0 +1,94 @@
+"""The focus off axis, against rays traced in space through the same surfaces by other formulas."""
+
+import numpy as np
+import pytest
+
+from focalgradient import InputError
+from focalgradient.eye import Cones, Eye, field_foci, off_axis, resolved_cpd
+
+# Escudero-Sanz & Navarro (1999): vertex and radius in mm, conic constant, index behind.
+EYE = [(0.0, 7.72, -0.26, 1.3777), (0.55, 6.5, 0.0, 1.3391), (3.6, 10.2, -3.1316, 1.4222), (7.6, -6.0, -1.0, 1.3377)]
+RETINA = 23.9203
+
+
+def met(point, way, vertex, radius, conic):
+    """Where a ray in space meets a conic, by Newton's method, and the unit normal there."""
+
+    def implicit(t):
+        x, y, z = point + t * way
+        z -= vertex
+        gradient = np.array([2 * x, 2 * y, 2 * (1 + conic) * z - 2 * radius])
+        return x**2 + y**2 + (1 + conic) * z**2 - 2 * radius * z, gradient
+
+    t = (vertex - point[2]) / way[2]
+    for _ in range(50):
+        value, gradient = implicit(t)
+        t -= value / (gradient @ way)
+    return point + t * way, gradient / np.linalg.norm(gradient)
+
+
+def refracted(way, normal, ratio):
+    """Snell's law for vectors."""
+    normal = normal if normal @ way < 0 else -normal
+    cosine = -normal @ way
+    return ratio * way + (ratio * cosine - np.sqrt(1 - ratio**2 * (1 - cosine**2))) * normal
+
+
+def outward(start, through):
+    """From a point of the retina through one of the pupil into air: where a ray leaves the eye, and its way."""
+    point, way = start, (through - start) / np.linalg.norm(through - start)
+    for number in (3, 2, 1, 0):
+        vertex, radius, conic, index = EYE[number]
+        point, normal = met(point, way, vertex, radius, conic)
+        way = refracted(way, normal, index / (EYE[number - 1][3] if number else 1.0))
+    return point, way
+
+
+def vergence(start, aside):
+    """Vergence (D) from which a point of the retina is in focus, in the plane of `aside` (mm), a step in the pupil."""
+    middle = np.array([0.0, 0.0, 3.6])
+    (p, u), (q, v) = outward(start, middle), outward(start, middle + np.array(aside))
+    across = v - (u @ v) * u  # light that spreads comes to a focus behind, negative
+    return float(-1e3 * (across @ across) / (across @ (q - p)))
+
+
+@pytest.mark.parametrize("place", [0.0, 2.5, 5.0, 8.0])
+def test_foci_are_where_traced_rays_meet(place) -> None:
+    """Rays from a place on the retina (mm from the axis), a thousandth of a millimetre apart in the pupil."""
+    start = np.array([0.0, -place, RETINA - (12 - np.sqrt(144 - place**2))])
+    field = np.degrees(np.arccos(-outward(start, np.array([0, 0, 3.6]))[1][2]))
+    centre = np.array([0.0, 0.0, RETINA])
+    there = [vergence(start, step) for step in ((0.0, 0.001, 0.0), (0.001, 0.0, 0.0))]
+    here = vergence(centre, (0.001, 0.0, 0.0))
+    assert field_foci(field) == pytest.approx([one - here for one in there], abs=0.02)
+
+
+def test_an_eye_off_axis_is_focused_in_one_plane_where_its_tangential_focus_is() -> None:
+    """At the tangential focus, detail across the tangential plane is sharp, and detail along it is not."""
+    eye = off_axis(Eye(0.003, 1.0), 30.0)
+    tangential, sagittal = (1.0 + one for one in field_foci(30.0))
+    cones = Cones.of(eye, "L+M", wavelengths=1)
+    shift = cones.focus_vergence - eye.focus_vergence
+    fine = np.degrees(5.0)
+    for plane, focus in ((0, tangential), (1, sagittal)):
+        along = [abs(cones.optical_transfer(*fs, focus + shift)) for fs in ((0.0, fine), (fine, 0.0))]
+        assert along[plane] > 0.8
+        assert along[1 - plane] < 0.3
+    turned = off_axis(Eye(0.003, 1.0), 30.0, "superior")
+    assert turned.aberrations[0][2] == pytest.approx(-eye.aberrations[0][2])
+
+
+def test_measured_foci_take_the_place_of_the_model_s() -> None:
+    eye = off_axis(Eye(0.004, 0.5, aberrations=((2, 2, 0.1),)), 25.0, foci=(-0.2, -1.0))
+    assert eye.accommodation == pytest.approx(0.5 - 0.6)
+    assert {(n, m): c for n, m, c in eye.aberrations}[2, 2] == pytest.approx(0.1 + 0.8 * 16 / (16 * 6**0.5))
+    assert Cones.of(eye, "L+M", finest_cpd=float(resolved_cpd(25.0))).finest_cpd < 5
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [((-1.0,), "eccentricity_deg"), ((50.0,), "from 0 to 40"), ((10.0, "left"), "meridian is 'left'")],
+)
+def test_places_that_are_none_are_refused(given, said) -> None:
+    with pytest.raises(InputError, match=said):
+        off_axis(Eye(0.004, 1.0), *given)
