@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, field_foci, off_axis, resolved_cpd
@@ -37,17 +38,25 @@ def refracted(way, normal, ratio):
 def outward(start, through):
     """From a point of the retina through one of the pupil into air: where a ray leaves the eye, and its way."""
     point, way = start, (through - start) / np.linalg.norm(through - start)
+    pupil = point
     for number in (3, 2, 1, 0):
         vertex, radius, conic, index = EYE[number]
         point, normal = met(point, way, vertex, radius, conic)
         way = refracted(way, normal, index / (EYE[number - 1][3] if number else 1.0))
-    return point, way
+        pupil = point if number == 2 else pupil
+    return point, way, pupil
+
+
+def aim(start):
+    """Where to aim from the retina for the ray to pass the middle of the pupil, through the lens behind it."""
+    miss = lambda y: outward(start, np.array([0.0, y, 3.6]))[2][1]  # noqa: E731
+    return np.array([0.0, brentq(miss, -3, 3), 3.6])
 
 
 def vergence(start, aside):
     """Vergence (D) from which a point of the retina is in focus, in the plane of `aside` (mm), a step in the pupil."""
-    middle = np.array([0.0, 0.0, 3.6])
-    (p, u), (q, v) = outward(start, middle), outward(start, middle + np.array(aside))
+    middle = aim(start)
+    (p, u, _), (q, v, _) = outward(start, middle), outward(start, middle + np.array(aside))
     across = v - (u @ v) * u  # light that spreads comes to a focus behind, negative
     return float(-1e3 * (across @ across) / (across @ (q - p)))
 
@@ -56,7 +65,7 @@ def vergence(start, aside):
 def test_foci_are_where_traced_rays_meet(place) -> None:
     """Rays from a place on the retina (mm from the axis), a thousandth of a millimetre apart in the pupil."""
     start = np.array([0.0, -place, RETINA - (12 - np.sqrt(144 - place**2))])
-    field = np.degrees(np.arccos(-outward(start, np.array([0, 0, 3.6]))[1][2]))
+    field = np.degrees(np.arccos(-outward(start, aim(start))[1][2]))
     centre = np.array([0.0, 0.0, RETINA])
     there = [vergence(start, step) for step in ((0.0, 0.001, 0.0), (0.001, 0.0, 0.0))]
     here = vergence(centre, (0.001, 0.0, 0.0))

@@ -55,7 +55,7 @@ depth and noise take up some of it, in dim light nearly all; with much, depth gi
 0.1 the two bracket it, from 1 to 1000 cd/m^2 and pupils of 3 to 6 mm: their mean is taken, and half their difference
 is its standard deviation."""
 
-WIDER = 1.5
+WIDER = 1.7
 """Times the standard error by which gains are off on walls (`benchmarks/coverage_of_walls.py`): what two textures have
 in common by chance is alike over their coarse detail, farther than windows reach."""
 
