@@ -3,8 +3,8 @@
 Red and blue light do not show quite the same texture. View i is taken to show gain x the first waveband's texture, and
 in each other waveband an independent texture on top, as natural (`SharedPower` in
 `focalgradient.depth.equalise.likelihood`). The gain is fitted with the depth of every place left free; the power of
-what is not shared, like noise, from what equalising leaves. An error of either moves depth everywhere alike: both join
-the depth's uncertainty.
+what is not shared, like noise, from what equalising leaves. An error of the gain moves depth everywhere alike: that
+joins the depth's uncertainty.
 """
 
 from __future__ import annotations
@@ -49,11 +49,8 @@ STEP = 0.05
 CONTRADICTS = 2.0
 """Times the misfit of the frame's better part, or of the noise, beyond which a place is left out."""
 
-LITTLE, MUCH = 1e-3, 5e-2
-"""Powers of a waveband's independent texture, over the shared, that filters assume while it is estimated. With little,
-depth and noise take up some of it, in dim light nearly all; with much, depth gives way and more is found. On walls of
-0.1 the two bracket it, from 1 to 1000 cd/m^2 and pupils of 3 to 6 mm: their mean is taken, and half their difference
-is its standard deviation."""
+LITTLE = 1e-3
+"""Power of a waveband's independent texture, over the shared, that is assumed at first."""
 
 WIDER = 1.7
 """Times the standard error by which gains are off on walls (`benchmarks/coverage_of_walls.py`): what two textures have
@@ -80,7 +77,6 @@ class BandGains:
     shared: SharedPower
     noise_sd: list[float]
     gain_sd: FloatArray  # of each waveband's gain, over the gain; the first's is 0
-    independent_sd: FloatArray  # of the power of each waveband's independent texture, over the shared; the first's is 0
     power: FloatArray  # of the sharp scene, at the blurs' frequencies
 
     @property
@@ -92,9 +88,7 @@ class BandGains:
         """What a map's details state: each waveband's contrast and correlation with the first's, that one left out."""
         names = list(dict.fromkeys(wavebands))
         gain = {name: float(self.shared.gain[wavebands.index(name)]) for name in names[1:]}
-        parts = zip(
-            names[1:], self.shared.independent[1:], self.gain_sd[1:], self.independent_sd[1:].tolist(), strict=True
-        )
+        parts = zip(names[1:], self.shared.independent[1:], self.gain_sd[1:], strict=True)
         return {
             "shared_texture": {
                 name: {
@@ -102,10 +96,8 @@ class BandGains:
                     "correlation": float(gain[name] / np.hypot(gain[name], np.sqrt(own))),
                     "gain": gain[name],
                     "gain_sd": float(sd * gain[name]),
-                    "independent_power": float(own),
-                    "independent_power_sd": own_sd,
                 }
-                for name, own, sd, own_sd in parts
+                for name, own, sd in parts
             }
         }
 
@@ -126,8 +118,8 @@ def estimate_band_gains(
     finest = np.array([noise_from_spectrum(image) for image in part.images])
     most = np.maximum(floors, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
-    gain, others = np.ones(len(wavebands)), np.arange(len(names)) > 0
-    gain_sd, own_sd = np.zeros(len(names)), np.zeros(len(names))
+    gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
+    gain_sd = np.zeros(len(names))
 
     spectra = view_spectra(part.images, blurs)
     power = scene_power(part.images, np.ones(len(sd)), blurs.frequencies)
@@ -151,19 +143,15 @@ def estimate_band_gains(
         return moved
 
     for _ in range(ROUNDS):
-        little, much = (SharedPower(band, gain, np.where(others, share, 0.0)) for share in (LITTLE, MUCH))
-        equalised, nodes = compare(coarse, comparing_filters(coarse, sd, power, little))
+        # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
+        # way to it, and more be found.
+        equalised, nodes = compare(coarse, comparing_filters(coarse, sd, power, SharedPower(band, gain, little)))
         # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
         weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
         taper = ndimage.gaussian_filter(weight, window / 2)
         found = equalised.noise_by_view(equalised.evaluate(nodes), taper, together=len(sd))
-        least = np.clip(LITTLE * found[1:], 1e-6, 2)
-        equalised, nodes = compare(coarse, comparing_filters(coarse, sd, power, much))
-        more = equalised.noise_by_view(equalised.evaluate(nodes), taper, together=len(sd))
-        most_own = np.clip(MUCH * more[1:], 1e-6, 2)
-        own = np.concatenate([[0.0], (least + most_own) / 2])
-        own_sd = np.concatenate([[0.0], np.abs(most_own - least) / 2])
+        own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), floors, most)
         for _ in range(STEPS):
@@ -172,7 +160,7 @@ def estimate_band_gains(
         if np.abs(np.log(gain)).max() < ALIKE:
             break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
-    return BandGains(SharedPower(band, gain, own), sd.tolist(), gain_sd, own_sd, power)
+    return BandGains(SharedPower(band, gain, own), sd.tolist(), gain_sd, power)
 
 
 def _gain_change(
@@ -227,32 +215,25 @@ def _raised(shared: SharedPower, number: int) -> SharedPower:
 
 
 def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
-    """Standard deviation of depth due to what is not known of the wavebands' textures, in levels, at each level.
+    """Standard deviation of depth due to the gains' uncertainty, in levels, at each level.
 
-    For a natural scene at that level. The gain: -(r' g') / r'^2, summed over frequency, is how far depth gives way to
-    it. The independent texture: what is left of it in the residual, beyond what is taken for noise, changes by level
-    as E' for each unit of its power, and depth gives way by -E' / (2 r'^2).
+    For a natural scene at that level: -(r' g') / r'^2, summed over frequency, is how far depth gives way to the gain.
     """
     every = 2  # the shift changes slowly by level
     some = blurs.every(every)
     areas = gains.power * some.frequencies.areas
-    seen = some.transfer / np.array(gains.noise_sd)[:, None, None]
-    scene = seen * gains.shared.gain[:, None, None]
+    scene = some.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
     filters, _ = comparing_filters(some, gains.noise_sd, gains.power, gains.shared)
-    slopes = [np.gradient(here, every, axis=1) for here in filters]
-    by_level = [(slope * scene).sum(axis=0) for slope in slopes]
-    slope = sum(np.abs(one) ** 2 @ areas for one in by_level)
+    by_level = [(np.gradient(here, every, axis=1) * scene).sum(axis=0) for here in filters]
+    slope = np.sum([np.abs(one) ** 2 @ areas for one in by_level], axis=0)
     slope = np.maximum(slope, 1e-12 * slope.max())
     variance = np.zeros(some.radius.shape[1])
     for number in range(1, len(gains.gain_sd)):
         others, _ = comparing_filters(some, gains.noise_sd, gains.power, _raised(gains.shared, number))
-        own = seen * (gains.shared.waveband == number)[:, None, None]
-        both, change = np.zeros_like(variance), np.zeros_like(variance)
-        for here, there, steep, risen in zip(filters, others, slopes, by_level, strict=True):
+        both = np.zeros_like(variance)
+        for here, there, risen in zip(filters, others, by_level, strict=True):
             by_gain = ((there - here) / STEP * scene).sum(axis=0)
             both += (risen.conj() * by_gain).real @ areas
-            change += 2 * ((here * own).sum(axis=0).conj() * (steep * own).sum(axis=0)).real @ areas
         variance += (both / slope * gains.gain_sd[number]) ** 2
-        variance += (change / (2 * slope) * gains.independent_sd[number]) ** 2
     levels = blurs.radius.shape[1]
     return np.sqrt(np.interp(np.arange(levels), np.arange(0, levels, every), variance))
