@@ -7,11 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from focalgradient import InputError, recover_depth
+from focalgradient import InputError, recover_depth, scenes
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
-from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, point_spread, score
+from focalgradient.eye import (
+    Cones,
+    Eye,
+    Oscillation,
+    accommodation_views,
+    band_views,
+    eye_views,
+    point_spread,
+    score,
+)
 from focalgradient.render import blur_picture
-from focalgradient.scenes import slant
 from focalgradient.view import View
 
 PIXEL = np.radians(1 / 60)
@@ -161,8 +169,16 @@ def test_blur_that_is_not_round_has_no_radial_transfer() -> None:
     assert Cones.of(Eye(0.004, 1.0, aberrations=COMA), "S", model="disc").isotropic
 
 
-@pytest.mark.parametrize("kind", [{"aberrations": ((4, 0, 0.1),)}, {"stiles_crawford": 0.05}])
-def test_scenes_by_rays_refuse_what_rays_do_not_know(kind: dict) -> None:
-    eye = Eye(pupil_diameter=0.003, accommodation=2.0, **kind)
-    with pytest.raises(InputError, match="the scene is seen by rays, which know no aberrations"):
-        band_views(slant(0.4, 0.6, 0.1), eye, (32, 32), PIXEL)
+def test_scenes_show_an_eye_s_aberrations() -> None:
+    """A wall as a scene loses the contrast that aberrations cost; near outlines light is kept."""
+    plain, coma = Eye(0.004, 1.0), Eye(0.004, 1.0, aberrations=((3, 1, 0.3),))
+    left, light = [], []
+    for eye in (plain, coma):
+        cones = [Cones.of(eye, "L+M", wavelengths=1)]
+        image = eye_views(scenes.plane(1.0, seed=1), cones, (64, 64), PIXEL)[0].view.image
+        left.append(image.std() / image.mean())
+        steps = eye_views(scenes.step(0.5, 2.0, seed=1), cones, (64, 64), PIXEL)[0]
+        light.append(steps.view.image.mean())
+    assert left[1] < 0.9 * left[0]
+    assert light[1] == pytest.approx(light[0], rel=0.03)
+    assert sorted(set(steps.distance.ravel().tolist())) == pytest.approx([0.5, 2.0])
