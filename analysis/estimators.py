@@ -19,7 +19,7 @@ from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_de
 from focalgradient.depth.limits import edge_bound, texture_bound
 from focalgradient.depth.ratio import focal_disparity
 from focalgradient.depth.recover import MethodName
-from focalgradient.photographs.images import srgb_to_linear
+from focalgradient.photographs import srgb_to_linear
 from focalgradient.plotting import GREY, new_figure, style
 from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer
 

@@ -107,6 +107,10 @@ if (RESULTS / "report.html").is_file():
     html_extra_path = [str(RESULTS / "report.html")]
 
 autosummary_context = {"names": {room: names(room) for room in ROOMS}}
+pages = {*ROOMS, *(f"{room}.{name}" for room, listed in autosummary_context["names"].items() for name in listed)}
+for page in (ROOT / "generated").glob("*.rst"):
+    if page.stem not in pages:  # of a name that is gone
+        page.unlink()
 
 
 def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:

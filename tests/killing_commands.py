@@ -258,7 +258,7 @@ def kill(command: Command, way: signal.Signals, share: float) -> str:
     assert code == CODES[way] or early, (code, words[-1500:])
     if way != signal.SIGKILL and not early:
         assert "Traceback" not in words, words[-1500:]
-        assert words.strip().splitlines()[-1].startswith("Interrupted: ") or not words.strip(), words[-500:]
+        assert ("nothing was said", *words.strip().splitlines())[-1].startswith("Interrupted"), words[-500:]
         assert not litter(command.folder), litter(command.folder)
     return "killed before it began" if early and way != signal.SIGKILL else f"killed by {way.name}"
 

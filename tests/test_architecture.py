@@ -30,7 +30,8 @@ ROOMS = {
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
     "eye": {"depth", "errors", "files", "optics", "parallel", "progress", "psf", "render", "scenes", "view"},
-    "display": {"errors"},
+    "srgb": set(),
+    "display": {"errors", "srgb"},
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
@@ -43,7 +44,7 @@ ROOMS = {
         *("dataset", "depth", "design", "errors", "files", "eye", "parallel", "render", "scenes", "stimuli", "display"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
-    "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "tables", "view"},
+    "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "srgb", "tables", "view"},
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},

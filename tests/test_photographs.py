@@ -270,10 +270,10 @@ def test_an_endless_distance_in_exif(tmp_path):
 @pytest.mark.parametrize(
     ("first", "second", "said"),
     [
-        ({FOCAL_LENGTH: 0.0}, {FOCAL_LENGTH: 0.0}, r"tell the focal length in mm: give focal_length_mm\."),
-        ({}, {F_NUMBER: 0.0}, r"tell the f-number \(of b\.jpg\): give f_numbers"),
-        ({DISTANCE: 0.0}, {DISTANCE: 0.0}, r"tell the distance of focus in m: give focus_distances_m"),
-        ({UNIT: 1}, {UNIT: 1}, r"tell the pixel pitch in um: give pixel_pitch_um\."),
+        ({FOCAL_LENGTH: 0.0}, {FOCAL_LENGTH: 0.0}, r"give the focal length in mm: give focal_length_mm\."),
+        ({}, {F_NUMBER: 0.0}, r"give the f-number \(of b\.jpg\): give f_numbers"),
+        ({DISTANCE: 0.0}, {DISTANCE: 0.0}, r"give the distance of focus in m: give focus_distances_m"),
+        ({UNIT: 1}, {UNIT: 1}, r"give the pixel pitch in um: give pixel_pitch_um\."),
         # Cropped: width and height have shrunk unequally.
         ({WIDTH: 4752, HEIGHT: 3168}, {WIDTH: 4752, HEIGHT: 3168}, r"pixel pitch in um: give pixel_pitch_um\."),
         ({}, {FOCAL_LENGTH: 55.0}, r"focal length in mm of 18 for a\.jpg but 55 for b\.jpg.*focal_length_mm"),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["EYE_STEP", "WEBER", "Display"]
 
@@ -128,7 +129,7 @@ class Display:
             raise InputError("values have no colours along their last axis, but the display has a gamma for each gun.")
         if self.gamma != "sRGB":
             return np.asarray(share ** np.asarray(self.gamma), float)
-        return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+        return srgb_to_linear(share)
 
     def encode(self, light: ArrayLike, seed: int = 0) -> NDArray[np.uint8]:
         """8-bit values that show the `light` best, in shares of white, of any shape; what is out of range is clipped.
@@ -166,11 +167,7 @@ class Display:
         light = np.clip(light, 0, 1)
         levels = self.decode(np.arange(256))
         if not self.dither:
-            share = (
-                np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-                if self.gamma == "sRGB"
-                else light ** (1 / self.gamma)
-            )
+            share = linear_to_srgb(light) if self.gamma == "sRGB" else light ** (1 / self.gamma)
             return np.rint(255 * share).astype(np.uint8)
         below = np.minimum(np.searchsorted(levels, light, side="right") - 1, 254)
         part = (light - levels[below]) / (levels[below + 1] - levels[below])

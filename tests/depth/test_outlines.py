@@ -83,6 +83,29 @@ def test_no_outline_where_there_is_none(near: float, far: float) -> None:
         assert (getattr(with_outlines, name) == getattr(windows, name)).all()
 
 
+@pytest.mark.parametrize("seed", [6, 8])
+def test_a_jump_that_no_pixel_contradicts_is_an_outline_too(seed: int) -> None:
+    # Both walls are much blurred, and alike: windows go from one to the other over some twenty pixels.
+    lenses = [Lens(focal_length=0.025, f_number=f_number, focus_distance=0.55) for f_number in (16, 5.6)]
+    casts = [cast(step(1.6, 2.6, seed=seed), lens, SHAPE, PIXEL, samples=128) for lens in lenses]
+    noise = 0.005 * float(casts[0].view.image.mean())
+    views = [noisy(one.view, noise, 10 * seed + n) for n, one in enumerate(casts)]
+    truth, across = 1 / casts[0].distance, np.abs(np.arange(SHAPE[1]) - (SHAPE[1] - 1) / 2)
+    beside = np.zeros(SHAPE, bool)
+    beside[16:-16] = (across > 5) & (across < 15)
+    share, claimed = [], []
+    for outlines in (False, True):
+        depth = recover_depth(views, near=0.55, outlines=outlines)
+        use = beside & depth.valid
+        claimed.append(depth.valid[beside].mean())
+        share.append((np.abs(depth.vergence - truth) > 2 * depth.vergence_sd)[use].mean())
+    assert share[0] > 0.2
+    assert share[1] <= 0.05
+    assert claimed[1] > max(0.8, claimed[0])
+    longest = np.array(max(depth.details["outlines"], key=len))
+    assert np.abs(longest[:, 0] - (SHAPE[1] - 1) / 2).mean() < 4
+
+
 def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> None:
     mask = np.ones(SHAPE, bool)
     mask[60:70, 100:140] = False

@@ -14,7 +14,7 @@ from focalgradient.depth.ratio.covariance import MODEL_ERROR
 from focalgradient.depth.ratio.disparity import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
 from focalgradient.depth.search import Search
-from focalgradient.photographs.images import srgb_to_linear
+from focalgradient.photographs import srgb_to_linear
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane, slant
 from focalgradient.scenes.texture import Texture

@@ -80,7 +80,7 @@ def test_an_eye_off_axis_is_focused_in_one_plane_where_its_tangential_focus_is()
     shift = cones.focus_vergence - eye.focus_vergence
     fine = np.degrees(5.0)
     for plane, focus in ((0, tangential), (1, sagittal)):
-        along = [abs(cones.optical_transfer(*fs, focus + shift)) for fs in ((0.0, fine), (fine, 0.0))]
+        along = [abs(cones.optical_transfer(y, x, focus + shift)) for y, x in ((0.0, fine), (fine, 0.0))]
         assert along[plane] > 0.8
         assert along[1 - plane] < 0.3
     turned = off_axis(Eye(0.003, 1.0), 30.0, "superior")

@@ -129,7 +129,7 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_answers(design, stimuli, enc
     [
         (
             {"observer": "blind"},
-            "is of observer default, seed 1, model 3, not of what is asked for .blur-blind, seed 1, model 3.: give",
+            "is of observer default, seed 1, model 3, not of the simulated one .blur-blind, seed 1, model 3.: give",
         ),
         ({"seed": 2}, "is of observer default, seed 1"),
         ({"observer": "ghost"}, "observer is 'ghost', but must be one of default, blur-blind"),

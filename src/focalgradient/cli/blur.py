@@ -116,7 +116,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     "--wavelengths",
     type=click.IntRange(3, 81),
     metavar="N",
-    help="With --chromatic: parts of a display's light, each in its own focus, 9 or more.  [default: 3 lights]",
+    help="With --chromatic: parts of a display's light, each in its own focus; take 9 or more.  [default: 3 lights]",
 )
 @click.option(
     "--to-show",

@@ -141,8 +141,8 @@ def table(checks: list[Check]) -> str:
 def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
     """Fit and draw a photometer's table: what it says of the screen."""
     from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
+    from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.luminance import luminance_figure
-    from focalgradient.plotting.subjects import as_files
 
     found = read_luminance(path)
     drawn = path.with_name(f"{path.stem}-fit.png")

@@ -79,8 +79,9 @@ class Program(click.Group):
             fail(MEMORY)
         except RecursionError:
             fail(NESTED)
-        except (KeyboardInterrupt, click.Abort):
-            sys.exit(INTERRUPTED)
+        except (KeyboardInterrupt, click.Abort) as stop:  # before the command began, or after its end
+            click.echo("Interrupted.", err=True)
+            sys.exit(TERMINATED if isinstance(stop.__cause__ or stop, Terminated) else INTERRUPTED)
         except Exception as error:
             if not _of_compiled_code(error):
                 raise

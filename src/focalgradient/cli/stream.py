@@ -419,7 +419,7 @@ def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> 
 
 
 def _srgb() -> NDArray[np.float32]:
-    from focalgradient.photographs.images import srgb_to_linear
+    from focalgradient.photographs import srgb_to_linear
 
     return srgb_to_linear(np.arange(256) / 255).astype(np.float32)
 

@@ -5,10 +5,11 @@ Units stand in the names here (``_mm``, ``_um``, ``_m``), as people write them; 
 
 from focalgradient.photographs.cameras import Calibrated, camera_toml, load_camera
 from focalgradient.photographs.exif import from_exif
-from focalgradient.photographs.images import Photograph, read_photograph, read_photographs, srgb_to_linear
+from focalgradient.photographs.images import Photograph, read_photograph, read_photographs
 from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.photographs.settings import Camera, Settings, Shot, load_settings, make_views, read_views
 from focalgradient.photographs.targets import Targets, load_targets
+from focalgradient.srgb import srgb_to_linear
 
 __all__ = [
     "Calibrated",

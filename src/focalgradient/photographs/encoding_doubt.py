@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
+from focalgradient.srgb import linear_to_srgb
 from focalgradient.view import View
 
 __all__ = ["encoding_doubt"]
@@ -51,7 +51,7 @@ def encoding_doubt(
     encoded = [
         replace(
             view,
-            image=np.ascontiguousarray(_srgb(view.image[part])),
+            image=np.ascontiguousarray(linear_to_srgb(np.clip(view.image[part], 0, 1)), np.float32),
             mask=None if view.mask is None or view.mask[part].all() else np.ascontiguousarray(view.mask[part]),
         )
         for view in views
@@ -65,9 +65,3 @@ def encoding_doubt(
             return None
     both = other.valid & depth.valid[part]
     return float(np.median((other.vergence - depth.vergence[part])[both])) if both.sum() >= LEAST else None
-
-
-def _srgb(light: NDArray[np.floating]) -> NDArray[np.float32]:
-    """The values that an sRGB file holds of `light` (IEC 61966-2-1), 0 to 1."""
-    light = np.clip(light, 0, 1)
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055).astype(np.float32)

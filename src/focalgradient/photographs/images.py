@@ -19,16 +19,17 @@ os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
+from focalgradient.srgb import srgb_to_linear
 from focalgradient.view import LUMINANCE
 
-__all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs", "srgb_to_linear"]
+__all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs"]
 
 Encoding = Literal["linear", "srgb"]
 
@@ -91,16 +92,6 @@ class Photograph:
             f"Photograph({self.path.name}: {height} x {width} pixels, {self.pixel_type}, {self.encoding}, "
             f"{self.saturated:.1%} saturated)"
         )
-
-
-def srgb_to_linear(value: ArrayLike) -> NDArray[np.float64]:
-    """Undo the sRGB encoding, exactly (IEC 61966-2-1): `value` and result in 0 to 1, of any shape.
-
-    >>> srgb_to_linear([0, 0.04045, 0.5, 1]).round(5).tolist()
-    [0.0, 0.00313, 0.21404, 1.0]
-    """
-    value = np.asarray(value, dtype=float)
-    return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def read_photograph(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -10,7 +11,7 @@ import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "new_figure", "style"]
+__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_files", "new_figure", "style"]
 
 MM = 1 / 25.4
 """A millimetre, in inches."""
@@ -50,3 +51,14 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
     figure = Figure(figsize=(width_mm * MM, height_mm * MM), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+def as_files(figure: Figure) -> dict[str, bytes]:
+    """A figure as the contents of a PNG and a PDF file, the same bytes in every run."""
+    files = {}
+    for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
+        buffer = io.BytesIO()
+        with style():
+            figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
+        files[kind] = buffer.getvalue()
+    return files

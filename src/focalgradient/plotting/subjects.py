@@ -5,7 +5,6 @@ Where observers were simulated the picture itself says so.
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SIMULATED",
-    "as_files",
     "blur_figure",
     "depth_rating_figure",
     "draw_depth_rating",
@@ -168,17 +166,6 @@ def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
         draw_durations(right, result)
         _settle(figure)
     return figure
-
-
-def as_files(figure: Figure) -> dict[str, bytes]:
-    """A figure as the contents of a PNG and a PDF file, the same bytes in every run."""
-    files = {}
-    for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
-        buffer = io.BytesIO()
-        with style():
-            figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
-        files[kind] = buffer.getvalue()
-    return files
 
 
 def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:

@@ -15,8 +15,8 @@ from pathlib import Path
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
+from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.subjects import (
-    as_files,
     blur_figure,
     depth_rating_figure,
     necker_figure,

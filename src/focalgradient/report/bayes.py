@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.posteriors import posterior_figure
-from focalgradient.plotting.subjects import as_files
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table

@@ -11,7 +11,7 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
-from focalgradient.plotting.subjects import as_files
+from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph
 from focalgradient.report.provenance import listed

@@ -9,8 +9,9 @@ continued from nodes that the band does not reach: depth is read again without t
 is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the probability of
 being on its other side; the band's width says how sure its place is.
 
-A jump too small to be found blurs into a steep stretch of one surface, which the views cannot tell from it: where depth
-departs from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
+A jump too small for views to contradict each other is found by depth on either side of it (`outline_jumps`). One too
+small even for that blurs into a steep stretch of one surface, which the views cannot tell from it: where depth departs
+from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
 
 How far residuals reach (`ONSET`), and the other choices here, were made on the scenes `MADE_WITH` of
 `benchmarks/depth_at_outlines.py`, and tried on others.
@@ -29,6 +30,7 @@ from scipy import ndimage, special
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import FARTHEST, moved_to_edges
+from focalgradient.depth.equalise.outline_jumps import find_small_jumps
 from focalgradient.depth.equalise.split_band import LEAST_BLUR
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray, Image
@@ -79,6 +81,12 @@ FEW = 2
 OUTLINE_SD = 2.0
 """Standard deviation in pixels of an outline's place, moved to an edge."""
 
+SMALL_SD = 4.0
+"""The same where only depth shows the jump."""
+
+CHANGED = 0.3
+"""Share of depth's change beside a small jump that is its standard deviation."""
+
 UNDECIDED = 0.4
 """Share, of what the band between the two surfaces is wider or narrower than blur explains, that the outline's place is
 uncertain by: where it is narrower, both surfaces explain the views."""
@@ -111,6 +119,10 @@ class Outlines:
     level: NDArray[np.float32]
     sd: NDArray[np.float32]  # of the surface, in levels
     side_sd: NDArray[np.float32]  # because a pixel may lie on the other side, in levels
+
+    def before(self, other: Outlines) -> Outlines:
+        """These outlines, and the `other` ones where these replace nothing."""
+        return Outlines(*(np.where(self.replaced, getattr(self, n), getattr(other, n)) for n in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,8 +194,11 @@ def find_outlines(
     good = informative & blur_is_known(nodes.sd / levels_per_pixel, 0.0)
     good &= _share(clean, equalised.step) >= EXPLAINED
     located = locate(nodes, good, good)
+    small = _small(
+        equalised, nodes, good, agrees & equalised.to_blocks(informative, shape), radii, levels_per_pixel, images
+    )
     if located is None:
-        return None
+        return small
     # Again from windows that leave out what the outlines just found reach.
     kept = located.free
     again, sure = read_again(kept)
@@ -198,11 +213,12 @@ def find_outlines(
     known, good = good, sure | (old & good)
     located = locate(nodes, good, known)
     if located is None:
-        return None
+        return small
     clear = good & (_share(located.free, equalised.step) >= HALF)
     clear |= _if_few(clear, good, located, equalised.step)
     curved = np.sqrt(nodes.sd**2 + curvature_variance(nodes, good, radii, equalised, levels_per_pixel))
-    return _continued(equalised, nodes, curved, clear, located, gap)
+    large = _continued(equalised, nodes, curved, clear, located, gap)
+    return large if small is None else large.before(small)
 
 
 def _continued(
@@ -231,6 +247,31 @@ def _continued(
         own.astype(np.float32),
         own_sd.astype(np.float32),
         (np.sqrt(wrong * (1 - wrong)) * (zone.near - zone.far)).astype(np.float32),
+    )
+
+
+def _small(
+    equalised: Equalised,
+    nodes: Nodes,
+    good: NDArray[np.bool_],
+    sound: NDArray[np.bool_],
+    radii: FloatArray,
+    levels_per_pixel: float,
+    images: Sequence[Image],
+) -> Outlines | None:
+    """Depth on either side of jumps that depth alone shows, valid where it is `sound` (H x W); None without any."""
+    jumps = find_small_jumps(equalised, nodes, good, radii, levels_per_pixel, images)
+    if jumps is None:
+        return None
+    level, sd = (equalised.to_pixels(values, nodes.sd, sound.shape) for values in (nodes.level, nodes.sd))
+    wrong = special.ndtr(-jumps.distance / SMALL_SD)
+    return Outlines(
+        np.where(jumps.inside & (jumps.distance < 1), np.where(jumps.near, 1, -1), 0).astype(np.int8),
+        jumps.inside,
+        jumps.inside & sound & (jumps.distance >= REJECTED),
+        jumps.level.astype(np.float32),
+        np.hypot(sd, CHANGED * (jumps.level - level)).astype(np.float32),
+        (np.sqrt(wrong * (1 - wrong)) * jumps.rise).astype(np.float32),
     )
 
 

@@ -43,8 +43,9 @@ reach together."""
 STRAIGHT = 2
 """Nodes to either side from which the greatest departure is taken: the middle of a blurred jump is straight."""
 
-CLEARLY = 1.25
-"""Variance about that plane, over what noise explains, from which a surface is clearly not plane."""
+CLEARLY = 2.0
+"""Variance about that plane, over what noise explains, from which a surface is clearly not plane: painted planes stay
+below it."""
 
 FITS = 1.0
 """Mean square of nodes' distance from a plane, over their variance, up to which it fits."""

@@ -1,0 +1,227 @@
+"""Jumps of depth too small for any pixel's views to contradict each other: only depth on either side shows them.
+
+Blur of nearly one size on either side carries the surfaces into each other, and windows give a steep stretch between
+them. Beyond what window and blur reach, depth goes on to either side as if nothing lay between. There a plane with a
+jump is fitted: of a plane and of a crease it has none, and of a curved surface less than half of what depth rises by.
+A stretch that is steep over no more than window and blur reach is taken for a jump. Windows give
+the mean of both surfaces, each as its texture is informative, so that depth at the outline is known; up to there either
+surface goes on.
+
+The choices here were made on spheres of the seeds 5 (two apertures and two foci), 6 and 8 (two apertures, focused
+before and behind everything), and on the scenes `MADE_WITH` and `CONTROLS` of `benchmarks/depth_at_outlines.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_edges import moved_to_edges
+from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.numerics import share_rows
+
+__all__ = ["SmallJumps", "find_small_jumps"]
+
+DIRECTIONS = 8
+"""Directions in which jumps are looked for."""
+
+FARTHEST, ACROSS = 2.2, 0.8
+"""How far to either side, and across, depth is looked at, over how far window and blur reach."""
+
+BETWEEN = 0.2
+"""Share of the rise that a node's depth must lie from the mean on either side of it, to lie in between."""
+
+SURE = 6.0
+"""Standard deviations of a node's depth by which depth must rise from one side to the other."""
+
+MOSTLY = 0.5
+"""Share of that rise that must be the jump, and not the plane's slope."""
+
+LEAST = 0.2
+"""Difference of blur radius, in pixels of the widest view, from which a difference is a jump."""
+
+LEAST_SD = 0.2
+"""Standard deviation in levels below which nodes weigh alike."""
+
+STEEP = 0.4
+"""Prior standard deviation of the slope of the surfaces that a jump lies between, in levels per node."""
+
+FEWEST = 1.0
+"""Nodes that must be there on either side, over the square of how far window and blur reach: half of them all."""
+
+SMOOTH = 1.5
+"""Standard deviation in nodes by which the two surfaces are smoothed along an outline."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SmallJumps:
+    """What lies about small jumps, H x W each."""
+
+    inside: NDArray[np.bool_]  # in reach of one
+    near: NDArray[np.bool_]  # the near side
+    distance: FloatArray  # pixels from the nearest outline
+    level: FloatArray  # of the surface on each pixel's side
+    rise: FloatArray  # levels from the far surface to the near one
+
+
+def find_small_jumps(
+    equalised: Equalised,
+    nodes: Nodes,
+    good: NDArray[np.bool_],
+    radii: FloatArray,
+    levels_per_pixel: float,
+    images: Sequence[Image],
+) -> SmallJumps | None:
+    """Small jumps among `good` nodes (h x w); None where there are none.
+
+    Parameters
+    ----------
+    equalised, nodes
+        The views, compared at every level; and depth as windows give it.
+    good
+        h x w: nodes whose depth counts.
+    radii
+        Each view's blur radius in pixels at each level.
+    levels_per_pixel
+        Levels to a pixel of blur radius.
+    images
+        The views themselves, H x W each.
+    """
+    shape, widest = images[0].shape, radii.max(axis=0)
+    reach = (equalised.window + np.interp(nodes.level, np.arange(equalised.levels), widest)) / equalised.step
+    far, near, between = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
+    found = near > far
+    if not found.any():
+        return None
+    apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
+    inside = equalised.to_blocks(apart <= reach[tuple(index)], shape)
+    share = ndimage.gaussian_filter(found.astype(float), SMOOTH)
+    there = share > 1e-6  # beyond, the nearest of what is there
+    nearest = ndimage.distance_transform_edt(~there, return_distances=False, return_indices=True)
+    low, high, middle, level = (
+        equalised.to_pixels(values, nodes.sd, shape)
+        for values in (
+            *(
+                (ndimage.gaussian_filter(v, SMOOTH) / np.maximum(share, 1e-6))[tuple(nearest)]
+                for v in (far, near, between)
+            ),
+            nodes.level,
+        )
+    )
+    side = level > middle
+    border = np.zeros(shape, np.bool_)
+    for axis in (0, 1):
+        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+        changes = (side[first] != side[second]) & inside[first] & inside[second]
+        border[first] |= changes
+        border[second] |= changes
+    if not border.any():
+        return None
+    distance, nearest = ndimage.distance_transform_edt(~border, return_indices=True)
+    distance += 0.5
+    blurs = np.stack([np.interp(np.maximum(level, high), np.arange(equalised.levels), one) for one in radii])
+    moved = moved_to_edges(np.where(side, distance, -distance), border, images, blurs)[tuple(nearest)]
+    inward = np.where(side, distance, -distance) - moved
+    side, distance = inward > 0, np.abs(inward)
+    inside &= distance <= equalised.step * equalised.to_pixels(reach, nodes.sd, shape)
+    return SmallJumps(
+        inside, side, distance, np.where(side, np.maximum(level, high), np.minimum(level, low)), high - low
+    )
+
+
+def _surfaces(
+    level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], reach: FloatArray, least: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Levels of the far and the near surface at each node (h x w) in a small jump, and that at the outline; else 0.
+
+    `reach` (h x w) is how far window and blur reach, in nodes; `least` the levels from which a difference is a jump.
+
+    A jump between columns 12 and 13 that windows have smoothed; a plane; and a crease.
+
+    >>> column = np.arange(26.0) + np.zeros((20, 1))
+    >>> even = np.full(column.shape, 0.3), np.ones(column.shape, bool), np.full(column.shape, 3.0)
+    >>> far, near, _ = _surfaces(6 * np.clip((column - 9.5) / 6, 0, 1), *even, 2.0)
+    >>> (near > far)[10].nonzero()[0].tolist(), far[10, 12].round(1).item(), near[10, 12].round(1).item()
+    ([11, 12, 13, 14], 0.3, 5.6)
+    >>> [bool(_surfaces(depth, *even, 2.0)[1].any()) for depth in (column, np.maximum(column, 12.5))]
+    [False, False]
+    """
+    found = np.zeros((3, *level.shape))
+    share_rows(len(level), lambda first, last: _find(level, sd, good, reach, least, first, last, found))
+    return found[0], found[1], found[2]
+
+
+@njit(nogil=True, cache=True)
+def _find(level, sd, good, reach, least, first, last, found):  # type: ignore[no-untyped-def]
+    rows, columns = level.shape
+    a, b, term, sums = np.empty((4, 5)), np.empty((4, 5)), np.empty(4), np.empty((2, 3))
+    for i in range(first, last):
+        for j in range(columns):
+            if not good[i, j]:
+                continue
+            far, most = FARTHEST * reach[i, j], 0.0
+            for direction in range(DIRECTIONS):
+                down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
+                a[:] = 0
+                sums[:] = 0
+                for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
+                    for m in range(max(0, j - int(far)), min(columns, j + int(far) + 1)):
+                        along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
+                        if not good[k, m] or not reach[i, j] <= abs(along) <= far:
+                            continue
+                        if abs(across) > ACROSS * reach[i, j]:
+                            continue
+                        weight, off = 1 / (sd[k, m] ** 2 + LEAST_SD**2), level[k, m] - level[i, j]
+                        side = 1 if along > 0 else 0
+                        sums[side, 0] += 1
+                        sums[side, 1] += weight
+                        sums[side, 2] += weight * off
+                        term[0], term[1], term[2], term[3] = 1.0, along, across, side - 0.5
+                        for p in range(4):
+                            for q in range(4):
+                                a[p, q] += weight * term[p] * term[q]
+                            a[p, 4] += weight * term[p] * off
+                if min(sums[0, 0], sums[1, 0]) < max(5, FEWEST * reach[i, j] ** 2):
+                    continue
+                low, high = sums[0, 2] / sums[0, 1], sums[1, 2] / sums[1, 1]
+                rise = high - low
+                sure = abs(rise) / np.sqrt((sums[0, 0] / sums[0, 1] + sums[1, 0] / sums[1, 1]) / 2)
+                if sure < SURE or min(-low / rise, high / rise) < BETWEEN:
+                    continue
+                b[:] = a
+                _, jump = _solved(a, 0.0)
+                if sure * jump / rise <= most:
+                    continue
+                most = sure * jump / rise  # of the direction in which most of the rise is a jump
+                if jump / rise > MOSTLY and abs(jump) >= least:
+                    middle, jump = _solved(b, STEEP)
+                    found[0, i, j] = level[i, j] + middle - abs(jump) / 2
+                    found[1, i, j] = level[i, j] + middle + abs(jump) / 2
+                    # Windows give the mean of both sides, weighted by their information.
+                    one, two = sums[0, 1] / sums[0, 0], sums[1, 1] / sums[1, 0]
+                    found[2, i, j] = level[i, j] + middle + jump * (two - one) / (two + one) / 2
+
+
+@njit(nogil=True, cache=True)
+def _solved(a, steep):  # type: ignore[no-untyped-def]
+    """The first and the last unknown of four equations (4 x 5), which are overwritten.
+
+    The two in between have the prior standard deviation `steep`, or none where that is 0.
+    """
+    for p in (1, 2):
+        a[p, p] += 1 / steep**2 if steep > 0 else 1e-6  # for a line of nodes to be enough
+    for p in range(4):
+        for q in range(p + 1, 4):
+            share = a[q, p] / a[p, p]
+            for r in range(p, 5):
+                a[q, r] -= share * a[p, r]
+    last = a[3, 4] / a[3, 3]
+    third = (a[2, 4] - a[2, 3] * last) / a[2, 2]
+    second = (a[1, 4] - a[1, 3] * last - a[1, 2] * third) / a[1, 1]
+    return (a[0, 4] - a[0, 3] * last - a[0, 2] * third - a[0, 1] * second) / a[0, 0], last
