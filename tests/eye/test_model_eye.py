@@ -110,7 +110,7 @@ def test_depth_from_blur_with_diffraction(vergence: float) -> None:
 
 @pytest.mark.parametrize("bad", [0, -0.004, 0.0091, 4.0, np.nan, "4 mm"])
 def test_a_pupil_that_no_eye_has(bad: object) -> None:
-    with pytest.raises(InputError, match=r"pupil_diameter is .*, but must be above 0 and at most 0\.009.*in metres"):
+    with pytest.raises(InputError, match=r"pupil_diameter is .*, but must be from 0\.0001 .* to 0\.009.*in metres"):
         Eye(bad, 1.0)  # type: ignore[arg-type]
 
 
