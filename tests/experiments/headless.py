@@ -30,7 +30,7 @@ PROGRAMS = Path(__file__).parents[2] / "experiments"
 SIZE = (1024, 768)
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 
-LONGEST = 240.0  # seconds that a program may run, before it is ended and its test fails
+LONGEST = 480.0
 
 HOOK = """
 def mark(code, name, seconds):

@@ -89,7 +89,7 @@ def shown(screen: Headless) -> NDArray[np.uint8]:
 
 
 def until_shown(screen: Headless, picture: NDArray[np.uint8]) -> None:
-    end = time.monotonic() + 30
+    end = time.monotonic() + 120
     while not (shown(screen) == picture).all():
         assert time.monotonic() < end, "the picture never came"
         time.sleep(0.01)

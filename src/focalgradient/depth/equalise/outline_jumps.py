@@ -59,7 +59,7 @@ LEAST_REACH = 2.4
 """Nodes that window and blur must reach for a small jump: where blur is below about 4 pixels, clutter and curved
 surfaces are taken for jumps. Without this limit 79.2 and 79.7 % of a photograph (`analysis/motorcycle.py`, away from
 jumps and near them) is claimed, with it 80.8 and 82.7, without small jumps 81.2 and 84.8; the spheres that the method
-was made with have the same depth."""
+was made with have nearly the same depth."""
 
 SMOOTH = 1.5
 """Standard deviation in nodes by which the two surfaces are smoothed along an outline."""
