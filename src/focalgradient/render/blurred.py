@@ -159,8 +159,8 @@ def blur_scene(
 
     Returns
     -------
-    image, distance
-        H x W: radiance, and distance in metres along the axis.
+    tuple
+        Radiance, and distance in metres along the axis; H x W each.
 
     Notes
     -----
