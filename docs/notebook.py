@@ -15,6 +15,9 @@ LONGEST_S = 1200
 PRIVATE = Config({"KernelManager": {"transport": "ipc"}} if os.name == "posix" else {})
 """Sockets in the file system, which other users of the machine cannot reach; Windows has none."""
 
+SHOWING = os.environ | {"MPLBACKEND": "module://matplotlib_inline.backend_inline"}
+"""Figures go into the notebook, whatever this process draws with."""
+
 
 def execute(path: Path) -> nbformat.NotebookNode:
     """Run a notebook from its first cell to its last, and put what it shows into it; the first error ends it.
@@ -23,6 +26,6 @@ def execute(path: Path) -> nbformat.NotebookNode:
     """
     notebook = nbformat.read(path, as_version=4)
     if any(cell.cell_type == "code" and cell.execution_count is None for cell in notebook.cells):
-        NotebookClient(notebook, timeout=LONGEST_S, kernel_name="python3", config=PRIVATE).execute()
+        NotebookClient(notebook, timeout=LONGEST_S, kernel_name="python3", config=PRIVATE).execute(env=SHOWING)
         nbformat.write(notebook, path)
     return notebook
