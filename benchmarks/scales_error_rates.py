@@ -125,12 +125,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print("| scale; subjects | mean | N | slope: p < .05 | slope covered | largest covered | not computed |")
     print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
-    with shared(asked.workers, asked.scheduler) as executor:
-        for scale, kind, mean, subjects in product(asked.scales.split(","), DIFFERENCES, MEANS, asked.subjects):
-            tasks = [(asked.seed, scale, subjects, kind, mean, number) for number in range(asked.sets)]
+    with shared(options.workers, options.scheduler) as executor:
+        for scale, kind, mean, subjects in product(options.scales.split(","), DIFFERENCES, MEANS, options.subjects):
+            tasks = [(options.seed, scale, subjects, kind, mean, number) for number in range(options.sets)]
             found = np.array(list(in_order(executor, one, tasks)))
             lost = np.isnan(found[:, 2])
             slope, largest = found[~lost, 0].mean(), found[:, 1][~np.isnan(found[:, 1])]

@@ -21,8 +21,8 @@ needs_r = pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is
 def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> str:
     """What the script prints, in the report's folder."""
     for package in packages:
-        asked = ["Rscript", "-e", f'quit(status = !requireNamespace("{package}", quietly = TRUE))']
-        if subprocess.run(asked, capture_output=True, check=False).returncode:
+        command = ["Rscript", "-e", f'quit(status = !requireNamespace("{package}", quietly = TRUE))']
+        if subprocess.run(command, capture_output=True, check=False).returncode:
             pytest.skip(f"the R package {package} is not installed")
     for name, content in files.items():
         (folder / name).write_bytes(content)

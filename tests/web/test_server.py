@@ -117,7 +117,7 @@ def journal_of(made: Study) -> Path:
     return next(made.data.rglob("sub-*.jsonl"))
 
 
-def test_what_names_the_servers_files_is_told_the_experimenter_alone(
+def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     made = study(tmp_path)

@@ -161,9 +161,9 @@ def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
         raise InputError("--sheet writes a PDF to print and reads nothing: give --sheet A4 --out sheet.pdf alone.")
     writable(out.parent, (out.name,), [])
     from focalgradient.plotting import calibration_sheet
-    from focalgradient.plotting.figures import as_files
+    from focalgradient.plotting.figures import as_file
 
-    content = as_files(calibration_sheet(paper))["pdf"]
+    content = as_file(calibration_sheet(paper), "pdf")
     with replacing([out], out) as hidden:
         hidden[out].write_bytes(content)
     show({"written": printable(out)}, f"Written: {printable(out)}")

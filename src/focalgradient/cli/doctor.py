@@ -141,12 +141,12 @@ def table(checks: list[Check]) -> str:
 def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
     """Fit and draw a photometer's table: what it says of the screen."""
     from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
-    from focalgradient.plotting.figures import as_files
+    from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure
 
     found = read_luminance(path)
     drawn = path.with_name(f"{path.stem}-fit.png")
-    write_whole(drawn, as_files(luminance_figure(found))["png"])
+    write_whole(drawn, as_file(luminance_figure(found), "png"))
     curves = ", ".join(f"{gun} {curve.gamma:.2f}" for gun, curve in found.curves.items())
     text = (
         f"gamma: {curves}; white {found.grey.white:.1f}, black {found.grey.black:.2f} cd/m2; drawn: {printable(drawn)}"

@@ -49,12 +49,10 @@ CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "bot
 FILES = ("views.png", "focus.png", "oscillation.mp4", "depth.npz", "summary.json")
 
 
-PUPILS_MM = (0.1, 9.0)
-"""As `focalgradient.eye.ranges` has them in metres; the library is not loaded for help."""
-
-
 def _pupil(_: click.Context, __: click.Parameter, given: float) -> float:
-    smallest, largest = PUPILS_MM
+    from focalgradient.eye.ranges import LARGEST_PUPIL, SMALLEST_PUPIL
+
+    smallest, largest = 1e3 * SMALLEST_PUPIL, 1e3 * LARGEST_PUPIL
     if not smallest <= given <= largest:
         raise InputError(
             f"--pupil is {given:g}, but must be from {smallest:g} to {largest:g}: give the diameter in millimetres."

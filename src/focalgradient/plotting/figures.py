@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_files", "new_figure", "style"]
+__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_file", "as_files", "new_figure", "style"]
 
 MM = 1 / 25.4
 """A millimetre, in inches."""
@@ -53,12 +53,15 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
     return figure
 
 
+def as_file(figure: Figure, kind: Literal["png", "pdf"]) -> bytes:
+    """A figure as the content of a file of this kind, the same bytes in every run."""
+    stamp = {"png": "Software", "pdf": "CreationDate"}[kind]
+    buffer = io.BytesIO()
+    with style():
+        figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
+    return buffer.getvalue()
+
+
 def as_files(figure: Figure) -> dict[str, bytes]:
-    """A figure as the contents of a PNG and a PDF file, the same bytes in every run."""
-    files = {}
-    for kind, stamp in (("png", "Software"), ("pdf", "CreationDate")):
-        buffer = io.BytesIO()
-        with style():
-            figure.savefig(buffer, format=kind, dpi=200, metadata={stamp: None})
-        files[kind] = buffer.getvalue()
-    return files
+    """A figure as the contents of a PNG and a PDF file."""
+    return {"png": as_file(figure, "png"), "pdf": as_file(figure, "pdf")}

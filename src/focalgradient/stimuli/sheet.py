@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from focalgradient.plotting.contact_sheet import contact_sheet
-from focalgradient.plotting.figures import style
+from focalgradient.plotting.figures import as_file
 
 __all__ = ["sheet_png"]
 
@@ -28,11 +27,7 @@ def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
         rows[text] = [(_pixels(folder / shown[name, "nearest", apertures[0]]), tuple(place.values()))]
         rows[text] += [(_pixels(folder / shown[name, end, one]), (place[end],)) for end, one in blurred]
     groups = [("no blur", 1), ("nearest object in focus", len(apertures) - 1), ("farthest object in focus", 1)]
-    figure = contact_sheet(rows, [apertures[0], *(one for _, one in blurred)], groups, note)
-    buffer = io.BytesIO()
-    with style():
-        figure.savefig(buffer, format="png", metadata={"Software": None})
-    return buffer.getvalue()
+    return as_file(contact_sheet(rows, [apertures[0], *(one for _, one in blurred)], groups, note), "png")
 
 
 def _pixels(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]]:

@@ -122,6 +122,10 @@ class Equalised:
         """Pixels that the window is worth: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
+    def reach(self, nodes: Nodes, radii: FloatArray) -> FloatArray:
+        """How far window and blur reach about each node, in nodes (h x w); `radii` are each view's in pixels, n x L."""
+        return (self.window + np.interp(nodes.level, np.arange(self.levels), radii.max(axis=0))) / self.step
+
     def read(self, weight: Image, noise: float = 1.0) -> Nodes:
         """Average with the window, over the pixels of `weight` (H x W, 0 or 1), and read the minimum at each node.
 

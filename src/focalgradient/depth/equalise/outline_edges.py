@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from focalgradient.depth.filters import FloatArray, Image
 
-__all__ = ["moved_to_edges"]
+__all__ = ["blurs_at", "moved_to_edges"]
 
 FARTHEST = 10
 """Pixels to either side where edges are looked for."""
@@ -39,6 +39,11 @@ ALONG = 6.0
 
 NORMAL = 4.0
 """The same of the window in which an outline's direction is taken."""
+
+
+def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:
+    """Each view's blur radius at each pixel's `level` (H x W): n x H x W, of its `radii` at every level (n x L)."""
+    return np.stack([np.interp(level, np.arange(len(radius)), radius) for radius in radii])
 
 
 def moved_to_edges(

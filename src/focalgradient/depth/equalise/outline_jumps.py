@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_edges import moved_to_edges
+from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import share_rows
 
@@ -99,8 +99,7 @@ def find_small_jumps(
     images
         The views themselves, H x W each.
     """
-    shape, widest = images[0].shape, radii.max(axis=0)
-    reach = (equalised.window + np.interp(nodes.level, np.arange(equalised.levels), widest)) / equalised.step
+    shape, reach = images[0].shape, equalised.reach(nodes, radii)
     far, near, between = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
     found = (near > far) & (reach >= LEAST_REACH)
     if not found.any():
@@ -131,7 +130,7 @@ def find_small_jumps(
         return None
     distance, nearest = ndimage.distance_transform_edt(~border, return_indices=True)
     distance += 0.5
-    blurs = np.stack([np.interp(np.maximum(level, high), np.arange(equalised.levels), one) for one in radii])
+    blurs = blurs_at(np.maximum(level, high), radii)
     moved = moved_to_edges(np.where(side, distance, -distance), border, images, blurs)[tuple(nearest)]
     inward = np.where(side, distance, -distance) - moved
     side, distance = inward > 0, np.abs(inward)

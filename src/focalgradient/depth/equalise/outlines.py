@@ -29,7 +29,7 @@ from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_edges import FARTHEST, moved_to_edges
+from focalgradient.depth.equalise.outline_edges import FARTHEST, blurs_at, moved_to_edges
 from focalgradient.depth.equalise.outline_jumps import find_small_jumps
 from focalgradient.depth.equalise.split_band import LEAST_BLUR
 from focalgradient.depth.equalise.tiles import Tile
@@ -237,16 +237,15 @@ def _continued(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
     alone = equalised.to_blocks(clear, shape) & ((np.abs(level - own) < gap) | (distance > located.reach))
     own, own_sd = np.where(alone, level, own), np.where(alone, sd, own_sd)
-    wrong = special.ndtr(-distance / located.place_sd)
     replaced = zone.inside & (distance <= located.reach + BEYOND * equalised.window)
     replaced &= ~(alone & (distance > CLEAR * located.reach + AWAY * equalised.window))
     return Outlines(
-        np.where(distance < 1, np.where(near, 1, -1), 0).astype(np.int8),
+        _sides(distance < 1, near),
         replaced,
         replaced & (distance >= REJECTED) & _supported(located),
         own.astype(np.float32),
         own_sd.astype(np.float32),
-        (np.sqrt(wrong * (1 - wrong)) * (zone.near - zone.far)).astype(np.float32),
+        _side_sd(distance, located.place_sd, zone.near - zone.far),
     )
 
 
@@ -264,23 +263,32 @@ def _small(
     if jumps is None:
         return None
     level, sd = (equalised.to_pixels(values, nodes.sd, sound.shape) for values in (nodes.level, nodes.sd))
-    wrong = special.ndtr(-jumps.distance / SMALL_SD)
     return Outlines(
-        np.where(jumps.inside & (jumps.distance < 1), np.where(jumps.near, 1, -1), 0).astype(np.int8),
+        _sides(jumps.inside & (jumps.distance < 1), jumps.near),
         jumps.inside,
         jumps.inside & sound & (jumps.distance >= REJECTED),
         jumps.level.astype(np.float32),
         np.hypot(sd, CHANGED * (jumps.level - level)).astype(np.float32),
-        (np.sqrt(wrong * (1 - wrong)) * jumps.rise).astype(np.float32),
+        _side_sd(jumps.distance, SMALL_SD, jumps.rise),
     )
+
+
+def _sides(beside: NDArray[np.bool_], near: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """+1 at the pixels `beside` an outline that are on its `near` side, -1 at those on the far one, 0 elsewhere."""
+    return np.where(beside, np.where(near, 1, -1), 0).astype(np.int8)
+
+
+def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArray) -> Image:
+    """Standard deviation, in levels, for the side that a pixel is on; the outline's place is known to `place_sd`."""
+    wrong = special.ndtr(-distance / place_sd)
+    return np.asarray(np.sqrt(wrong * (1 - wrong)) * rise, np.float32)
 
 
 def curvature_variance(
     nodes: Nodes, good: NDArray[np.bool_], radii: FloatArray, equalised: Equalised, levels_per_pixel: float
 ) -> FloatArray:
     """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
-    blur = np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0))
-    reach = (equalised.window + blur) / equalised.step
+    reach = equalised.reach(nodes, radii)
     return surfaces.curvature_variance(nodes.level, nodes.sd, good, reach, SAME * levels_per_pixel)
 
 
@@ -330,10 +338,10 @@ def _locate(
     only_far = _without_specks(clean_far & (better < -BETTER) & zone.inside)
     if not (only_near.any() and only_far.any()):
         return None
-    reach_near, reach_far = _reach(*(_blurs(level, radii) for level in (zone.near, zone.far)))
+    reach_near, reach_far = _reach(*(blurs_at(level, radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
-    side = _at_edges(inward > 0, zone, known, images, _blurs(zone.near, radii))
+    side = _at_edges(inward > 0, zone, known, images, blurs_at(zone.near, radii))
     distance, nearest = _distance(side, zone, known)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
     return _Located(
@@ -422,11 +430,6 @@ def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
 def _share(pixels: NDArray[np.bool_], step: int) -> FloatArray:
     """Share of each node's block that is true in `pixels` (H x W): h x w."""
     return block_sum(pixels.astype(np.float32), step) / block_sum(np.ones(pixels.shape, np.float32), step)
-
-
-def _blurs(level: FloatArray, radii: FloatArray) -> FloatArray:
-    """Each view's blur radius at each pixel's level: n x H x W."""
-    return np.stack([np.interp(level, np.arange(len(radius)), radius) for radius in radii])
 
 
 def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -207,7 +207,7 @@ def _gain_change(
     spread = 1.48 * numerics.weighted_median(np.abs(each - change), known)
     overlap = 2 * np.pi * wide**2  # nodes' windows overlap
     independent = max(1.0, known.sum() ** 2 / (known**2).sum() / (2 * overlap))
-    return change, WIDER * max(1.25 * float(np.sqrt(overlap / known.sum())), 1.25 * spread / np.sqrt(independent))
+    return change, WIDER * 1.25 * max(float(np.sqrt(overlap / known.sum())), spread / np.sqrt(independent))
 
 
 def _raised(shared: SharedPower, number: int) -> SharedPower:
