@@ -158,7 +158,8 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
                             if not (fall > enough * least_bend and np.hypot(gy, gx) > enough * least_slope):
                                 break
                             visited[i, j, down] = True
-                            points[count] = row, column, gy, gx, fall
+                            points[count, 0], points[count, 1] = row, column
+                            points[count, 2], points[count, 3], points[count, 4] = gy, gx, fall
                             count += 1
                         start = False
                         if ci < 0 or cj < 0 or ci > height - 2 or cj > width - 2:
@@ -175,7 +176,10 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
                     if count == first:
                         break
                     if not back:
-                        points[first:count] = points[first:count][::-1].copy()
+                        for n in range((count - first) // 2):
+                            for m in range(5):
+                                one, other = first + n, count - 1 - n
+                                points[one, m], points[other, m] = points[other, m], points[one, m]
                 if count > first:
                     ends[chains] = count
                     chains += 1
@@ -199,7 +203,8 @@ def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
                 part = (count - begin - walked) / step if step > 0 else 0.0
                 if count >= len(sampled) or part > 1:
                     break
-                sampled[count] = chain[n] + part * (chain[n + 1] - chain[n])
+                for m in range(5):
+                    sampled[count, m] = chain[n, m] + part * (chain[n + 1, m] - chain[n, m])
                 # A Gaussian edge filtered by a Gaussian: slope over bend is their variances' sum.
                 steep = np.hypot(sampled[count, 2], sampled[count, 3])
                 sampled[count, 4] = np.sqrt(max(steep / sampled[count, 4], 0.0))
@@ -224,7 +229,8 @@ def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
                 if n - start >= least:
                     blur = np.median(sampled[begin + start : begin + n, 4])
                     for m in range(start, n):
-                        sampled[kept] = sampled[begin + m]
+                        for k in range(4):
+                            sampled[kept, k] = sampled[begin + m, k]
                         sampled[kept, 4] = np.sqrt(max(blur**2 - scale**2, 0.0))
                         kept += 1
                     lengths[pieces] = n - start

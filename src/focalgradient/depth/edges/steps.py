@@ -216,6 +216,14 @@ def _normal_equations(  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _copy(values, to):  # type: ignore[no-untyped-def]
+    """Copy an array. ``to[:] = values`` would do, but the text of its errors takes numba seconds to compile."""
+    given, taken = values.ravel(), to.ravel()
+    for k in range(len(taken)):
+        taken[k] = given[k]
+
+
+@_compiled
 def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
     """Solve by Cholesky with a damped diagonal, a lower triangle given; False where it is singular."""
     size = len(vector)
@@ -253,14 +261,18 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
     for _ in range(ITERATIONS):
         if not _solve(matrix, vector, damping, lower, step):
             return False
-        trial[:] = p + step
+        for k in range(6):
+            trial[k] = p[k] + step[k]
         trial[5] = min(max(trial[5], 0.5 * p[5], least), 2 * p[5])
         if not abs(trial[2]) < 1e3:
             return False
         new = _normal_equations(trial, xs, ts, values, count, edge, line, end, averaged, other, trial_vector)
         if new <= square:
             small = abs(trial[5] - p[5]) < 1e-3 * p[5] and abs(trial[2] - p[2]) < 1e-3 * p[5]
-            p[:], matrix[:], vector[:], square = trial, other, trial_vector, new
+            _copy(trial, p)
+            _copy(other, matrix)
+            _copy(trial_vector, vector)
+            square = new
             damping *= 0.1
             if small:
                 return True
@@ -317,7 +329,8 @@ def _judge(  # type: ignore[no-untyped-def]
         members = sums[k, 0]
         if members == 0:
             continue
-        column[:] = sums[k, 2:8]
+        for m in range(6):
+            column[m] = sums[k, 2 + m]
         if not _solve(matrix, column, 0.0, lower, out):
             return np.inf, 1.0, 0.0, noise, count - cells
         taken += (column * out).sum() / members
@@ -385,7 +398,8 @@ def _fit_place(  # type: ignore[no-untyped-def]
             if fitted and not fits:
                 break
             fitted, kept_judged = True, judged
-            kept[:], kept_matrix[:] = p, matrix
+            _copy(p, kept)
+            _copy(matrix, kept_matrix)
             kept_angle, kept_row, kept_column = angle, row, column
             if not fits:
                 break
@@ -410,7 +424,7 @@ def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
             high, highs = high + values[n], highs + 1
     if lows < 4 or highs < 4:
         return False
-    p[:] = low / lows, high / highs, 0.0, 0.0, 0.0, width
+    p[0], p[1], p[2], p[3], p[4], p[5] = low / lows, high / highs, 0.0, 0.0, 0.0, width
     return True
 
 

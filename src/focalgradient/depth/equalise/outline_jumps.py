@@ -199,7 +199,9 @@ def _find(level, sd, good, reach, least, first, last, found):  # type: ignore[no
                 sure = abs(rise) / np.sqrt((sums[0, 0] / sums[0, 1] + sums[1, 0] / sums[1, 1]) / 2)
                 if sure < SURE or min(-low / rise, high / rise) < BETWEEN:
                     continue
-                b[:] = a
+                for p in range(4):
+                    for q in range(5):
+                        b[p, q] = a[p, q]  # as b[:] = a, which takes numba five seconds to compile
                 _, jump = _solved(a, 0.0)
                 if sure * jump / rise <= most:
                     continue
