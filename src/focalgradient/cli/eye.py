@@ -156,31 +156,22 @@ def eye(
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         say("forming the views")
         from focalgradient import recover_depth
-        from focalgradient.eye import Eye, Oscillation, eye_views, score
+        from focalgradient.eye import Eye, Oscillation, score
         from focalgradient.eye.ranges import warn_if_artificial
         from focalgradient.eye.retina import S_FINEST_CPD
         from focalgradient.plotting import depth_figure
 
         warn_if_artificial(1e-3 * pupil)
         subject, course = Eye(1e-3 * pupil, accommodation), Oscillation(amplitude)
-        eyes = [subject] if views == "bands" else subject.through(PAIR, course)
-        bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
-        cones = [_cones(one, band) for one in eyes for band in bands]
         world = _scene(scene, seed, accommodation)
-        how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
-        seen = eye_views(world, cones, SHAPE, MINUTE, executor=executor, **how)
+        names, cones, seen = _views(world, subject, course, views, seed, executor)
         truth = seen[0].distance
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
         film = _film(world, subject, course, seed, executor)
         say("drawing")
-        moments = [f"{band} at {1e3 * t:.0f} ms" for t in PAIR for band in bands]
-        figure = depth_figure(
-            [one.view for one in seen],
-            result,
-            names=list(bands) if views == "bands" else moments,
-            truth=np.where(np.isfinite(truth), truth, np.nan),
-        )
+        finite = np.where(np.isfinite(truth), truth, np.nan)
+        figure = depth_figure([one.view for one in seen], result, names=names, truth=finite)
         figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=8)
         focus = _focus_figure(course, accommodation, None if views == "bands" else PAIR)
         found = score(result.vergence, result.valid, truth, accommodation)
@@ -220,6 +211,23 @@ def eye(
         f"Valid pixels: {found['valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+
+
+def _views(
+    world: Scene, subject: Any, course: TimeCourse, views: str, seed: int, executor: Executor | None
+) -> tuple[list[str], list[Cones], list[Rendered]]:
+    """What the eye sees in each band and at each moment: its name, the cones, and the view."""
+    from focalgradient.eye import eye_views
+
+    moments = {"": subject}
+    if views != "bands":
+        eyes = subject.through(PAIR, course)
+        moments = {f" at {1e3 * t:.0f} ms": one for t, one in zip(PAIR, eyes, strict=True)}
+    bands: tuple[Band, ...] = ("L+M",) if views == "oscillation" else ("L+M", "S")
+    cones = {f"{band}{moment}": _cones(one, band) for moment, one in moments.items() for band in bands}
+    how: dict[str, Any] = {"noise": NOISE, "correlation": CORRELATION, "samples": SAMPLES, "seed": seed}
+    seen = eye_views(world, [*cones.values()], SHAPE, MINUTE, executor=executor, **how)
+    return [*cones], [*cones.values()], seen
 
 
 def _cones(subject: Any, band: Band) -> Cones:

@@ -7,10 +7,11 @@ figures, and every table as CSV. The same data give the same bytes.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
@@ -81,6 +82,8 @@ __all__ = [
     "load_rules",
     "make_report",
 ]
+
+Part = TypeVar("Part", Ratings, Reports, Thresholds)
 
 SHARE_CAPTION = (
     "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
@@ -171,125 +174,141 @@ def make_report(
         check_installed(*NEEDED)
     chosen = bound or stated.bound
     used = BOUND if chosen is None else chosen
-    problems: list[str] = []
-    notes: list[str] = []
-    ratings: Ratings | None = None
-    reports: Reports | None = None
-    thresholds: Thresholds | None = None
-    if root.is_file() and holds_reports(root, columns):
+    if not root.is_file():
+        found = _of_dataset(root, used, scale, stated.rules, executor, progress)
+    elif holds_reports(root, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
             raise InputError(
                 f"{given[0]} is of depth ratings, but {root.name} holds reports on the cube: leave it out."
             )
-        own_reports = read_reports(root, columns, conditions)
-        reports = analyse_report_table(own_reports.table, rules=stated.rules)
-        notes += own_reports.notes
-        title = root.stem
-    elif root.is_file():
+        read = read_reports(root, columns, conditions)
+        reports = analyse_report_table(read.table, rules=stated.rules)
+        found = _Analysed(root.stem, reports=reports, notes=[*read.notes])
+    else:
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
         ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
-        notes += own.notes
-        title = root.stem
-    else:
-        title = str(read_description(root).get("Name", root.name))
-        checked = checking(root, executor=executor)  # by the workers, while this process analyses
-        ratings, reports, thresholds = _analysed(root, used, scale, stated.rules, problems, progress)
-        try:
-            found = checked()
-            problems = list(dict.fromkeys([*problems, *found.problems]))
-            notes += found.notes
-        except InputError as error:
-            problems = list(dict.fromkeys([*problems, str(error)]))
-        parts = [part for part in (ratings, reports, thresholds) if part]
-        left_out = [one for part in parts if part.data for one in part.data.problems]
-        problems = [f"Left out of the analysis: {one}" if one in left_out else one for one in problems]
+        found = _Analysed(root.stem, ratings, notes=[*own.notes])
     sheets: list[Sheet] = []
     figures: dict[str, bytes] = {}
-    blocks = [Notice(f"Problem: {_local(problem, root)}") for problem in problems]
-    parts = [part for part in (ratings, reports, thresholds) if part is not None]
-    if any(part.simulated for part in parts):
-        blocks = [Notice("Simulated observers, not people: every answer was computed by a model."), *blocks]
-    body: list[Block] = [*blocks]
+    body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]
+    if any(part.simulated for part in found.parts):
+        body = [Notice("Simulated observers, not people: every answer was computed by a model."), *body]
     methods: list[str] = []
-    if ratings is not None:
-        body += _rating_part(ratings, sheets, figures)
-        if bayes and isinstance(ratings.result, DepthRatingResult):
-            posterior = bayes_analysis(ratings, ratings.result.scale, chosen, used, progress)
-            body += bayes_part(posterior, sheets, figures, simulated=ratings.simulated)
+    if found.ratings is not None:
+        body += _rating_part(found.ratings, sheets, figures)
+        if bayes and isinstance(found.ratings.result, DepthRatingResult):
+            posterior = bayes_analysis(found.ratings, found.ratings.result.scale, chosen, used, progress)
+            body += bayes_part(posterior, sheets, figures, simulated=found.ratings.simulated)
             methods.append(bayes_methods(posterior))
-    if reports is not None:
-        body += _necker_part(reports, sheets, figures)
-    if thresholds is not None:
-        body += threshold_part(thresholds, sheets, figures)
-    body.append(Heading("Methods"))
-    if ratings is not None:
-        body += [Heading("Depth ratings", 3), *map(Paragraph, [*methods_ratings(ratings, used), *methods])]
-        body += _shown([] if ratings.data is None else [_design(ratings.data, "depth_rating")], sheets)
-        if chosen is None and ratings.scale == "ratio":
-            body.append(Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance."))
-    if reports is not None:
-        body += [Heading("Necker cube", 3), *map(Paragraph, methods_necker(reports))]
-        body += _shown([] if reports.data is None else [_design(reports.data, "necker")], sheets)
-    if thresholds is not None:
-        body += [Heading("Blur thresholds", 3), *map(Paragraph, methods_thresholds(thresholds))]
-        body += _shown([_design(thresholds.data, "blur_threshold")], sheets)
+    if found.reports is not None:
+        body += _necker_part(found.reports, sheets, figures)
+    if found.thresholds is not None:
+        body += threshold_part(found.thresholds, sheets, figures)
+    body += _methods(found, chosen, used, methods, sheets)
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
-    body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in notes)]
-    body += _shown(provenance(root, parts, used, stated), sheets)
-    files = _files(title, body, sheets, figures)
-    if ratings is not None:
-        result = None if isinstance(ratings.result, NotComputed) else ratings.result
-        files |= trial_files(ratings.table, ratings.kept, ratings.compared or result)
-    if reports is not None:
-        files |= report_files(
-            reports.table, reports.kept, None if isinstance(reports.result, NotComputed) else reports.result
-        )
-    if thresholds is not None:
-        files["blur_threshold_trials.csv"] = safe_csv(thresholds.table)
+    body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
+    body += _shown(provenance(root, found.parts, used, stated), sheets)
+    files = _files(found.title, body, sheets, figures) | _trials(found)
     files["rules.toml"] = as_toml(stated.rules, used).encode()
-    return Report(files, tuple(problems))
+    return Report(files, tuple(found.problems))
 
 
-def _analysed(
-    root: Path, bound: float, scale: Scale | None, rules: Rules, problems: list[str], progress: Progress | None
-) -> tuple[Ratings | None, Reports | None, Thresholds | None]:
-    """The experiments of a data set, each where people took part in it; what is wrong goes to the problems."""
-    refused: list[InputError] = []
+@dataclass(frozen=True, slots=True)
+class _Analysed:
+    """The experiments of a data set or table, what is wrong with it, and what is to be said of it."""
+
+    title: str
     ratings: Ratings | None = None
     reports: Reports | None = None
-    if _took_part(root, "depthrating"):
-        try:
-            ratings = analyse_ratings(root, bound=bound, scale=scale, rules=rules, progress=progress)
-        except InputError as error:
-            refused.append(error)
-    if _took_part(root, "necker"):
-        try:
-            reports = analyse_necker(root, rules=rules)
-        except InputError as error:
-            refused.append(error)
     thresholds: Thresholds | None = None
-    if _took_part(root, "blurthreshold"):
+    problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def parts(self) -> list[Ratings | Reports | Thresholds]:
+        """The experiments that people took part in."""
+        return [part for part in (self.ratings, self.reports, self.thresholds) if part is not None]
+
+
+def _of_dataset(
+    root: Path, bound: float, scale: Scale | None, rules: Rules, executor: Executor | None, progress: Progress | None
+) -> _Analysed:
+    """The experiments of a data set, each where people took part in it."""
+    title = str(read_description(root).get("Name", root.name))
+    checked = checking(root, executor=executor)  # by the workers, while this process analyses
+    refused: list[InputError] = []
+
+    def tried(task: str, analyse: Callable[[], Part]) -> Part | None:
+        if not any(root.glob(f"sub-*/**/*_task-{task}_beh.tsv")):
+            return None
         try:
-            thresholds = analyse_thresholds(root)
+            return analyse()
         except InputError as error:
             refused.append(error)
-    if ratings is None and reports is None and thresholds is None:
-        raise (
-            refused[0]
-            if refused
-            else InputError(
-                f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds: there is nothing to "
-                "report."
-            )
+            return None
+
+    ratings = tried(
+        "depthrating", lambda: analyse_ratings(root, bound=bound, scale=scale, rules=rules, progress=progress)
+    )
+    reports = tried("necker", lambda: analyse_necker(root, rules=rules))
+    thresholds = tried("blurthreshold", lambda: analyse_thresholds(root))
+    found = _Analysed(title, ratings, reports, thresholds)
+    if not found.parts:
+        if refused:
+            raise refused[0]
+        raise InputError(
+            f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds: there is nothing to "
+            "report."
         )
-    problems += map(str, refused)
-    return ratings, reports, thresholds
+    problems = [str(error) for error in refused]
+    try:
+        valid = checked()
+        problems += valid.problems
+        found.notes.extend(valid.notes)
+    except InputError as error:
+        problems.append(str(error))
+    left_out = [one for part in found.parts if part.data for one in part.data.problems]
+    found.problems.extend(
+        f"Left out of the analysis: {one}" if one in left_out else one for one in dict.fromkeys(problems)
+    )
+    return found
 
 
-def _took_part(root: Path, task: str) -> bool:
-    return any(root.glob(f"sub-*/**/*_task-{task}_beh.tsv"))
+def _methods(
+    found: _Analysed, chosen: float | None, used: float, bayes: list[str], sheets: list[Sheet]
+) -> Iterator[Block]:
+    """What was done in each experiment; the bound of equivalence is `used`, and was `chosen` or is the default."""
+    yield Heading("Methods")
+    if (part := found.ratings) is not None:
+        yield Heading("Depth ratings", 3)
+        yield from map(Paragraph, [*methods_ratings(part, used), *bayes])
+        yield from _shown([] if part.data is None else [_design(part.data, "depth_rating")], sheets)
+        if chosen is None and part.scale == "ratio":
+            yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
+    if found.reports is not None:
+        yield Heading("Necker cube", 3)
+        yield from map(Paragraph, methods_necker(found.reports))
+        yield from _shown([] if found.reports.data is None else [_design(found.reports.data, "necker")], sheets)
+    if found.thresholds is not None:
+        yield Heading("Blur thresholds", 3)
+        yield from map(Paragraph, methods_thresholds(found.thresholds))
+        yield from _shown([_design(found.thresholds.data, "blur_threshold")], sheets)
+
+
+def _trials(found: _Analysed) -> dict[str, bytes]:
+    """Every trial of each experiment, for another's analysis."""
+    files: dict[str, bytes] = {}
+    if (part := found.ratings) is not None:
+        result = None if isinstance(part.result, NotComputed) else part.result
+        files |= trial_files(part.table, part.kept, part.compared or result)
+    if (reports := found.reports) is not None:
+        computed = None if isinstance(reports.result, NotComputed) else reports.result
+        files |= report_files(reports.table, reports.kept, computed)
+    if found.thresholds is not None:
+        files["blur_threshold_trials.csv"] = safe_csv(found.thresholds.table)
+    return files
 
 
 def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) -> Iterator[Block]:
