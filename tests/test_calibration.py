@@ -66,6 +66,7 @@ def test_two_distances_leave_the_offset_to_its_prior() -> None:
     assert known.sd[2] < 0.01
 
 
+@pytest.mark.slow
 def test_stated_uncertainties_cover_the_truth() -> None:
     """Cameras drawn from the priors, seen with the errors that are expected of views."""
     rng = np.random.default_rng(5)

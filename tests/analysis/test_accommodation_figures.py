@@ -3,8 +3,10 @@
 import accommodation_experiments as experiments
 import eye_track
 import numpy as np
+import pytest
 
 
+@pytest.mark.slow
 def test_fluctuations_tell_the_side_that_a_steady_focus_leaves_open(monkeypatch):
     monkeypatch.setattr(eye_track, "RATE", 4.0)
     found = eye_track.measure(seconds=1.5, seeds=1)

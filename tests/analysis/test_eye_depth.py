@@ -1,12 +1,14 @@
 """The simulated eye's error against distance: what the figure says, on a few walls."""
 
 import numpy as np
+import pytest
 from eye_depth import measure
 from fig2 import focal_gradient_error
 
 DISTANCES = (1.0, 4.0)
 
 
+@pytest.mark.slow
 def test_both_kinds_of_views_tell_distance_and_its_side():
     told = measure(DISTANCES, (4.0,), kinds=("bands", "oscillation"))
     for one in told.values():

@@ -133,7 +133,10 @@ def test_within_subject_intervals(ratings: DepthRatingResult) -> None:
     assert widths == pytest.approx(SAID["cousineau_morey"], rel=1e-8)
 
 
-@pytest.mark.parametrize(("name", "columns", "nodes"), [("clmm_intercept", 1, 15), ("clmm_slope_laplace", 2, 1)])
+@pytest.mark.parametrize(
+    ("name", "columns", "nodes"),
+    [pytest.param("clmm_intercept", 1, 15, marks=pytest.mark.slow), ("clmm_slope_laplace", 2, 1)],
+)
 def test_cumulative_link_mixed_model_is_clmms(name: str, columns: int, nodes: int) -> None:
     """With R's own nodes: 15 for a random intercept, and Laplace's approximation (one) with a random slope."""
     rows = table("ordinal.csv")

@@ -39,6 +39,7 @@ def test_equivalence_of_few_skewed_subjects_holds_its_level() -> None:
     assert rates["equivalence, true rise at the bound"] < 0.076
 
 
+@pytest.mark.slow
 def test_false_positives_of_the_cube_with_six_subjects() -> None:
     """As many as one experiment in twenty makes likely; a rate of .4 would not pass."""
     p = pd.DataFrame([study.cube((2, 6, each)) for each in range(EXPERIMENTS)])
