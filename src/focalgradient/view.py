@@ -17,7 +17,7 @@ __all__ = ["LUMINANCE", "View", "check_pixel_angle"]
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
-FINEST = 0.4e-6
+FINEST = 0.48e-6
 """Pixel pitch in metres below which no sensor is made: the smallest sold, of phones, have 0.5 um."""
 
 WIDEST = 0.5
