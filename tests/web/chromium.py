@@ -103,7 +103,7 @@ def _look(page: Page, name: str, number: int) -> None:
 KIND = """() => {
     const found = [
         ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
-        ["card", "#page-size"], ["button", "button:enabled"], ["arrows", ".foot.arrows"],
+        ["card", "#page-size"], ["button", "#stage button:enabled"], ["arrows", ".foot.arrows"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
     return [found?.[0] ?? "none", document.body.innerText.trim()];
 }"""
@@ -135,7 +135,7 @@ def step(page: Page, seen: list[str], name: str) -> None:
         page.keyboard.press("Enter")
     elif kind == "button":
         # Of two, the one that goes on: the viewing distance is right, not to be measured again.
-        goes_on = page.query_selector("#proceed:visible") or page.query_selector("button:visible:enabled")
+        goes_on = page.query_selector("#proceed:visible") or page.query_selector("#stage button:visible:enabled")
         if goes_on is not None:
             goes_on.focus()
             page.keyboard.press("Enter")

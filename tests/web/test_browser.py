@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from chromium import Server, chromium, take_part
+from chromium import LOOK, Server, chromium, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
 from playwright.sync_api import Browser
@@ -202,6 +202,42 @@ def test_a_second_tab_is_told_and_the_first_goes_on(browser: Browser, tmp_path: 
     second.close()
     take_part(first)
     first.close()
+    server.end()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("remove", [False, True])
+def test_a_participant_stops_and_the_answers_are_kept_or_removed(
+    browser: Browser, tmp_path: Path, remove: bool
+) -> None:
+    server = served(tmp_path, DEPTH)
+    page = browser.new_page()
+    page.goto(server.address)
+    take_part(page, until="input[type=range]")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    take_part(page, until="canvas")
+    assert not page.is_visible("#stop")  # not beside a picture
+    page.wait_for_selector("input[type=range]")
+    page.click("#stop")
+    page.click("#stopping button:text-is('Go on')")
+    assert page.is_visible("input[type=range]")
+    assert len(read_journal(journal(tmp_path)).of("trial")) == 1
+    page.click("#stop")
+    if LOOK:
+        page.screenshot(path=str(Path(LOOK, f"stop-{remove}.png")))
+    page.click(f"#stopping button:text-is('Stop, {'remove' if remove else 'keep'} my answers')")
+    page.wait_for_selector("text=You have stopped")
+    assert not page.is_visible("#stop")
+    if remove:
+        assert not list(tmp_path.glob("data/**/sub-*"))
+        page.reload()
+        page.wait_for_selector("text=The session was stopped")
+    else:
+        page.reload()
+        take_part(page)
+        assert validate(tmp_path / "data").problems == ()
+    page.close()
     server.end()
 
 

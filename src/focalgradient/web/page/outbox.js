@@ -69,6 +69,11 @@ export class Outbox {
     this.send().catch(this.refused);
   }
 
+  // Forget what is kept.
+  async clear() {
+    await asked(this.store("readwrite").delete(this.range()));
+  }
+
   // Send what is kept; one run at a time.
   send() {
     this.sending ??= this.#sendAll().finally(() => (this.sending = null));

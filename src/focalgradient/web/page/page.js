@@ -14,6 +14,7 @@ import { measureFrame } from "./frames.js";
 import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
+import { stopButton } from "./stopping.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
 const AWAY_MS = 1000; // between two attempts to reach a server that is away
@@ -109,6 +110,7 @@ class Page {
 
   // Instead of whatever is there: jsPsych can show nothing after it.
   say(text) {
+    this.stopping?.remove();
     document.getElementById("stage").innerHTML = `<div class="page" role="status">${html(text)}</div>`;
   }
 
@@ -131,16 +133,44 @@ class Page {
     this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
     addEventListener("pagehide", () => this.study.leave({ token: this.token, tab: this.tab }));
     await this.experiment();
+    if (this.over) return;
     await this.outbox.send();
     await this.finish();
   }
 
   // The session was stopped, or is shown by another window; a network that fails is waited for elsewhere.
   lost(error) {
-    if (!(error instanceof Refused)) return;
+    if (this.over || !(error instanceof Refused)) return;
     clearInterval(this.beat);
     this.jsPsych?.abortExperiment();
     this.say(this.words(error.status === 410 ? "web.stopped" : "web.other_tab"));
+  }
+
+  // Not while there is something to look at.
+  offerToStop() {
+    const ways = [
+      [this.words("web.go_on"), () => {}],
+      [this.words("web.stop_keep"), () => this.stop(false)],
+    ];
+    if (this.study.withdraws) ways.push([this.words("web.stop_remove"), () => this.stop(true)]);
+    return stopButton(this.words("web.stop"), html(this.words("web.stop_question")), ways);
+  }
+
+  // The participant ends the session, and keeps what was answered, or has it removed.
+  async stop(remove) {
+    this.over = true;
+    clearInterval(this.beat);
+    this.stopping.remove();
+    this.jsPsych.abortExperiment();
+    if (remove) {
+      await this.outbox.clear();
+      await this.insist("/api/withdraw");
+    } else {
+      await this.outbox.send();
+      this.study.leave({ token: this.token, tab: this.tab });
+    }
+    if (document.fullscreenElement) await document.exitFullscreen();
+    this.say(this.words(remove ? "web.removed" : "web.kept"));
   }
 
   async finish() {
@@ -156,12 +186,16 @@ class Page {
   }
 
   async experiment() {
-    this.jsPsych = initJsPsych({ display_element: "stage", on_close: () => {} });
+    this.jsPsych = initJsPsych({
+      display_element: "stage",
+      on_close: () => {},
+      on_trial_start: ({ type }) => this.stopping && (this.stopping.hidden = type === PicturePlugin || type === CubePlugin),
+    });
     const { trials: left, ...session } = await this.prepared();
     this.session = session;
     // Not before: the blind spot is looked for beside a black square.
     document.body.classList.toggle("dark", this.state.dark);
-    Object.assign(this, { left, began: performance.now() });
+    Object.assign(this, { left, began: performance.now(), stopping: this.offerToStop() });
     const practised = left.filter(({ phase }) => phase === "practice");
     this.practice = new Practice(session, practised.length);
     const nodes = (phase) => left.filter((trial) => trial.phase === phase).flatMap((trial) => this.nodes(trial));
@@ -431,6 +465,7 @@ class Page {
 // A server of ours, at the address that the page came from.
 class Server {
   post = post;
+  withdraws = true; // removes a participant's answers
 
   leave(who) {
     navigator.sendBeacon("/api/leave", JSON.stringify(who));
