@@ -197,6 +197,19 @@ def test_what_is_wrong_is_said_in_one_sentence(folder: Path, changed: list[str],
     assert not out.exists()
 
 
+def test_an_alpha_channel_may_hide_nothing(folder: Path) -> None:
+    values = cv2.imread(str(folder / "picture.png"))
+    given = (folder / "depth.npy", *LENS, "--focus", 1, "--field", 4, "--out")
+    for name, least, code in (("opaque", 255, 0), ("transparent", 254, 2)):
+        alpha = np.full(values.shape[:2], 255, np.uint8)
+        alpha[5, 7] = least
+        cv2.imwrite(str(folder / f"{name}.png"), np.dstack([values, alpha]))
+        result = run(folder / f"{name}.png", *given, folder / name)
+        assert result.exit_code == code, result.output
+    assert "transparent.png is transparent in places" in result.output
+    assert not (folder / "transparent").exists()
+
+
 def test_inputs_are_never_outputs(folder: Path) -> None:
     np.save(folder / "blurred-1.0m.npy", np.full((48, 64), 2.0))
     result = run(
@@ -236,6 +249,8 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
     ("values", "options", "said"),
     [
         (METRES, {"baseline": 0.2}, "baseline and offset are for disparity, but"),
+        (METRES + 1j, {}, "depth must be real numbers"),
+        (METRES > 1, {}, "depth must be real numbers"),
         (METRES, {"unit": "mm", "offset": 3.0}, "baseline and offset are for disparity, but"),
         (1e-300 * METRES, {}, "they must be 1e-06 m or more: look at the unit and the scale"),
     ],

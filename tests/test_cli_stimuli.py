@@ -9,7 +9,9 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from click import Command
 from click.testing import CliRunner, Result
 
 from focalgradient.cli import main
@@ -103,6 +105,35 @@ def test_a_file_in_the_folders_place_is_told_before_the_work(tmp_path: Path, com
     assert result.exit_code == 2
     assert "cannot be written" in result.stderr
     assert (tmp_path / "file").read_text() == "mine"
+
+
+def depth_options(command: Command) -> dict[str, object]:
+    shared = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
+    return {one.name: one.to_info_dict() for one in command.params if one.name in shared}
+
+
+def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    picture, metres = random.uniform(0.1, 0.9, (64, 96)).astype(np.float32), np.full((64, 96), 2.0)
+    metres[20:44, 30:66] = 1.0
+    angle = 2 * np.tan(np.radians(10) / 2) / 96
+    np.save(tmp_path / "scene.npy", picture)
+    np.save(tmp_path / "metres.npy", metres)
+    np.save(tmp_path / "disparity.npy", 0.1 / (angle * metres) - 7)
+    shown = ["--picture", tmp_path / "scene.npy", "--field", 10, "--apertures", "8", "--screen-width", 200]
+    disparity = ["--depth-unit", "disparity", "--baseline", 0.1, "--disparity-offset", 7]
+    for name, given in (("metres", []), ("disparity", disparity)):
+        ended = run("depth-rating", "--out", tmp_path / name, "--depth", tmp_path / f"{name}.npy", *shown, *given)
+        assert ended.exit_code == 0, ended.output
+    one, other = (read_set(tmp_path / name) for name in ("metres", "disparity"))
+    assert np.allclose(one.depth("scene"), other.depth("scene"), rtol=1e-6)
+    wrong = ["--depth", tmp_path / "metres.npy", *shown, "--disparity-offset", 7]
+    ended = run("depth-rating", "--out", tmp_path / "wrong", *wrong)
+    assert (ended.exit_code, ended.stderr.count("\n")) == (2, 1)
+    assert "--disparity-offset are for disparity" in ended.stderr
+    stimuli = main.get_command(None, "stimuli").commands["depth-rating"]
+    assert len(depth_options(stimuli)) == 4
+    assert depth_options(stimuli) == depth_options(main.get_command(None, "blur"))
 
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

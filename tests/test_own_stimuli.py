@@ -30,7 +30,8 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
         if kind == "csv":
             Path("photos", "pictures.csv").write_text(text, encoding="utf-8")
         elif kind == "toml":
-            name = "weathers" if "factors" in text else "three" if "fixations" in text else "design"
+            marks = {"factors": "weathers", "fixations": "three", "f/2": "blurred"}
+            name = next((name for mark, name in marks.items() if mark in text), "design")
             Path(f"{name}.toml").write_text(text, encoding="utf-8")
         else:
             assert kind == "sh"
@@ -52,6 +53,10 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
     assert "“house” and “tree”" in report
     assert read_dataset("three-simulated").depth_rating["fixation"].nunique() == 3
     assert read_set("three").scene("yard").target("tree").position_px == (20, 20)
+    controls = read_set("blurred").manifest["controls"]
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert controls["shift_px"]["met"]
+    assert "f/2" in Path("blurred-report", "report.md").read_text(encoding="utf-8")
     own, design = read_set("own"), load_design(Path("design.toml"))
     for shown in EXPERIMENTS["depth-rating"].pictures(design):  # all that the laboratory's program looks for
         assert own.pixels(own.picture(*shown)).shape == (128, 128, 3)

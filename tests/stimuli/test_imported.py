@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.ndimage import gaussian_filter
 
-from focalgradient import FocalGradientWarning, InputError
+from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
+from focalgradient.render import blur_picture
 from focalgradient.stimuli import import_pictures, read_set
 
 HEADER = "file,scene,aperture,fixation,depth,contrast\n"
@@ -52,6 +54,40 @@ def test_a_set_of_own_pictures_is_read_as_ours(photos: Path, tmp_path: Path) -> 
     light = [made.linear(made.picture("yard", *one)).mean() for one in (("f/8", "nearest"), ("pinhole", "nearest"))]
     told = made.manifest["controls"]["scenes"]["yard"]["pictures"]["f8-nearest"]["mean_luminance_percent"]
     assert told == pytest.approx(100 * (light[0] / light[1] - 1), abs=0.5)  # weights of colours apart
+
+
+def blurred_series(folder: Path, focus: float) -> Path:
+    """A slanted wall, sharp and at f/8 and f/2 in focus at its near end, but claimed to be in focus at `focus`."""
+    random = np.random.default_rng(1)
+    sharp = gaussian_filter(random.uniform(0.1, 0.9, (128, 160, 3)), (0.7, 0.7, 0)).astype(np.float32)
+    distance = np.broadcast_to(1 / np.linspace(1, 0.5, 160), (128, 160))
+    np.save(folder / "wall.npy", distance)
+    display = Display()
+    Image.fromarray(display.encode(sharp)).save(folder / "sharp.png")
+    lines = [f"{HEADER.strip()},focus_m", "sharp.png,wall,pinhole,,wall.npy,1,"]
+    angle = 2 * np.tan(np.radians(10) / 2) / 160
+    for number in (8, 2):
+        light = blur_picture(sharp, distance, Lens(0.05, number, 1.0), pixel_angle=angle)
+        Image.fromarray(display.encode(np.clip(light, 0, 1))).save(folder / f"f{number}.png")
+        lines.append(f"f{number}.png,wall,f/{number},nearest,wall.npy,1,{focus}")
+    (folder / "series.csv").write_text("\n".join(lines) + "\n")
+    return folder / "series.csv"
+
+
+def test_spectra_and_shifts_are_measured_where_the_field_is_known(photos: Path, tmp_path: Path) -> None:
+    table = blurred_series(photos, 1.0)
+    controls = import_pictures(photos, table, tmp_path / "right", field=np.radians(10)).manifest["controls"]
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert all(one["met"] for name, one in controls.items() if name != "scenes"), controls
+    table = blurred_series(photos, 1.6)
+    wrong = import_pictures(photos, table, tmp_path / "wrong", field=np.radians(10)).manifest["controls"]
+    assert not wrong["spectrum_percent"]["met"]
+    assert set(import_pictures(photos, table, tmp_path / "plain").manifest["controls"]) == {
+        "scenes",
+        "mean_luminance_percent",
+    }
+    with pytest.raises(InputError, match="field"):
+        import_pictures(photos, table, tmp_path / "none", field=0.0)
 
 
 def test_the_same_again_verifies_and_another_table_is_refused(photos: Path, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import OF_DEPTH, gamma_of, options_named, positive, screen_size
+from focalgradient.cli.options import depth_file_options, gamma_of, positive, read_depth_file, screen_size
 from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
@@ -38,8 +38,6 @@ SINGLE, DISTANCE = "blurred", "distance.npy"
 
 SETTINGS = "settings.json"
 """Of the frames in a folder: those that are there are kept only where they were made alike."""
-
-UNITS = ("m", "mm", "dioptres", "disparity")
 
 CLIPPED = 1e-3
 """Share of values beyond the display's white above which a warning says so."""
@@ -98,16 +96,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     callback=positive(" of micrometres"),
     help="Of the camera's sensor, in micrometres.",
 )
-@click.option("--depth-unit", type=click.Choice(UNITS), default="m", show_default=True, help="What DEPTH holds.")
-@click.option("--depth-scale", type=float, metavar="S", callback=positive(), help="Units in a step of DEPTH.")
-@click.option(
-    "--baseline",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres"),
-    help="Of a stereo pair, in metres, for disparity.",
-)
-@click.option("--disparity-offset", type=float, default=0.0, metavar="PX", help="Added to each disparity.")
+@depth_file_options
 @click.option(
     "--encoding", type=click.Choice(["srgb", "linear"]), help="Of PICTURE.  [default: srgb for 8 bits, .npy linear]"
 )
@@ -280,23 +269,22 @@ class _Job:
 
     def run(self, say: Progress, to_come: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """Files to write, by name, and what there is to say of them; first how long `to_come` such pictures take."""
-        from focalgradient.photographs import picture_of, read_distances, read_picture
+        from focalgradient.photographs import picture_of, read_picture
 
         say(0.0, "reading")
         encoding = self.options["encoding"]
         shown = (
             read_picture(self.picture, encoding) if self.frame is None else picture_of(self.frame, encoding or "srgb")
         )
-        angle = self._pixel_angle(shown.light.shape[1])
-        with options_named(OF_DEPTH):
-            distances = read_distances(
-                self.depth,
-                self.options["depth_unit"],
-                scale=self.options["depth_scale"],
-                baseline=self.options["baseline"],
-                pixel_angle=angle,
-                offset=self.options["disparity_offset"],
+        if (dark := float((shown.light < 0).mean())) > 0:
+            warnings.warn(
+                f"{printable(self.picture)}: {dark:.2%} of the values are negative, which light is not, and are shown "
+                "as black: look at how the picture was made.",
+                FocalGradientWarning,
+                stacklevel=2,
             )
+        angle = self._pixel_angle(shown.light.shape[1])
+        distances = read_depth_file(self.depth, self.options, angle)
         if distances.metres.shape != shown.light.shape[:2]:
             (h, w), (dh, dw) = shown.light.shape[:2], distances.metres.shape
             raise InputError(

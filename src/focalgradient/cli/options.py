@@ -7,25 +7,34 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from focalgradient.errors import InputError
 
+if TYPE_CHECKING:
+    from focalgradient.display import Display
+    from focalgradient.photographs import Distances
+
 PLANES = ("entrance_pupil", "sensor", "lens_front")
 """Planes that distances count from: `focalgradient.photographs.planes`, which is not loaded for help."""
 
 __all__ = [
+    "DEPTH_FILE",
     "NEAREST",
-    "OF_DEPTH",
     "OPENEST",
     "SERVER",
     "STORE",
+    "depth_file_options",
+    "display_of",
+    "display_options",
     "gamma_of",
     "optics_options",
     "options_named",
     "positive",
+    "read_depth_file",
     "screen_size",
     "search_options",
     "shared_options",
@@ -38,6 +47,9 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 OF_DEPTH = {"scale": "--depth-scale", "baseline": "--baseline", "offset": "--disparity-offset", "unit": "--depth-unit"}
 """Parameters of `focalgradient.photographs.read_distances` and the options that give them."""
 
+DEPTH_FILE = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
+"""What `depth_file_options` adds."""
+
 SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")
 """What needs which extra for which modules: see `check_installed`."""
@@ -47,6 +59,9 @@ LEAST, MOST = 1e-6, 1e9
 
 NEAREST = 1e-3
 """Metres: at less, a lens blurs by more than any picture is wide."""
+
+FINEST = 2.0
+"""Micrometres: the pixels of the finest microdisplays are about 3; a smaller number is one of millimetres."""
 
 OPENEST = 0.1
 """Smallest f-number; no lens in air has less than 0.5."""
@@ -95,6 +110,57 @@ def gamma_of(word: str) -> Any:
     return guns[0] if len(guns) == 1 else guns
 
 
+def display_options(command: Command) -> Command:
+    """Add what is known of the display, of which `display_of` makes a `Display`."""
+    return _added(command, _DISPLAY)
+
+
+def display_of(
+    screen: str,
+    pixel_pitch: float | None,
+    screen_width: float | None,
+    distance: float,
+    gamma: str,
+    white: float,
+    dither: bool,
+) -> Display:
+    """Give the display of the options that `display_options` added."""
+    from focalgradient.display import Display
+
+    size, curve = screen_size(screen), gamma_of(gamma)
+    if pixel_pitch is not None and screen_width is not None:
+        raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
+    others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
+    if screen_width is not None:
+        return Display.of_width(screen_width * 1e-2, size, **others)
+    if pixel_pitch is not None and pixel_pitch < FINEST:
+        raise InputError(
+            f"--pixel-pitch is {pixel_pitch:g} micrometres, finer than any display: give micrometres, as "
+            f"{1e3 * pixel_pitch:g} for {pixel_pitch:g} millimetres."
+        )
+    return Display(size, (pixel_pitch or 276.7) * 1e-6, **others)
+
+
+def depth_file_options(command: Command) -> Command:
+    """Add what the values of a depth file are, as `read_depth_file` takes them."""
+    return _added(command, _DEPTH_FILE)
+
+
+def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
+    """Read a depth file by the options that `depth_file_options` added; a pixel subtends `pixel_angle` radians."""
+    from focalgradient.photographs import read_distances
+
+    with options_named(OF_DEPTH):
+        return read_distances(
+            path,
+            options["depth_unit"],
+            scale=options["depth_scale"],
+            baseline=options["baseline"],
+            pixel_angle=pixel_angle,
+            offset=options["disparity_offset"],
+        )
+
+
 def search_options(command: Command) -> Command:
     """Add where depth is sought, and the shape of the blur: ``near``, ``far``, ``psf``."""
     return _added(command, _SEARCH)
@@ -129,6 +195,83 @@ def shared_work(
         raise InputError("--workers and --scheduler are two ways to share the work: give one of them.")
     return shared(workers or workers_for(seconds), scheduler)
 
+
+_DEPTH_FILE: list[Callable[[Any], Any]] = [
+    click.option(
+        "--depth-unit",
+        type=click.Choice(["m", "mm", "dioptres", "disparity"]),
+        default="m",
+        show_default=True,
+        help="What the values of the depth are.",
+    ),
+    click.option(
+        "--depth-scale",
+        type=float,
+        metavar="S",
+        callback=positive(),
+        help="Units in a step of the depth; needed where it is a file of integers.",
+    ),
+    click.option(
+        "--baseline",
+        type=float,
+        metavar="M",
+        callback=positive(" of metres"),
+        help="Of a stereo pair, in metres, for disparity in pixels.",
+    ),
+    click.option(
+        "--disparity-offset",
+        type=float,
+        default=0.0,
+        metavar="PX",
+        help="Added to each disparity.",
+    ),
+]
+
+_DISPLAY: list[Callable[[Any], Any]] = [
+    click.option(
+        "--screen",
+        default="1920x1080",
+        show_default=True,
+        metavar="WxH",
+        help="The display's width and height in pixels.",
+    ),
+    click.option(
+        "--pixel-pitch",
+        type=float,
+        metavar="UM",
+        callback=positive(" of micrometres"),
+        help="Side of its pixels, in micrometres.  [default: 276.7]",
+    ),
+    click.option(
+        "--screen-width",
+        type=float,
+        metavar="CM",
+        callback=positive(" of centimetres"),
+        help="In place of --pixel-pitch: width of its picture, in centimetres.",
+    ),
+    click.option(
+        "--distance",
+        type=float,
+        default=0.57,
+        show_default=True,
+        metavar="M",
+        callback=positive(" of metres"),
+        help="From the eye to the display, in metres.",
+    ),
+    click.option(
+        "--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of light over value, or sRGB."
+    ),
+    click.option(
+        "--white",
+        type=float,
+        default=100.0,
+        show_default=True,
+        metavar="CD_M2",
+        callback=positive(" of cd/m^2"),
+        help="Luminance of its white, in cd/m^2.",
+    ),
+    click.option("--dither", is_flag=True, help="Mix 8-bit values at random, so that light is right on average."),
+]
 
 _SHARED: list[Callable[[Any], Any]] = [
     click.option(

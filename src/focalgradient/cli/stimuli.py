@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from focalgradient.cli.options import (
-    OF_DEPTH,
-    gamma_of,
-    options_named,
+    DEPTH_FILE,
+    depth_file_options,
+    display_of,
+    display_options,
     positive,
-    screen_size,
+    read_depth_file,
     shared_options,
     shared_work,
 )
@@ -24,7 +24,6 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
-    from focalgradient.display import Display
     from focalgradient.stimuli import StimulusSet
 
 __all__ = ["stimuli"]
@@ -41,92 +40,10 @@ CONTROLS = {
     "noise_steps": "Noise: {:.2g} steps of 8 bits",
 }
 
-FINEST = 2.0
-"""Micrometres: the pixels of the finest microdisplays are about 3; a smaller number is one of millimetres."""
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
 
 @click.group(short_help="Make the pictures of the experiments.")
 def stimuli() -> None:
     """Make the pictures and moving pictures of the experiments."""
-
-
-def _display_options(command: Command) -> Command:
-    """Add what is known of the display: made to a `Display` by `_display`."""
-    options = [
-        click.option(
-            "--screen",
-            default="1920x1080",
-            show_default=True,
-            metavar="WxH",
-            help="The display's width and height in pixels.",
-        ),
-        click.option(
-            "--pixel-pitch",
-            type=float,
-            metavar="UM",
-            callback=positive(" of micrometres"),
-            help="Side of its pixels, in micrometres.  [default: 276.7]",
-        ),
-        click.option(
-            "--screen-width",
-            type=float,
-            metavar="CM",
-            callback=positive(" of centimetres"),
-            help="In place of --pixel-pitch: width of its picture, in centimetres.",
-        ),
-        click.option(
-            "--distance",
-            type=float,
-            default=0.57,
-            show_default=True,
-            metavar="M",
-            callback=positive(" of metres"),
-            help="From the eye to the display, in metres.",
-        ),
-        click.option(
-            "--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of light over value, or sRGB."
-        ),
-        click.option(
-            "--white",
-            type=float,
-            default=100.0,
-            show_default=True,
-            metavar="CD_M2",
-            callback=positive(" of cd/m^2"),
-            help="Luminance of its white, in cd/m^2.",
-        ),
-        click.option("--dither", is_flag=True, help="Mix 8-bit values at random, so that light is right on average."),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def _display(
-    screen: str,
-    pixel_pitch: float | None,
-    screen_width: float | None,
-    distance: float,
-    gamma: str,
-    white: float,
-    dither: bool,
-) -> Display:
-    from focalgradient.display import Display
-
-    size, curve = screen_size(screen), gamma_of(gamma)
-    if pixel_pitch is not None and screen_width is not None:
-        raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
-    others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
-    if screen_width is not None:
-        return Display.of_width(screen_width * 1e-2, size, **others)
-    if pixel_pitch is not None and pixel_pitch < FINEST:
-        raise InputError(
-            f"--pixel-pitch is {pixel_pitch:g} micrometres, finer than any display: give micrometres, as "
-            f"{1e3 * pixel_pitch:g} for {pixel_pitch:g} millimetres."
-        )
-    return Display(size, (pixel_pitch or 276.7) * 1e-6, **others)
 
 
 def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:
@@ -182,17 +99,9 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     callback=positive(" of degrees", most=179),
     help="Width of the photographs, in degrees at the camera.",
 )
-@click.option(
-    "--depth-unit",
-    type=click.Choice(["m", "mm", "dioptres", "disparity"]),
-    default="m",
-    show_default=True,
-    help="What the depth's values are.",
-)
-@click.option("--depth-scale", type=float, metavar="S", callback=positive(), help="Units in a step of the depth.")
-@click.option("--baseline", type=float, metavar="M", callback=positive(" of metres"), help="For disparity in pixels.")
+@depth_file_options
 @shared_options
-@_display_options
+@display_options
 @json_option
 def depth_rating(
     out: Path,
@@ -206,12 +115,9 @@ def depth_rating(
     pictures: tuple[Path, ...],
     depths: tuple[Path, ...],
     field: float | None,
-    depth_unit: Any,
-    depth_scale: float | None,
-    baseline: float | None,
     workers: int | None,
     scheduler: str | None,
-    **display: Any,
+    **options: Any,
 ) -> None:
     """Make the pictures of the depth-rating experiment.
 
@@ -232,6 +138,8 @@ def depth_rating(
       focalgradient stimuli depth-rating --out mine --picture room.png --depth room.npy --field 30
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, (), [*pictures, *depths])
+    depth_file = {name: options.pop(name) for name in DEPTH_FILE}
+    display = display_of(**options)
     from focalgradient.render.mitsuba_backend import variant
     from focalgradient.stimuli import make_depth_rating, make_from_photographs
 
@@ -240,15 +148,14 @@ def depth_rating(
             raise InputError("photographs need as many --depth as --picture, and --field: give what is missing.")
         if seed is not None or chromatic:
             raise InputError("--seed and --chromatic are for scenes of ours: leave them out with --picture.")
-        shown = {"unit": depth_unit, "scale": depth_scale, "baseline": baseline}
         with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
-            photographs, angle = _photographs(pictures, depths, field, shown)
+            photographs, angle = _photographs(pictures, depths, field, depth_file)
             made = make_from_photographs(
                 out,
                 photographs,
                 pixel_angle=angle,
                 apertures=apertures,
-                display=_display(**display),
+                display=display,
                 executor=executor,
                 progress=say,
             )
@@ -265,7 +172,7 @@ def depth_rating(
             seed=seed,
             scenes=scenes,
             size=size,
-            display=_display(**display),
+            display=display,
             engine=engine,
             samples=samples,
             chromatic=chromatic,
@@ -277,10 +184,10 @@ def depth_rating(
 
 
 def _photographs(
-    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, depth: dict[str, Any]
+    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, depth_file: dict[str, Any]
 ) -> tuple[dict[str, Any], float]:
     """Light and distances of photographs, by the names of their files, and the radians of a pixel."""
-    from focalgradient.photographs.pictures import read_distances, read_picture
+    from focalgradient.photographs.pictures import read_picture
 
     found: dict[str, Any] = {}
     angle = 0.0
@@ -289,8 +196,7 @@ def _photographs(
             raise InputError(f"two pictures are named {picture.stem!r}, which names the scene: rename one.")
         light = read_picture(picture).light
         angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
-        with options_named(OF_DEPTH):
-            found[picture.stem] = (light, read_distances(file, pixel_angle=angle, **depth).metres)
+        found[picture.stem] = (light, read_depth_file(file, depth_file, angle).metres)
     return found, angle
 
 
@@ -308,9 +214,16 @@ def _photographs(
     callback=positive(" of millimetres", most=1000),
     help="Of the lens: f/N is a diameter of it / N.",
 )
-@_display_options
+@click.option(
+    "--field",
+    type=float,
+    metavar="DEG",
+    callback=positive(" of degrees", most=179),
+    help="Width of the pictures, in degrees at the camera: then spectra and shifts are measured, too.",
+)
+@display_options
 @json_option
-def import_(folder: Path, table: Path, out: Path, focal_length: float, **display: Any) -> None:
+def import_(folder: Path, table: Path, out: Path, focal_length: float, field: float | None, **display: Any) -> None:
     """Make a set for depth rating of the pictures in FOLDER.
 
     CSV has a row for each picture, with the columns file (in FOLDER), scene, aperture (pinhole, or an f-number like
@@ -318,6 +231,10 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, **display
     (where the fixated object is, from the upper left corner), depth (a file in FOLDER with distances in metres) and
     focus_m; other columns are kept in the manifest. Pictures are 8-bit PNG, JPEG or TIFF files of one size, with even
     width and height, and are shown with the values they have.
+
+    Mean luminance is compared with the scene's pinhole picture. With --field, and the column depth, so are spectra and
+    shifts, against what the blur of the lens makes of the pinhole picture: pictures that 'focalgradient blur' made keep
+    the limits of our own.
 
     DIR/manifest.json has all of it, and every file's SHA-256. Interrupted, the same command goes on where it was.
     Takes about a second a picture.
@@ -331,7 +248,13 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, **display
 
     with warnings_given(), resumable(LEFT) as say:
         made = import_pictures(
-            folder, table, out, display=_display(**display), focal_length=1e-3 * focal_length, progress=say
+            folder,
+            table,
+            out,
+            display=display_of(**display),
+            focal_length=1e-3 * focal_length,
+            field=None if field is None else math.radians(field),
+            progress=say,
         )
     _tell(made, out)
 
@@ -429,7 +352,7 @@ class _Gradients(click.Choice[str]):
     "--focus", type=click.Choice(["near", "far"]), default="near", show_default=True, help="Which end is sharp."
 )
 @shared_options
-@_display_options
+@display_options
 @json_option
 def necker(
     out: Path,
@@ -480,7 +403,7 @@ def necker(
             frame_rate=frame_rate,
             aperture=aperture * 1e-3,
             focus=focus,
-            display=_display(**display),
+            display=display_of(**display),
             executor=executor,
             progress=say,
         )

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
@@ -65,12 +66,13 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     Raises
     ------
     InputError
-        If the file cannot be read, or holds NaN or infinite pixels.
+        If the file cannot be read, holds NaN or infinite pixels, or is transparent in places.
     """
     if path.suffix.lower() == ".exr":
         pixels, encoding = _read_exr(path), encoding or "linear"
     else:
         pixels, encoding = read_pixels(path, encoding)
+        _refuse_transparent(path)
     if pixels.dtype.kind not in "fu" or not np.isfinite(pixels).all():
         raise InputError(
             f"{printable(path)} holds pixels that are NaN, infinite or of type {pixels.dtype}, but must hold 8- or "
@@ -166,6 +168,17 @@ def png_of(values: NDArray[np.uint8]) -> bytes:
     return bytes(data)
 
 
+def _refuse_transparent(path: Path) -> None:
+    """Refuse a picture whose alpha channel hides a part of it: what is behind it is not known."""
+    try:
+        with Image.open(path) as image:
+            hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return  # no kind of picture that has an alpha channel
+    if hidden:
+        raise InputError(f"{printable(path)} is transparent in places, but must be opaque: flatten it.")
+
+
 def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     suffix = path.suffix.lower()
     if suffix == ".exr":
@@ -178,6 +191,8 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
         values = values[..., 0]
     if values.ndim != 2:
         raise InputError(f"{printable(path)} has shape {values.shape}, but a map of depth must be H x W.")
+    if values.dtype.kind not in "fiu":
+        raise InputError(f"{printable(path)} holds values of type {values.dtype}, but depth must be real numbers.")
     if values.dtype.kind == "u" and scale is None:
         raise InputError(
             f"{printable(path)} holds integers of type {values.dtype}, whose step is not known: "

@@ -13,6 +13,9 @@ the focus.
 from __future__ import annotations
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -39,6 +42,9 @@ AROUND = 6
 ACROSS = 12
 """Places, from the middle to the rim of the surroundings, at which light is taken: wider ones are sampled."""
 
+BLOCKS = 8
+"""Blocks of rows for each thread, as outlines are not spread evenly."""
+
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 FloatImage = NDArray[np.float32]
@@ -52,7 +58,11 @@ def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[Flo
     row, column = nearest_behind(vergence, np.float32(focus))
     hidden = np.zeros_like(image)
     behind = np.empty_like(vergence)
-    _fill(image, vergence, row, column, hidden, behind)
+    threads = os.cpu_count() or 1
+    edges = np.linspace(0, len(vergence), BLOCKS * threads + 1).astype(int)
+    with ThreadPoolExecutor(threads) as pool:
+        fill = partial(_fill, image, vergence, row, column, hidden, behind)
+        list(pool.map(fill, edges[:-1], edges[1:]))
     return hidden, behind
 
 
@@ -103,10 +113,10 @@ def _take_nearer(vergence, focus, row, column, i, j, down, right):  # type: igno
 
 
 @_compiled
-def _fill(image, vergence, row, column, hidden, behind):  # type: ignore[no-untyped-def]
-    """Fill in the mean light of the surface behind, weighted by 1 / distance^4."""
+def _fill(image, vergence, row, column, hidden, behind, first, last):  # type: ignore[no-untyped-def]
+    """Fill in the mean light of the surface behind, weighted by 1 / distance^4, in rows `first` to `last`."""
     height, width, channels = image.shape
-    for i in range(height):
+    for i in range(first, last):
         for j in range(width):
             r, c = row[i, j], column[i, j]
             if r < 0:

@@ -9,6 +9,7 @@ lens that its rays join differ so, and light is kept where blur changes from pla
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -93,8 +94,8 @@ def disc_kernels(largest: float) -> Kernels:
         radii = np.concatenate([radii[radii < 2], np.geomspace(2, largest, 2 + int(100 * math.log(largest / 2)))])
     reaches = np.where(radii < 0.01, 0, np.ceil(radii + np.where(radii < LARGE, 2, 0))).astype(int)
     pictures = [np.zeros((2 * reach + 1, 2 * reach + 1)) for reach in reaches]
-    for radius, picture in zip(radii.tolist(), pictures, strict=True):
-        _add_disc(radius, picture)
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        list(pool.map(_add_disc, radii.tolist(), pictures))
     return kernels_of(radii, pictures)
 
 
@@ -115,16 +116,17 @@ def _add_disc(radius, picture):  # type: ignore[no-untyped-def]
             radius**2 - 2 / 3
         )  # linear interpolation spreads by 1/6 in each direction, a disc by r^2 / 4
     rings = math.ceil(3 * radius) + 4
+    before, count = (0, 2) if large else (2, 6)  # pixels that an interpolation reaches
     for ring in range(rings):
         length = radius * math.sqrt((ring + 0.5) / rings)
         spokes = math.ceil(16 * length) + 8
         for spoke in range(spokes):
             angle = 2 * math.pi * (spoke + 0.5 * (ring % 2)) / spokes
             y, x = length * math.sin(angle), length * math.cos(angle)
-            top, left = math.floor(y) - 2, math.floor(x) - 2
-            for i in range(max(top, -reach), min(top + 6, reach + 1)):
+            top, left = math.floor(y) - before, math.floor(x) - before
+            for i in range(max(top, -reach), min(top + count, reach + 1)):
                 down = _interpolation(y - i, large) / spokes
-                for j in range(max(left, -reach), min(left + 6, reach + 1)):
+                for j in range(max(left, -reach), min(left + count, reach + 1)):
                     picture[i + reach, j + reach] += down * _interpolation(x - j, large)
 
 

@@ -22,11 +22,12 @@ from PIL import Image, ImageOps
 
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import inner_name, plain_name, printable, read_bytes, read_text
+from focalgradient.files import inner_name, plain_name, printable, read_array, read_bytes, read_text
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import judged
+from focalgradient.stimuli.controls import against_discs, judged
+from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
@@ -72,6 +73,7 @@ def import_pictures(
     *,
     display: Display | None = None,
     focal_length: float = 0.050,
+    field: float | None = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
     """Make a set of pictures that are there already; go on with one that was interrupted, verify a finished one.
@@ -92,6 +94,10 @@ def import_pictures(
         What they are shown on.
     focal_length
         Of the lens in metres, by which f/N is a diameter: the design's ``focal_length_mm`` must be the same.
+    field
+        Width of the pictures, as an angle in radians at the camera. With it, spectra and shifts of the pictures of a
+        scene with a pinhole picture and ``depth`` are measured as of our own scenes, against a lens of `focal_length`;
+        without it, mean luminance only.
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -114,9 +120,11 @@ def import_pictures(
     display, say = display or Display(), progress or (lambda share, words: None)
     if not 0 < focal_length <= 1:
         raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
+    if field is not None and not 0 < field < math.pi:
+        raise InputError(f"field is {field!r}, but must be in radians, above 0 and below pi.")
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
-    parameters = {
+    parameters: dict[str, Any] = {
         "kind": "imported",
         "apertures": _apertures(rows),
         "focal_length_mm": focal_length * 1e3,
@@ -125,6 +133,8 @@ def import_pictures(
         "table_sha256": hashlib.sha256(read_bytes(table, "a table of pictures")).hexdigest(),
         "sources_sha256": hashes,
     }
+    if field is not None:
+        parameters["pixel_angle_rad"] = 2 * math.tan(field / 2) / size[0]
     settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
     versions = {"python": platform.python_version()}
     made = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
@@ -146,6 +156,8 @@ def import_pictures(
         for number, row in enumerate(rows):
             say(number / len(rows), row.file)
             _picture(made, folder, row, display, focal_length)
+        if field is not None:
+            _measure(out, made.content, parameters["pixel_angle_rad"])
         _compare(made.content)
         made.put({})
         made.finish()
@@ -371,6 +383,26 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
         )
     known = made.content["controls"]["scenes"].setdefault(row.scene, {"pictures": {}})
     known["pictures"][row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
+
+
+def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
+    """Spectrum and shift of every picture whose pinhole picture, depth and focus are known, against blur by discs."""
+    weights = np.array(LUMINANCE)
+    for name, scene in content["scenes"].items():
+        shown = [one for one in content["pictures"] if one["scene"] == name]
+        sharp = next((one for one in shown if one["aperture"] == "pinhole"), None)
+        if sharp is None or scene["depth"] is None:
+            continue
+        light = read_array(out / sharp["linear"], "a picture of the set") @ weights
+        distance = read_array(out / scene["depth"], "a depth of the set")
+        known = content["controls"]["scenes"][name]["pictures"]
+        for one in shown:
+            if one["aperture"] == "pinhole" or one["focus_m"] is None:
+                continue
+            optics = Pupil(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
+            blurred = read_array(out / one["linear"], "a picture of the set") @ weights
+            stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
+            known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)
 
 
 def _compare(content: dict[str, Any]) -> None:
