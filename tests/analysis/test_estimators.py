@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from focalgradient.depth.limits import comparison_bound, natural_power, window_area
+from focalgradient.depth.recover import METHODS
 
 DEFAULT = estimators.ESTIMATORS[0]
 
@@ -21,6 +22,17 @@ def test_the_default_is_within_a_quarter_of_the_limit_at_every_blur(psf: str) ->
         assert abs(row["bias_percent"]) <= 0.5, row
         assert row["coverage_percent"] >= 90, row
         assert row["valid_percent"] >= 95, row
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_is_compared_and_covers_the_distance_of_a_wall(method: str) -> None:
+    """What a new method must pass. Edges are a twentieth of the frame or more, and of a wall only they are valid."""
+    (estimator,) = [one for one in estimators.ESTIMATORS if one.method == method]
+    one = replace(estimator, textures=estimator.textures[:1])
+    (row,) = estimators.measure(estimators=[one], blurs=(2.0,), noises=(0.01,))
+    assert abs(row["bias_percent"]) < 3, row
+    assert row["coverage_percent"] >= 85, row
+    assert row["valid_percent"] > 5, row
 
 
 def test_the_bound_of_natural_texture_is_the_bound_of_its_power() -> None:

@@ -7,7 +7,7 @@ the other's blur, subtracted, divided by sqrt(H1^2 + H2^2)) and the squares are 
 twice the log-likelihood with the sharp scene unknown; over the noise it follows chi-square: the internal check.
 
 Filtering whole images, never patches, leaves no window leakage and so no bias (Pentland 1987 asks for patches that
-trail off smoothly; even those read up to 22 % low).
+trail off smoothly; even those are biased).
 
 The filters' family over V is mostly of low rank: a few filtered images then give the cost at *every* V as a quadratic
 form in their local second moments. Where it is not, the images are filtered at every candidate.
