@@ -167,7 +167,7 @@ def measure(
         One row for each estimator, texture, blur and noise. ``bias_percent`` and ``rms_percent`` are of the blur (which
         goes as the defocus), over the valid pixels more than `MARGIN` from the border; ``multiple_of_bound`` is the
         second over the least possible at the same pixels, in windows of `WINDOW`; ``coverage_percent`` the share
-        within two stated sd; ``valid_percent`` the share of all pixels that is not refused.
+        within two stated sd; ``valid_percent`` the share of all pixels that is not rejected.
     """
     cases = [(e, t, s, n) for e in estimators for t in e.textures for s in blurs for n in noises]
     rows: list[dict[str, float | str]] = []
@@ -269,15 +269,14 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "one view at f/5.6), with Gaussian blur of one to four pixels, and weak to strong noise. Top: root mean "
             "square error of depth over the Cramér-Rao bound at the same pixels, for a Gaussian window of "
             f"{WINDOW:g} pixels; for edges, for {LENGTH:g} pixels of edge. Below it: bias, as a share of the blur; and "
-            "the share of estimates that lie within two of their stated standard deviations (95 % is right). Refused "
-            f"pixels and those within {MARGIN} pixels of the border are left out; a dash means that all were refused. "
+            "the share of estimates that lie within two of their stated standard deviations (95 % is right). Rejected "
+            f"pixels and those within {MARGIN} pixels of the border are left out; a dash means that all were rejected. "
             "Autofocus is shown on one texture only, as each of its cases takes thirty images; edges are measured "
             "on printed squares only, and the others, which need texture everywhere, are not tried on these.",
             f"Times are of one frame of {SIDE} × {SIDE} pixels, from images to distances with their uncertainty. The "
             f"focal disparity alone, the paper’s real-time form, takes {alone_ms:.2g} ms.",
-            "A multiple below 1 is no miracle: an estimator that grows its window where the surface is flat, or "
-            "averages along a contour, rests on more pixels than the bound was given. The default's window grows up to "
-            "1.7-fold.",
+            "A multiple can be below 1: an estimator that enlarges its window where the surface is flat, or averages "
+            "along a contour, uses more pixels than the bound assumes. The default's window grows up to 1.7-fold.",
         ),
         figure=_draw(rows, speed, alone_ms),
         summary={

@@ -107,17 +107,17 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"by 0.5 D. Light of five wavelengths a band with diffraction, {100 * NOISE:g} % noise, pixels of a minute "
             "of arc. Depth is recovered without the side of focus being given; each point is the root mean square over "
             "the valid pixels of one wall.",
-            f"Where the paper’s claim holds: the simulated eye is the more precise, {holds}. The side of focus is "
+            f"The paper’s claim holds here: the simulated eye is the more precise, {holds}. The side of focus is "
             f"right in {100 * side['bands']:.1f} % of the pixels by colour and {100 * side['oscillation']:.1f} % by "
             "time.",
-            "Where it does not: close to the plane of focus the paper’s curve falls to zero, which no measured error "
-            "does, for there the blur that is compared is the other view’s; and in all other cases, stereopsis as "
-            "the paper states it, 1 mm at 1 m, is the more exact. At "
+            "The claim does not hold elsewhere. Close to the plane of focus the paper’s curve falls to zero, and no "
+            "measured error does, as there the blur of the other view decides. In all other cases stereopsis as the "
+            "paper states it, 1 mm at 1 m, is the more exact. At "
             f"10 m, with a pupil of 4 mm, the eye errs by {at_10['bands']:.2g} m by colour and "
             f"{at_10['oscillation']:.2g} m by time, where the paper’s 2 % make {curve[-1]:.2g} m. "
-            f"In {unread} cases of much blur nothing was claimed, and there is no point.",
-            "An ideal reader of blur: what limits a person behind the retina is not in it, nor are aberrations other "
-            "than of colour, eccentricity, and the eye’s movements.",
+            f"In {unread} cases of much blur all pixels were rejected, and there is no point.",
+            "This is an ideal observer of blur. Limits of a person behind the retina are not included, nor are "
+            "aberrations other than chromatic ones, eccentricity, and eye movements.",
         ),
         figure=_draw(distances, measured),
         summary={

@@ -41,7 +41,7 @@ def shown(dataset: Path, *, bound: float = BOUND) -> Shown:
     part = analyse_ratings(dataset, bound=bound)
     result = part.result
     if part.data is not None and part.data.problems:
-        raise InputError(part.data.problems[0])  # a report says what it leaves out; a figure cannot
+        raise InputError(part.data.problems[0])  # a report states what it leaves out; a figure cannot
     if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"

@@ -22,7 +22,7 @@ LENS = Lens(focal_length=0.05, f_number=5.6, focus_distance=0.75)
 FIELD = 0.45  # width of the frame, a tangent
 SEED = 1
 LEVELS = 8  # grey levels of 256 that the lowest three bits span
-LENGTH = 16.0  # px, of the band from which a point is read
+LENGTH = 16.0  # px, of the band from which a point is estimated
 BOUNDS = (1.8, 3.6)  # m, between small and medium and between medium and large depth: in the scene's two gaps
 CLASSES = ("small", "medium", "large")
 
@@ -36,7 +36,7 @@ def noisy_bits(view: View, seed: int) -> View:
 
 @dataclass(frozen=True)
 class Sorted:
-    """Segments of a view: their points, and by segment what was read and what is true."""
+    """Segments of a view: their points, and by segment the estimate and the truth."""
 
     view: View
     truth: NDArray[np.float64]
@@ -49,7 +49,7 @@ class Sorted:
 
     @classmethod
     def of(cls, lens: Lens, shape: tuple[int, int], samples: int, seed: int = 1) -> Sorted:
-        """Render the room through `lens`, and read its edges as if it were `LENS`, everything beyond its focus."""
+        """Render the room through `lens`, and analyse its edges as if it were `LENS`, everything beyond its focus."""
         pixel = FIELD / shape[1]
         rendered = render(room(SEED), lens, shape, pixel, engine="shaded", samples=samples, seed=seed)
         view = noisy_bits(rendered.view, seed)
@@ -117,7 +117,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"Middle: the segments beyond {BOUNDS[1]:g} m, between {BOUNDS[0]:g} and {BOUNDS[1]:g} m, and nearer, by "
             "their blur; how many, and how many of them wrongly (orange).",
             "Bottom: every segment against the truth, in vergence (1 / distance). Crosses: the same scene through a "
-            "pinhole, read as if through the lens: all seems in focus, and the order is gone.",
+            "pinhole, analysed as if seen through the lens. Everything then seems in focus, and the order is lost.",
         ),
         figure=_draw(blurred, sharp),
         summary={

@@ -149,24 +149,25 @@ def _caption(on: dict[str, float], better: dict[str, float], differ: float) -> t
         "high-frequency content: the root mean square Laplacian over 4 × 4 pixels, divided by the local "
         f"brightness. (c) The focal disparity, b over a, gathered in a Gaussian of {WINDOW:g} pixels: bright is "
         "near focus. Black: too little detail in the sharper view.",
-        "The reflections in the bottle read farther than the surface that they are seen in: where a reflection is "
-        f"read, the surface lies at {on['surface_where_a_reflection_is_read_D']:.3g} D, traced rays put what is seen "
-        f"in it at {on['reflection_traced_D']:.3g} D, and the blur says {on['reflection_read_D']:.3g} D (medians).",
+        "The reflections in the bottle are estimated to lie farther than the surface. Where a reflection is "
+        f"estimated, the surface lies at {on['surface_where_a_reflection_is_read_D']:.3g} D, the reflected thing at "
+        f"{on['reflection_traced_D']:.3g} D by traced rays, and its estimate is {on['reflection_read_D']:.3g} D "
+        "(medians).",
         "(d) The control: both views through the small aperture, with different rays. The disparity is about one, "
-        "and the depth that it would give is that of focus: what (c) shows came out of the blur.",
+        "and the depth that it would give is that of focus. So (c) shows the effect of blur.",
         "(e) Depth from all four bands of the ratio by the table of the optics, against (f) the distance of what is "
-        "seen, through the mirror, by traced rays. Rejected: hatched. Detail is gathered over a window, in which the "
-        "sharper of two surfaces has most of the detail: near surfaces read wider than they are.",
+        "seen, through the mirror, by traced rays. Rejected pixels are hatched. Detail is gathered over a window, in "
+        "which the sharper of two surfaces has most of the detail. So near surfaces come out wider than they are.",
         "(g) Depth from the same two views by the default method, which equalises their blur, and (h) its stated "
         f"standard deviation: {better['valid_percent']:.0f} % of the pixels are valid (by the ratio "
         f"{on['valid_percent']:.0f} %), the median error of what is seen directly is "
         f"{better['median_error_of_the_rest_D']:.3f} D ({on['median_error_of_the_rest_D']:.3f} D), and "
-        f"{better['rest_within_2_sd_percent']:.0f} % of it lies within two standard deviations. (i) Read against "
-        f"traced: {better['reflections_read_behind_their_surface_percent']:.0f} % of the reflections are read behind "
-        f"their surface, but only {better['reflections_within_2_sd_percent']:.0f} % of them within two standard "
-        "deviations: a curved mirror has two distances, one a meridian, and what it shows changes within a window. "
-        f"The method warns of it: depth from coarse and from fine detail differ by {differ:.0%} of the blur. The "
-        "checkered plane is rejected: of detail so strong the model leaves more than the noise explains.",
+        f"{better['rest_within_2_sd_percent']:.0f} % of it lies within two standard deviations. (i) Estimated "
+        f"against traced: {better['reflections_read_behind_their_surface_percent']:.0f} % of the reflections come out "
+        f"behind their surface, but only {better['reflections_within_2_sd_percent']:.0f} % of them within two standard "
+        "deviations. A curved mirror has two image distances, one for each meridian, and they change within a window. "
+        f"The method warns of this: depth from coarse and from fine detail differ by {differ:.0%} of the blur. The "
+        "checkered plane is rejected: its detail is so strong that the residual exceeds the noise.",
     )
 
 
@@ -218,13 +219,13 @@ def _distance(read: Read) -> NDArray[np.float64]:
 
 
 def _scatter(ax: Axes, read: Read, seen: NDArray[np.float64]) -> None:
-    """Vergence read against vergence traced, of every 25th pixel."""
+    """Estimated against traced vergence, of every 25th pixel."""
     ax.plot([1 / FAR, 1 / FOCUS], [1 / FAR, 1 / FOCUS], color=GREY, linewidth=0.6, zorder=3)
     for chosen, colour, name in ((read.direct, BLUE, "seen directly"), (read.mirrored, ORANGE, "reflections")):
         some = np.flatnonzero(chosen)[::25]
         ax.plot(seen.flat[some], read.depth.vergence.flat[some], ".", color=colour, markersize=2, label=name)
-    ax.set(xlim=(0.2, 1.1), ylim=(0.2, 1.1), xlabel="traced (D)", ylabel="read (D)")
-    ax.set_title("(i) default method, read against traced", loc="left")
+    ax.set(xlim=(0.2, 1.1), ylim=(0.2, 1.1), xlabel="traced (D)", ylabel="estimated (D)")
+    ax.set_title("(i) default method, estimated against traced", loc="left")
     ax.legend(loc="lower right", markerscale=3)
 
 

@@ -28,7 +28,7 @@ def shown(dataset: Path) -> Shown:
     part = analyse_necker(dataset)
     result = part.result
     if part.data is not None and part.data.problems:
-        raise InputError(part.data.problems[0])  # a report says what it leaves out; a figure cannot
+        raise InputError(part.data.problems[0])  # a report states what it leaves out; a figure cannot
     if isinstance(result, NotComputed):
         raise InputError(f"{dataset}: {result.reason}")
     who = "simulated observers" if part.simulated else "subjects"

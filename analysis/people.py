@@ -1,4 +1,4 @@
-"""The population's depth error by what the reader knows of its optics.
+"""The population's depth error by what the estimator knows of the eye's optics.
 
 It draws what `benchmarks/depth_of_people.py --out DIR` wrote: ``python analysis/people.py DIR/people.json people.png``.
 """

@@ -88,8 +88,8 @@ NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it canno
 REMARK = (
     "Blur grows with the distance from the plane of focus. These figures show the law, how precisely it gives "
     "distance, and what the toolkit recovers. The views are rendered, so that the true depth of every pixel is known: "
-    "by a ray caster or a path tracer that knows nothing of the depth core, or, where a caption says so, by blurring a "
-    "flat picture. Wherever answers are shown they are those of simulated observers, and the picture says so."
+    "by a ray caster or a path tracer that is independent of the depth core, or, where a caption says so, by blurring "
+    "a flat picture. All answers shown are those of simulated observers, and the pictures are marked so."
 )
 
 

@@ -5,9 +5,9 @@
 
 A wall stands at each vergence before an eye that is focused at FOCUS; its views have the photon noise of each
 luminance (cd/m^2). Bands: what L and M, and S cones see (textures correlated at 0.95). Moments: two views of L and M
-cones, 0.5 D apart in focus. The noise is not given to the reader.
+cones, 0.5 D apart in focus. The noise is not given to the estimator.
 
-A line states, over all walls of a kind, pupil and luminance: the share of pixels that claim a depth; of these, the
+A line states, over all walls of a kind, pupil and luminance: the share of valid pixels; of these, the
 median error (D), the median stated standard deviation (D), the shares within 1, 2 and 5 standard deviations (a normal
 error: 68, 95 and 100 %), and the share that is wrong by more than 0.5 D.
 """
@@ -54,7 +54,7 @@ Row = dict[str, float | str]
 
 
 def measured(kind: str, mm: float, luminance: float, vergence: float, seed: int, side: int) -> Row:
-    """One wall: shares and medians over its pixels that claim a depth."""
+    """One wall: shares and medians over its valid pixels."""
     eye = Eye(1e-3 * mm, FOCUS)
     if kind == "bands":
         cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]

@@ -1,10 +1,10 @@
-"""How well `recover_depth` does about outlines, on scenes of our own whose true depth is known.
+"""How accurate `recover_depth` is about outlines, on scenes of our own whose true depth is known.
 
     python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--only NAME ...] [--cache DIR] [--out FILE.json]
 
 Each scene (`analysis/outline_scenes.py`) is taken with outlines and without them (``outlines=False``). Printed are,
 within 10 pixels of the true outlines (where distance changes by 5 % from one pixel to the next) and over the whole
-frame, in percent: the pixels for which depth is claimed, and of these those off by more than 10 %, those off by more
+frame, in percent: the valid pixels, and of these those off by more than 10 %, those off by more
 than 5 stated standard deviations, and those within 2; then the median and the 90th percentile of the error of distance,
 and seconds of processor. The scenes of `--held-back` were not looked at while the method was made. Those of
 `--controls` have no outlines: there depth and its validity must be the same, and what they differ by is printed; the

@@ -1,4 +1,4 @@
-"""Depth of walls from what eyes with measured aberrations see, by readers that know more or less of their own optics.
+"""Depth of walls from the views of eyes with measured aberrations, by estimators that know more or less of the optics.
 
     python benchmarks/depth_of_people.py [--eyes N] [--distances N] [--workers N | --scheduler ADDRESS] [--out DIR]
         [FOLDER]
@@ -10,12 +10,12 @@ order, over 6 mm), as Thibos, Bradley & Hong (2002) give them. Without it a popu
 independent coefficients about 0, of standard deviations that fall by half with each radial order.
 
 Each eye sees walls at several distances through pupils of 3 and 5 mm, in two wavebands, and at two moments. Depth is
-estimated (a) with the eye's own optics, (b) with the mean eye's in their place, (c) with what a reader has learned
+estimated (a) with the eye's own optics, (b) with the mean eye's in their place, (c) with what an estimator has learned
 from its own views of walls at known distances (`learned.py`). The lower orders are corrected, as by spectacles, and
 the eye's accommodation is known to it.
 
-Also, of every eye: how well a single patch tells the side of focus, with the eye's odd aberrations only, with its even
-ones only, with all, and with two wavebands.
+Also, of every eye: how well a single patch determines the side of focus, with the eye's odd aberrations only, with its
+even ones only, with all, and with two wavebands.
 """
 
 from __future__ import annotations

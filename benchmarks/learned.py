@@ -1,7 +1,7 @@
-"""A reader of depth that has learned its own eye's blur from its own views, and is given no optics.
+"""An estimator of depth that has learned its own eye's blur from its own views, and is given no optics.
 
-It has looked at walls of natural texture at known distances, many at each, and keeps what its two views had in
-common: their correlation functions, over the power that natural textures have. What equalising needs follows from
+It is trained on walls of natural texture at known distances, many at each, and keeps how its two views are
+correlated: their correlation functions, over the power that natural textures have. What equalising needs follows from
 them: how two views of one place differ, at each frequency and vergence, in contrast and in phase. What is assumed: that
 textures are natural (their power falls as 1 / frequency squared), that the noise is known, and that so are the walls'
 distances while it learns, as touch or another cue would give them. The walls that it learns from are wallpapers of
