@@ -174,7 +174,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"{SHAPE[1]} x {SHAPE[0]} pixels through the same f/{F_NUMBER:g}, and f/{SMALL:g} for the other of two "
             "apertures; every method has the same window.",
             f"Filled: every image has {100 * NOISE:g} % noise, so that a stack of thirty takes fifteen times the light "
-            "of a pair. Open: the whole stack has the light of one pair, so that noise grows with the number of images.",
+            "of a pair. Open: the whole stack has the light of one pair, so noise grows with the number of images.",
             "Errors are those of valid pixels away from jumps in depth; the lowest row says how many pixels those are. "
             f"Autofocus needs {min(needs):.0f} to {max(needs):.0f} settings to be as exact as two views. With more it "
             "is the most exact of all, but needs that many more images. With the light of only two images it gains "
