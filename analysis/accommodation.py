@@ -51,7 +51,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "A textured target jumps, or moves to and fro. At each tenth of a second it falls on a patch of retina "
             "through the eye's optics, pupil 4 mm; the depth core estimates its vergence from what the L and M and the "
             "S cones catch within a fixation; and this estimate drives the lens, 0.3 s later, through a leaky "
-            "integrator (`eye.accommodate`). Focus has no fluctuations here. Nothing but the estimate drives it.",
+            "integrator (`eye.accommodate`). Focus has no fluctuations here.",
             f"After the step the eye lags by {courses['step'].lag(1.0):.2f} D at {STEP[1]:g} D; with a perfect "
             f"estimate it would by {lag:.2f} D. The estimate errs by {np.sqrt(np.mean(error**2)):.3f} D, root mean "
             f"square. It follows sines {in_words}: the rest is the time that the estimate takes.",

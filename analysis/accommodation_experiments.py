@@ -245,11 +245,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "two wavebands at several moments, and with one of the two mechanisms taken away: two wavebands without "
             "comparison of moments, and one waveband at several moments. Numbers are in the order of the conditions in "
             "brackets; black agrees with what was published, orange does not. What counts as agreement stands in the "
-            "script. Nothing was fitted to these outcomes; few runs a condition: small differences mean little.",
+            "script. Nothing was fitted to these outcomes. Runs are few, so small differences mean little.",
             f"The eye with both agrees in {count['both']} of {len(ROWS)}, by bands alone in {count['bands']}, by "
             f"moments alone in {count['moments']}. It disagrees in: {differ or 'none'}.",
             "Every view is taken to have the eye's own normal optics; where the apparatus changes them, the estimate "
-            "is wrong and stated too surely. The eye knows its own accommodation exactly, which a real one may not.",
+            "is wrong, and its stated uncertainty too small. The eye’s accommodation is known exactly.",
         ),
         figure=_draw(measured, agreed),
         summary={"agree": {cue: f"{count[cue]} of {len(ROWS)}" for cue in CUES}},

@@ -150,10 +150,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "the limit is to reject. Grey: the share of a sound wall’s that it does reject. Dots: the default, 1 in "
             "1000.",
             f"At the default what moves is found in {100 * points['moving object']:.0f} %, what lies at two depths in "
-            f"{100 * points['reflection']:.0f} %. Where there is no texture all pairs know little and so hardly "
-            "disagree: there it is the stated uncertainty that rejects. Highlights that the sensor compresses alike in "
-            f"all views pull all pairs alike, and only {100 * points['saturation']:.0f} % are found; those it cuts off "
-            "sharply are left out before any of this.",
+            f"{100 * points['reflection']:.0f} %. Without texture all pairs are uncertain and hardly "
+            "disagree; the stated uncertainty rejects such pixels. Highlights that the sensor compresses alike in all "
+            f"views bias all pairs alike, and only {100 * points['saturation']:.0f} % are found; saturated pixels are "
+            "left out before.",
             "(b) What the default method rejects of its own wrong answers from the same views, by all its reasons "
             "together (contradiction, too little texture, a secondary minimum). The joint answer of the check and that "
             "of the default method are two estimates from the same views: of each, another share is wrong.",

@@ -74,12 +74,12 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"The best Gaussian leaves {100 * white['residual'][best]:.0f} % of the point spread (root mean square) at "
             f"best ({where(best)}), and {100 * white['residual'][worst]:.0f} % at worst ({where(worst)}); a uniform "
             "disc leaves 44 %. Colour does smooth the disc’s rim, most about 1 D from focus and better beyond it than "
-            "nearer. Closer to focus some colour is always sharp: a core on a wide skirt is no Gaussian. With more "
-            "defocus the disc comes back.",
+            "nearer. Closer to focus some colour is always sharp, and the point spread is a narrow core on a wide "
+            "skirt. With more defocus it becomes a disc again.",
             "sigma / disc radius, the constant k that the paper asks to calibrate, keeps within "
             f"{clear_k[0]:.2f} to {clear_k[1]:.2f} for pupils of 3 to 6 mm and 0.75 D or more: below the "
             f"{DISC:.2f} of a disc, and far from 1.",
-            "Where the transfer falls below zero, light and dark change places: no Gaussian does that. In white light "
+            "Where the transfer falls below zero, light and dark change places, as by no Gaussian. In white light "
             f"contrast so reversed reaches {reversed_white:.0f} %, and there is next to none within half a dioptre of "
             f"focus; in one wavelength (dashes, 4 mm) it reaches {reversed_one:.0f} %.",
             "Computed for a model eye, without the aberrations of real ones.",

@@ -109,12 +109,12 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "the valid pixels of one wall.",
             f"Left: the errors follow the paper’s curve, drawn here for the one relative error of blur measured, "
             f"e = {100 * relative:.2g} %, instead of the 2 % taken for a person. Dashes: what the depth map itself "
-            "states by its vergence_sd, which knows nothing of the truth.",
+            "states by its vergence_sd, which is computed without the truth.",
             f"Right: the same errors as a share of the blur. One e serves all distances where the blur disc has a "
             f"radius of at least {CLEAR:g} pixels; near focus blur is smaller than a pixel and its relative error "
             "rises, so that the error of distance does not fall to the curve’s zero.",
             "Crosses: both views rendered through the small aperture, and the depth core given the optics of two. "
-            "The curve is gone: it came out of the blur.",
+            "The curve disappears: it comes from the blur.",
         ),
         figure=_draw(distances, on, off, clear, relative),
         summary={

@@ -23,11 +23,11 @@ from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, Int
 __all__ = ["ASSUMED", "main", "make", "shown"]
 
 ASSUMED = (
-    "Of simulated observers: no finding about people. The rise with the near object in focus hangs on their prior "
-    "(blurred is farther), which the layout does not reverse, and that there is none with the far object on their "
-    "discounting of blur that contradicts the layout; the layout itself is the scene’s true one."
+    "Of simulated observers: no finding about people. With the near object in focus the rise depends on their "
+    "prior (blurred is farther), which the layout does not reverse. With the far object there is no rise because they "
+    "discount blur that contradicts the layout. The layout itself is the scene’s true one."
 )
-"""On what the simulated observers' Fig. 3 hangs: see `observers_sensitivity`."""
+"""On what the simulated observers' Fig. 3 depends: see `observers_sensitivity`."""
 
 
 def shown(dataset: Path, *, bound: float = BOUND) -> Shown:

@@ -1,4 +1,4 @@
-"""On what the simulated observers' result hangs: other rules, and every constant over its range."""
+"""On what the simulated observers' result depends: other rules, and every constant over its range."""
 
 from __future__ import annotations
 
@@ -117,10 +117,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"geometric mean over {len(pictures.scenes)} scenes; simulated observers without the noise of answers. "
             "Left: the default observer under other rules. Right: with each constant at the ends of its range.",
             "The rise with the nearest object in focus needs a prior by which blurred is farther. That there is none "
-            "with the farthest in focus hangs on two assumptions: the layout does not reverse the sign that the prior "
-            "gives blur (else depth rises there, too), and blur that contradicts the layout is discounted (else it "
-            "falls). No constant within its range makes it rise; the size of the rise with "
-            "the nearest in focus hangs on most of them.",
+            "with the farthest in focus depends on two assumptions: the layout does not reverse the sign that the "
+            "prior gives blur (else depth rises there, too), and blur that contradicts the layout is discounted (else "
+            "it falls). No constant within its range makes it rise; the size of the rise with "
+            "the nearest in focus depends on most of them.",
         ),
         figure=_draw(rules, constants),
         summary={"smallest_step_with_the_nearest_in_focus_over_all_constants": steps}

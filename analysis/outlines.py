@@ -42,8 +42,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "(right; black: the outlines found).",
             f"Below, within 10 pixels of the true outlines, each scene a line from windows alone (grey) to surfaces "
             f"continued to outlines (blue: the scenes that the method was made with; orange: {len(HELD_BACK)} scenes "
-            "not looked at before). Bars narrower than about twice their blur hold no pixel that is theirs alone: most "
-            "stay rejected.",
+            "not looked at before). In bars narrower than about twice their blur every pixel is mixed with the far "
+            "side: most stay rejected.",
         ),
         figure=_figure(drawn, found),
         summary={

@@ -51,8 +51,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "from the nearest object (circle) to the farthest (square).",
             "Below, right: how far blur alone accounts for the pictures. The pinhole picture was blurred by tracing a "
             "lens’s rays through the relief of its depth, and amplitudes of the rendered pictures were divided by "
-            "those of this prediction, in octaves of spatial frequency, noise taken out. What an edge hides from the "
-            "pinhole the prediction does not know. The band is the limit within which a set is called controlled.",
+            "those of this prediction, in octaves of spatial frequency, noise taken out. The prediction "
+            "lacks what an edge hides from the pinhole. The band is the limit within which a set is called controlled.",
         ),
         figure=figure,
         summary={

@@ -60,7 +60,7 @@ for distance in (0.67, 2.0):
 # 4. Pictures with more blur look deeper (Fig. 3)
 # -----------------------------------------------
 # Pictures of five scenes through a pinhole and larger apertures, with the nearest or the farthest object in focus,
-# 256 pixels wide. Simulated observers look at them and rate how three-dimensional they look. Fig. 3 hangs on what
+# 256 pixels wide. Simulated observers look at them and rate how three-dimensional they look. Fig. 3 depends on what
 # these observers assume: that what is blurred is farther (a prior), and that blur that contradicts the layout does
 # not count. On the right are observers who do not use blur: they see none of it in the pictures.
 
