@@ -206,3 +206,13 @@ def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     quick = quick_cube_power(study, [8], people=300)[8]
     for test in study.tests:
         assert quick[test] == pytest.approx(np.mean([each[test] for each in whole]), abs=0.25)
+
+
+def test_a_bound_of_0_is_refused_and_not_taken_for_none_given(tmp_path):
+    file = tmp_path / "own.csv"
+    file.write_text("subject,fstop,focus,resp\nA,5.6,near,1.4\nA,0,near,1\nB,5.6,near,1.5\nB,0,near,1.1\n")
+    (tmp_path / "design.toml").write_text('task = "depthrating"\n')
+    with pytest.raises(InputError, match=r"is 0\.0, but must be a ratio above 1"):
+        make_report(file, bound=0.0)
+    with pytest.raises(InputError, match=r"bound is 0\.0, but must be a ratio above 1"):
+        preregistration(tmp_path / "design.toml", bound=0.0, stated=Stated(Rules()))

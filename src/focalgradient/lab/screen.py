@@ -128,12 +128,12 @@ def screen_size(number: int) -> tuple[int, int]:
     Raises
     ------
     InputError
-        If there are not so many screens.
+        If there is no screen of that number.
     """
     import pyglet
 
     screens = pyglet.canvas.get_display().get_screens()
-    if number >= len(screens):
+    if not 0 <= number < len(screens):
         raise InputError(f"--screen is {number}, but this computer's screens are 0 to {len(screens) - 1}.")
     return screens[number].width, screens[number].height
 

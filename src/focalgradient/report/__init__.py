@@ -172,7 +172,7 @@ def make_report(
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
         check_installed(*NEEDED)
-    chosen = bound or stated.bound
+    chosen = stated.bound if bound is None else bound
     used = BOUND if chosen is None else chosen
     if not root.is_file():
         found = _of_dataset(root, used, scale, stated.rules, executor, progress)

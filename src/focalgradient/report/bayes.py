@@ -13,7 +13,7 @@ from focalgradient.plotting.posteriors import posterior_figure
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
-from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number
+from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number, probability
 from focalgradient.statistics import NotComputed, Scale
 from focalgradient.statistics.bayes import ODDS_BOUND, BayesResult, Posterior, bayes_depth_rating
 
@@ -35,7 +35,7 @@ def bayes_analysis(
     part: Ratings, scale: Scale, bound: float | None, used: float, progress: Progress | None
 ) -> BayesResult:
     """The Bayesian model of what the rules kept; `bound` is None where the user gave none, then `used` is of ratios."""
-    limit = (bound or ODDS_BOUND) if scale == "ordinal" else used
+    limit = used if scale == "ratio" else ODDS_BOUND if bound is None else bound
     return bayes_depth_rating(part.kept, bound=limit, scale=scale, progress=progress)
 
 
@@ -87,20 +87,18 @@ def _sentence(found: Posterior, result: BayesResult) -> str:
     ends = interval(math.exp(found.low), math.exp(found.high), 2)
     return (
         f"{WHAT[found.name]} has the posterior median {decimals(math.exp(found.median))} ({what}, 95{SPACE}% credible "
-        f"interval {ends}); it is above 1 with a probability of {_chance(found.above)}, and within a factor of "
-        f"{decimals(result.bound)} of 1 with {_chance(found.within)}."
+        f"interval {ends}); it is above 1 with a probability of {_probability(found.above)}, and within a factor of "
+        f"{decimals(result.bound)} of 1 with {_probability(found.within)}."
     )
 
 
-def _chance(probability: float) -> str:
-    r"""A probability from draws: no more decimals than they bear.
+def _probability(share: float) -> str:
+    r"""A probability from draws: three decimals, never 1.
 
-    >>> _chance(0.99999), _chance(0.034)
+    >>> _probability(0.99999), _probability(0.034)
     ('>\xa0.999', '.034')
     """
-    if probability > 0.999:
-        return f">{SPACE}.999"
-    return f"<{SPACE}.001" if probability < 0.001 else f"{probability:.3f}".removeprefix("0")
+    return f">{SPACE}.999" if share > 0.999 else probability(share)
 
 
 def _posteriors(result: BayesResult) -> Sheet:
@@ -113,7 +111,7 @@ def _posteriors(result: BayesResult) -> Sheet:
             continue
         ends = interval(math.exp(found.low), math.exp(found.high), 2)
         sds = [NONE if sd is None else decimals(sd, 3) for sd in (found.subjects, found.scenes)]
-        chances = [_chance(found.above), _chance(found.within)]
+        chances = [_probability(found.above), _probability(found.within)]
         check = [decimals(found.r_hat, 3), f"{found.effective:.0f}", str(found.divergences)]
         rows.append([name, decimals(math.exp(found.median)), ends, *chances, *sds, *check])
         fields = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_hat", "effective", "divergences")

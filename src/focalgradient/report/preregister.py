@@ -43,7 +43,7 @@ def preregistration(
         If the file is no design, or lacks what the hypotheses need.
     """
     design = load_design(design_file)
-    used = bound or stated.bound or BOUND
+    used = next((one for one in (bound, stated.bound) if one is not None), BOUND)
     if isinstance(design, DepthRatingDesign):
         title, blocks = _of_ratings(design, used, stated, model or Model())
     elif isinstance(design, NeckerDesign):

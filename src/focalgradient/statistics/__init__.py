@@ -1,7 +1,7 @@
 """From records to conclusions: tables of answers in, frozen records of results out.
 
-`quality` first, then `depth_rating` or `necker`. What can be analysed is; where a result could not be had a
-`NotComputed` stands in its place and says why. Everything generalises over subjects, also where they are few.
+`quality` first, then `depth_rating` or `necker`. Where a result cannot be computed, a `NotComputed`
+stands in its place with the reason. Everything generalises over subjects, also where they are few.
 """
 
 from focalgradient.statistics.comparisons import ComparisonMean, ComparisonResult, compare_pictures

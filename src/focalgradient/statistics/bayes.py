@@ -25,7 +25,7 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.progress import Progress
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.records import NotComputed
-from focalgradient.statistics.tables import FIXATIONS, PINHOLE, rating_table
+from focalgradient.statistics.tables import FIXATIONS, PINHOLE, check_steps, rating_table
 
 __all__ = [
     "NEEDED",
@@ -48,7 +48,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is supposed of a parameter before the data: normal about 0, or the half of it above 0.
+    """Prior distribution of a parameter: normal about 0, or the half of it above 0.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ class Prior:
 
 RATIO_PRIORS: Final[Mapping[str, Prior]] = {
     "rise": Prior(0.5, False, "no rise most likely; 95 % between ratios of 0.38 and 2.7, the paper's axis ends at 3"),
-    "subjects": Prior(0.3, True, "twice the 0.15 that a plan by power supposes"),
-    "scenes": Prior(0.2, True, "scenes differ less than subjects: four times the 0.05 of a plan by power"),
+    "subjects": Prior(0.3, True, "twice the 0.15 that a power analysis assumes"),
+    "scenes": Prior(0.2, True, "scenes differ less than subjects: four times the 0.05 of a power analysis"),
     "residual": Prior(0.5, True, "of a log ratio of single answers that scatter by 0.3: 0.42"),
 }
 """Of the logarithm of ratios: weakly informative, our choice."""
@@ -115,7 +115,7 @@ Name = Literal["nearest", "farthest", "difference"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
-    """What is known of one rise after the data.
+    """Posterior distribution of one rise.
 
     Parameters
     ----------
@@ -225,10 +225,8 @@ def bayes_depth_rating(
     check_installed(*NEEDED)
     table = rating_table(table)
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
-    if scale == "ordinal" and (table["rating"] % 1 != 0).any():
-        raise InputError(
-            'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
-        )
+    if scale == "ordinal":
+        check_steps(table)
     posteriors: dict[Name, Posterior | NotComputed]
     others = sorted({*table["fixation"]} - {*FIXATIONS})
     if others:
@@ -460,7 +458,7 @@ def effective_number(draws: FloatArray) -> float:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without what the libraries say of themselves: what matters is in `Posterior`."""
+    """Without the libraries' own messages: what matters is in `Posterior`."""
     logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz", "arviz_base", "arviz_stats")]
     levels = [log.level for log in logs]
     for log in logs:

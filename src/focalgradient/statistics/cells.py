@@ -45,8 +45,8 @@ class Cells:
         return self.values[:, :, aperture] - self.values[:, :, 0]
 
 
-def cells(rows: pd.DataFrame, answer: str = "answer") -> Cells:
-    """Means of a table of trials with one fixation.
+def cells(rows: pd.DataFrame) -> Cells:
+    """Means of the column `answer` of a table of trials with one fixation.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def cells(rows: pd.DataFrame, answer: str = "answer") -> Cells:
     amount, amounts = pd.factorize(rows["aperture_mm"], sort=True)
     shape = (len(subjects), len(scenes), len(amounts))
     place = np.ravel_multi_index((subject, scene, amount), shape)
-    total = np.bincount(place, rows[answer].to_numpy(dtype=float), np.prod(shape)).reshape(shape)
+    total = np.bincount(place, rows["answer"].to_numpy(dtype=float), np.prod(shape)).reshape(shape)
     count = np.bincount(place, minlength=np.prod(shape)).reshape(shape)
     if len(amounts) > 1 and not ((count > 0).sum(axis=2) > 1).any():
         total, count, scenes = total.sum(axis=1, keepdims=True), count.sum(axis=1, keepdims=True), scenes[:0]

@@ -34,8 +34,9 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 FEWEST_SCENES = 5
-"""Scenes below which nothing is said beyond them: with 2 the crossed test finds up to .11 of nothing at .05, with 3 up
-to .07, with 5 at most .05 (simulated, N = 4 to 20, scenes that differ by a standard deviation of 0.1)."""
+"""With fewer scenes results hold for these scenes only. At .05 the crossed test rejects up to .11 of true null
+hypotheses with 2 scenes, up to .07 with 3, at most .05 with 5 (simulated, N = 4 to 20, scenes that differ by a standard
+deviation of 0.1)."""
 
 SWEEPS = 200
 """Of the additive model through a table with gaps; it stops sooner where nothing moves any more."""

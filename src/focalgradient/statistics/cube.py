@@ -1,6 +1,6 @@
-"""Experiment 2: whether a focal gradient that favours the nonrigid reading of the turning cube makes it be seen.
+"""Experiment 2: whether a focal gradient that favours the nonrigid reading of the turning cube makes people report it.
 
-Two readings that alternate are reported about equally often whatever their strength: the share of *time* is what tells.
+Two readings that alternate are reported about equally often, whatever their strength: the share of *time* is measured.
 Shares of reports and the durations of each percept say how it comes about.
 """
 
@@ -56,7 +56,7 @@ class SubjectShare:
     trials, reports
         How many trials, and reports of a rigid or nonrigid cube in them.
     nonrigid
-        Share of the time with one of the two readings that was nonrigid; None where neither was seen.
+        Share of the time with one of the two readings that was nonrigid; None where neither was reported.
     """
 
     participant_id: str
@@ -164,7 +164,7 @@ class GradientEffect:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class NeckerResult:
-    """What the reports on the cube say.
+    """Results of the reports on the cube.
 
     Parameters
     ----------
@@ -219,10 +219,10 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     --------
     >>> rows = [
     ...     {"participant_id": who, "trial": trial, "gradient": gradient, "strength": 10.0 * trial, "catch": False,
-    ...      "onset": onset, "duration": lasts, "percept": seen, "censored": False, "trial_duration": 10.0}
+    ...      "onset": onset, "duration": lasts, "percept": percept, "censored": False, "trial_duration": 10.0}
     ...     for who in range(4)
     ...     for trial, (gradient, rigid) in enumerate([("none", 8.0), ("nonrigid", 5.0 - 0.5 * who)])
-    ...     for onset, lasts, seen in [(0.0, rigid, "rigid"), (rigid, 10 - rigid, "nonrigid")]
+    ...     for onset, lasts, percept in [(0.0, rigid, "rigid"), (rigid, 10 - rigid, "nonrigid")]
     ... ]
     >>> effect = necker(pd.DataFrame(rows)).effects[0]
     >>> effect.gradient, round(effect.share.estimate, 3)
@@ -235,7 +235,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     brief = (table["percept"] == "both") & (table["duration"] < shortest_both)
     table["percept"] = table["percept"].mask(brief, "none")
     trials = _trials(table)
-    seen = table[table["percept"].isin(READINGS)]
+    reported = table[table["percept"].isin(READINGS)]
     conditions = sorted(
         set(zip(trials["gradient"], trials["strength"], strict=True)), key=lambda key: (GRADIENTS.index(key[0]), key[1])
     )
@@ -244,7 +244,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     return NeckerResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(trials),
-        reports=len(seen),
+        reports=len(reported),
         subject_shares=tuple(
             SubjectShare(
                 str(participant),
@@ -259,11 +259,11 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
         ),
         shares=tuple(share for condition, rows in own.items() for share in _shares(condition, rows)),
         dominance=tuple(
-            _dominance(condition, percept, seen) for condition in conditions for percept in READINGS if durations
+            _dominance(condition, percept, reported) for condition in conditions for percept in READINGS if durations
         ),
-        effects=_effects(conditions, trials, seen, own, remarks),
+        effects=_effects(conditions, trials, reported, own, remarks),
         remarks=tuple(remarks),
-        people=tuple(_people(conditions[0], percept, seen) for percept in READINGS if durations),
+        people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
     )
 
 
@@ -312,8 +312,8 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
     return shares
 
 
-def _dominance(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -> Dominance:
-    rows = seen[_of(seen, condition) & (seen["percept"] == percept)]
+def _dominance(condition: tuple[str, float], percept: str, reported: pd.DataFrame) -> Dominance:
+    rows = reported[_of(reported, condition) & (reported["percept"] == percept)]
     families: tuple[Family, Family] = ("gamma", "lognormal")
     gamma, lognormal = (fit_durations(rows["duration"], rows["censored"], family) for family in families)
     better: Family | None = None
@@ -322,8 +322,8 @@ def _dominance(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -
     return Dominance(*condition, percept, len(rows), int(rows["censored"].sum()), gamma, lognormal, better)
 
 
-def _people(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -> PeopleDominance:
-    rows = seen[_of(seen, condition) & (seen["percept"] == percept) & (seen["duration"] > 0)]
+def _people(condition: tuple[str, float], percept: str, reported: pd.DataFrame) -> PeopleDominance:
+    rows = reported[_of(reported, condition) & (reported["percept"] == percept) & (reported["duration"] > 0)]
     return PeopleDominance(
         *condition, percept, fit_durations_of_people(rows["duration"], rows["censored"], rows["participant_id"])
     )
@@ -332,7 +332,7 @@ def _people(condition: tuple[str, float], percept: str, seen: pd.DataFrame) -> P
 def _effects(
     conditions: list[tuple[str, float]],
     trials: pd.DataFrame,
-    seen: pd.DataFrame,
+    reported: pd.DataFrame,
     own: dict[tuple[str, float], pd.DataFrame],
     remarks: list[str],
 ) -> tuple[GradientEffect, ...]:
@@ -356,7 +356,7 @@ def _effects(
         odds = []
         for rows, answer in (
             (trials, _share(trials["nonrigid_time"], trials["rigid_time"])),
-            (seen, (seen["percept"] == "nonrigid").astype(float)),
+            (reported, (reported["percept"] == "nonrigid").astype(float)),
         ):
             with_it = _of(rows, (gradient, strength))
             used = (with_it | _of(rows, plain)) & answer.notna()

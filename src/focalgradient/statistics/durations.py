@@ -1,7 +1,7 @@
 """How long percepts last: distributions fitted to durations by maximum likelihood, some of them right-censored.
 
 A percept that the end of its trial cut off lasted longer than was recorded; to leave it out would favour short ones.
-`fit_durations` takes durations alike; `fit_durations_of_people` knows that people differ in how long theirs last.
+`fit_durations` takes all durations as one sample; `fit_durations_of_people` lets the mean differ between people.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 Family = Literal["gamma", "lognormal"]
 
 FEWEST = 5
-"""Durations seen to their end that a fit needs."""
+"""Uncensored durations that a fit needs."""
 
 NODES = np.linspace(-8.0, 8.0, 81)
 """Of the integral over a person's mean, in standard deviations: so dense the trapezoidal rule is exact to 1e-8."""
@@ -105,7 +105,7 @@ class DurationsOfPeople:
     log_likelihood
         At the maximum.
     people
-        Each person alone.
+        Each person, fitted separately.
     """
 
     geometric_mean: float
@@ -119,7 +119,7 @@ class DurationsOfPeople:
 
 
 def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> DurationFit | NotComputed:
-    """Fit a distribution to durations in seconds, `censored` true where only a lower limit was seen.
+    """Fit a distribution to durations in seconds, `censored` true where only a lower limit is known.
 
     Examples
     --------
@@ -128,22 +128,22 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
     (4.0, 0.37)
     """
     durations, censored = np.asarray(durations, dtype=float), np.asarray(censored, dtype=bool)
-    seen = durations[~censored]
-    if seen.size < FEWEST:
-        return NotComputed(f"A fit needs {FEWEST} durations seen to their end, and there are {seen.size}.")
-    if np.ptp(seen) == 0:
-        return NotComputed(f"All durations are the same ({seen[0]:.3g} s): they have no distribution to fit.")
-    cut, logs = durations[censored], np.log(seen)
+    complete = durations[~censored]
+    if complete.size < FEWEST:
+        return NotComputed(f"A fit needs {FEWEST} uncensored durations, and there are {complete.size}.")
+    if np.ptp(complete) == 0:
+        return NotComputed(f"All durations are the same ({complete[0]:.3g} s): they have no distribution to fit.")
+    cut, logs = durations[censored], np.log(complete)
     spread = float(logs.std())
     if family == "gamma":
-        start, cost = (spread**-2, float(seen.mean()) * spread**2), _gamma_cost
+        start, cost = (spread**-2, float(complete.mean()) * spread**2), _gamma_cost
     else:
         start, cost = (spread, math.exp(float(logs.mean()))), _lognormal_cost
     with np.errstate(over="ignore", invalid="ignore"):  # far off the search may try anything
         found = optimize.minimize(
             cost,
             np.log(start),
-            args=(seen, logs, cut),
+            args=(complete, logs, cut),
             method="Nelder-Mead",
             options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
         )
@@ -155,7 +155,7 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
     else:
         mean, cv = scale * math.exp(shape**2 / 2), math.sqrt(math.expm1(shape**2))
         of_mean = np.array([shape**2, 1.0])  # derivatives of log mean by the logarithms of shape and scale
-    covariance = _covariance(lambda free: cost(free, seen, logs, cut), found.x)
+    covariance = _covariance(lambda free: cost(free, complete, logs, cut), found.x)
     shape_se = mean_se = None
     if covariance is not None:
         shape_se = shape * math.sqrt(covariance[0, 0])
@@ -231,10 +231,10 @@ class _PeopleCost:
     """Negative log-likelihood at the logarithms of shape, geometric mean and SD, the people's means integrated out."""
 
     def __init__(self, durations: FloatArray, censored: NDArray[np.bool_], who: NDArray[np.intp], people: int):
-        seen = ~censored
-        self.count = np.bincount(who[seen], minlength=people)
-        self.total = np.bincount(who[seen], durations[seen], people)
-        self.logs = np.bincount(who[seen], np.log(durations[seen]), people)
+        complete = ~censored
+        self.count = np.bincount(who[complete], minlength=people)
+        self.total = np.bincount(who[complete], durations[complete], people)
+        self.logs = np.bincount(who[complete], np.log(durations[complete]), people)
         self.cut, self.of_cut, self.people = durations[censored], who[censored], people
         self.exposure = np.bincount(who, durations, people)
 
@@ -242,10 +242,10 @@ class _PeopleCost:
         """Log-likelihood of each person's durations for so many means of each, people x means."""
         rate = shape * np.exp(-log_mean)
         constant = shape * np.log(rate) - special.gammaln(shape)
-        seen = self.count[:, None] * constant + (shape - 1) * self.logs[:, None] - rate * self.total[:, None]
+        log_likelihood = self.count[:, None] * constant + (shape - 1) * self.logs[:, None] - rate * self.total[:, None]
         beyond = np.log(np.maximum(special.gammaincc(shape, self.cut[:, None] * rate[self.of_cut]), 1e-300))
-        np.add.at(seen, self.of_cut, beyond)
-        return np.asarray(seen)
+        np.add.at(log_likelihood, self.of_cut, beyond)
+        return np.asarray(log_likelihood)
 
     def __call__(self, free: FloatArray) -> float:
         """Integrate over each person's mean about its likeliest value, by the trapezoidal rule."""
@@ -286,16 +286,16 @@ def _covariance(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArr
     return np.asarray(np.linalg.inv(second))
 
 
-def _gamma_cost(free: FloatArray, seen: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
+def _gamma_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
     """Negative log-likelihood at the logarithms of shape and scale."""
     shape, scale = np.exp(free)
-    density = (shape - 1) * logs - seen / scale - special.gammaln(shape) - shape * free[1]
+    density = (shape - 1) * logs - complete / scale - special.gammaln(shape) - shape * free[1]
     with np.errstate(divide="ignore"):  # what could not have lasted so long makes it infinite
         beyond = np.log(special.gammaincc(shape, cut / scale))
     return -float(density.sum() + beyond.sum())
 
 
-def _lognormal_cost(free: FloatArray, seen: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
+def _lognormal_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
     """Negative log-likelihood at the logarithms of the logarithm's deviation and of the median."""
     shape = math.exp(free[0])
     density = -(((logs - free[1]) / shape) ** 2) / 2 - free[0] - logs - math.log(2 * math.pi) / 2

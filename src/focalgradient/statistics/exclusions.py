@@ -21,7 +21,7 @@ __all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "quality"]
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What makes a trial or a subject be left out; None counts, but leaves nobody out.
+    """Rules of exclusion; with None a rule is off: it is counted, but leaves nobody out.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ class Quality:
 def quality(
     table: pd.DataFrame, rules: Rules | None = None, scale: str = "ratio", middle: float = 1.0
 ) -> tuple[pd.DataFrame, Quality]:
-    """Judge a table of depth ratings or of reports on the cube (it tells by the columns), and keep what the rules keep.
+    """Judge a table of depth ratings or of reports on the cube (known by the columns), and keep what the rules keep.
 
     Parameters
     ----------
@@ -269,20 +269,27 @@ def _bad_trials(table: pd.DataFrame, rules: Rules) -> list[tuple[str, np.ndarray
 
 
 def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
-    found, bad = subject, []
-    if None not in (rules.catch_passed, found.catch_passed) and found.catch_passed < rules.catch_passed:  # type: ignore[operator]
+    bad = []
+    if rules.catch_passed is not None and (
+        subject.catch_passed is not None and subject.catch_passed < rules.catch_passed
+    ):
         bad.append(f"passed less than {rules.catch_passed:.0%} of the catch trials")
-    if None not in (rules.repeat_factor, found.repeat_factor) and found.repeat_factor > rules.repeat_factor:  # type: ignore[operator]
+    if _exceeds(subject.repeat_factor, rules.repeat_factor):
         bad.append(f"answers to one picture spread by more than a factor {rules.repeat_factor:g}")
-    if None not in (rules.lapses, found.lapses) and found.lapses > rules.lapses:  # type: ignore[operator]
+    if _exceeds(subject.lapses, rules.lapses):
         bad.append(f"more than {rules.lapses:.0%} lapses")
-    if rules.fast is not None and found.trials and found.too_fast > rules.fast * found.trials:
+    if rules.fast is not None and subject.trials and subject.too_fast > rules.fast * subject.trials:
         bad.append(f"answered too fast in more than {rules.fast:.0%} of the trials")
-    if None not in (rules.same_answer, found.same_answer) and found.same_answer > rules.same_answer:  # type: ignore[operator]
+    if _exceeds(subject.same_answer, rules.same_answer):
         bad.append(f"gave one and the same answer in more than {rules.same_answer:.0%} of the trials")
-    if None not in (rules.first_press, found.first_press) and found.first_press > rules.first_press:  # type: ignore[operator]
+    if _exceeds(subject.first_press, rules.first_press):
         bad.append(f"left more than {rules.first_press:.0%} of the answers where the first key had put the marker")
     return bad
+
+
+def _exceeds(value: float | None, most: float | None) -> bool:
+    """Whether a value is above its rule; not where it could not be computed, or the rule is off."""
+    return value is not None and most is not None and value > most
 
 
 def _unexpected(rows: pd.DataFrame) -> np.ndarray:

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.means import family, paired_effect
-from focalgradient.statistics.records import CONFIDENCE, Effect, NotComputed
+from focalgradient.statistics.means import family, paired_effect, student_effect
+from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["FactorEffect", "factor_effects"]
 
@@ -77,7 +77,7 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     found: list[FactorEffect] = []
     for name, factor in factors.items():
         if name not in table:
-            raise InputError(f"the table has no column {name}, which is a factor of the design: make the tables anew.")
+            raise InputError(f"the table has no column {name}, which is a factor of the design: write the tables anew.")
         first, *others = factor["levels"]
         paired = factor.get("vary", "within") == "within"
         for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
@@ -114,8 +114,6 @@ def _between(own: pd.Series[float], level: str, first: str, *, paired: bool) -> 
 
 def _welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
     """Difference of the means of two groups of subjects, their variances apart (Welch 1947)."""
-    from scipy import stats
-
     if min(len(one), len(other)) < 2:
         return NotComputed(
             f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."
@@ -125,11 +123,5 @@ def _welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | N
     if error == 0:
         return NotComputed("All subjects of a group have the same value: there is no variation to test against.")
     df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
-    estimate = float(one.mean() - other.mean())
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, df)) * error
-    t = estimate / error
-    return Effect(
-        *(estimate, estimate - half, estimate + half, error, t, df, float(2 * stats.t.sf(abs(t), df)), None),
-        subjects=len(one) + len(other),
-        method="Welch's t between groups of subjects",
-    )
+    estimate, subjects = float(one.mean() - other.mean()), len(one) + len(other)
+    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df)

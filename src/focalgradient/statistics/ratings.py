@@ -24,7 +24,7 @@ from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.tables import FIXATIONS, fixations_of, rating_table
+from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
 
@@ -264,10 +264,8 @@ def depth_rating(
     table = table[~table["catch"]]
     if table.empty:
         raise InputError("All trials are catch trials: there are no ratings to analyse.")
-    if scale == "ordinal" and (table["rating"] % 1 != 0).any():
-        raise InputError(
-            'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
-        )
+    if scale == "ordinal":
+        check_steps(table)
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = fixations_of(table)
@@ -400,7 +398,7 @@ def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMea
                 logs = own.against_smallest(number)[:, column]
                 logs = logs[np.isfinite(logs)]
                 if len(logs):
-                    ratio = _exponential(t_interval(logs))
+                    ratio = t_interval(logs).ratio
                     means.append(SceneMean(scene, fixation, str(names[mm]), float(mm), ratio))
     return tuple(means)
 
@@ -437,8 +435,8 @@ def _means(
         else:
             rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
             test, fixed = crossed_effect(rises), over_subjects(rises)
-            ratio = test.ratio if isinstance(test, Effect) else _alone(rises, str(aperture[mm]))
-        rating = _exponential(Interval(level, *ends))
+            ratio = test.ratio if isinstance(test, Effect) else _untested(rises, str(aperture[mm]))
+        rating = Interval(level, *ends).ratio
         subjects = int(logs[fixation, mm].notna().sum())
         means.append(RatingMean(fixation, str(aperture[mm]), mm, subjects, rating, ratio, test, fixed))
     largest = {fixation: own.amounts[-1] for fixation, own in of.items()}
@@ -452,17 +450,12 @@ def _means(
     )
 
 
-def _alone(rises: FloatArray, aperture: str) -> Interval | NotComputed:
+def _untested(rises: FloatArray, aperture: str) -> Interval | NotComputed:
     """The mean ratio where there is no test of it: one subject, or subjects who are all alike."""
     own = np.array([row[np.isfinite(row)].mean() for row in rises if np.isfinite(row).any()])
     if not len(own):
         return NotComputed(f"No subject has both {aperture} and pinhole trials.")
-    return _exponential(t_interval(own))
-
-
-def _exponential(logs: Interval) -> Interval:
-    low, high = (None if end is None else math.exp(end) for end in (logs.low, logs.high))
-    return Interval(math.exp(logs.estimate), low, high)
+    return t_interval(own).ratio
 
 
 def _names(index: Iterable[object]) -> str:

@@ -33,6 +33,16 @@ class Interval:
     low: float | None
     high: float | None
 
+    @property
+    def ratio(self) -> Interval:
+        """The exponential of estimate and ends: for an interval of a logarithm.
+
+        >>> Interval(0.0, None, None).ratio
+        Interval(estimate=1.0, low=None, high=None)
+        """
+        low, high = (None if end is None else math.exp(end) for end in (self.low, self.high))
+        return Interval(math.exp(self.estimate), low, high)
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Effect:
@@ -45,9 +55,9 @@ class Effect:
     standard_error
         Of the estimate.
     statistic, df, p
-        Student's t of the estimate against none, its degrees of freedom and probability.
+        Student's t of the estimate against zero, its degrees of freedom and probability.
     dz
-        Cohen's d_z: the mean over the standard deviation of the subjects' own effects; None where there are no such.
+        Cohen's d_z: the mean over the standard deviation of the subjects' own effects; None where they have none.
     subjects
         How many the estimate rests on.
     method
@@ -78,8 +88,8 @@ class Effect:
 
     @property
     def ratio(self) -> Interval:
-        """The estimate and its interval out of the logarithm: for an effect on a logarithm."""
-        return Interval(math.exp(self.estimate), math.exp(self.low), math.exp(self.high))
+        """The exponential of the estimate and its interval: for an effect on a logarithm."""
+        return Interval(self.estimate, self.low, self.high).ratio
 
     @property
     def dz_interval(self) -> Interval | None:

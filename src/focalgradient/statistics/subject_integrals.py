@@ -34,7 +34,7 @@ def _logistic(x: float) -> float:
 
 
 @_compiled
-def _chances(low: float, high: float) -> tuple[float, float, float]:
+def _interval_probability(low: float, high: float) -> tuple[float, float, float]:
     """logistic(high) - logistic(low), taken in the tail that has digits, and both logistics: of low, of high."""
     if low + high > 0:
         one, two = _logistic(-high), _logistic(-low)
@@ -75,7 +75,7 @@ def _height(low: FloatArray, high: FloatArray, random: FloatArray, start: int, e
         eta = 0.0
         for j in range(len(effects)):
             eta += random[t, j] * effects[j]
-        height += math.log(_chances(low[t] - eta, high[t] - eta)[0])
+        height += math.log(_interval_probability(low[t] - eta, high[t] - eta)[0])
     return height
 
 
@@ -99,7 +99,7 @@ def _rise(
         eta = 0.0
         for j in range(q):
             eta += random[t, j] * effects[j]
-        _, below, above = _chances(low[t] - eta, high[t] - eta)
+        _, below, above = _interval_probability(low[t] - eta, high[t] - eta)
         slope, second = below + above - 1, below * (1 - below) + above * (1 - above)
         for j in range(q):
             gradient[j] += slope * random[t, j]
@@ -160,7 +160,7 @@ def joint_densities(
                 eta = 0.0
                 for j in range(q):
                     eta += random[t, j] * v[s, j, n]
-                joint[s, n] += math.log(_chances(low[t] - eta, high[t] - eta)[0])
+                joint[s, n] += math.log(_interval_probability(low[t] - eta, high[t] - eta)[0])
     return joint
 
 
@@ -181,11 +181,11 @@ def mean_derivatives(
                 eta = 0.0
                 for j in range(q):
                     eta += random[t, j] * v[s, j, n]
-                chance, below, above = _chances(low[t] - eta, high[t] - eta)
+                probability, below, above = _interval_probability(low[t] - eta, high[t] - eta)
                 slope = (below + above - 1) * share[s, n]
                 by_level[t] += slope
-                by_high[t] += above * (1 - above) / chance * share[s, n]
-                by_low[t] += below * (1 - below) / chance * share[s, n]
+                by_high[t] += above * (1 - above) / probability * share[s, n]
+                by_low[t] += below * (1 - below) / probability * share[s, n]
                 for j in range(q):
                     by_v[t, j] += slope * v[s, j, n]
     return by_level, by_high, by_low, by_v

@@ -88,6 +88,17 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     return table
 
 
+def check_steps(table: pd.DataFrame) -> None:
+    """Raise InputError where a rating is not a whole number, as on an ordinal scale.
+
+    >>> check_steps(pd.DataFrame({"rating": [1.0, 7.0]}))
+    """
+    if (table["rating"] % 1 != 0).any():
+        raise InputError(
+            'With --ordinal (scale="ordinal") ratings must be whole numbers, the steps of the scale, and some are not.'
+        )
+
+
 def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:
     """Names of the fixations in a table: nearest and farthest first, then others by their names.
 

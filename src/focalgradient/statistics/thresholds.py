@@ -16,6 +16,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_installed
+from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.records import Interval, NotComputed
 
 __all__ = [
@@ -52,11 +53,11 @@ GRID = {"threshold": 100, "width": 25, "lambda": 8}
 """Nodes of the posterior."""
 
 LEAST_TRIALS = 20
-"""Without them no threshold is fitted: its interval would be that of the prior."""
+"""With fewer no threshold is fitted: its interval would be that of the prior."""
 
 ATTENDING = 0.8
-"""Share of catch trials, which show the greatest level, that must be right: five of six. Who guesses passes 1 in 9
-times."""
+"""Share of catch trials, which show the greatest level, that must be right: five of six. A participant who
+guesses passes 1 in 9 times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,7 @@ class ThresholdFit:
     slope
         Of Weibull's function, posterior mean.
     lapse
-        Share of trials answered without looking, posterior mean.
+        Lapse rate: share of trials answered without looking; posterior mean.
     levels, right, shown
         The levels, how often each was answered rightly, and how often shown.
     """
@@ -273,9 +274,4 @@ def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
     logs = np.array([np.mean(values) for values in by_participant.values()])
     if not logs.size:
         return NotComputed("No participant has a threshold that counts.")
-    if logs.size == 1:
-        return Interval(math.exp(logs[0]), None, None)
-    from scipy import stats
-
-    half = stats.t.ppf(0.975, logs.size - 1) * logs.std(ddof=1) / math.sqrt(logs.size)
-    return Interval(*(math.exp(logs.mean() + way * half) for way in (0, -1, 1)))
+    return t_interval(logs).ratio

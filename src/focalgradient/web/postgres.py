@@ -208,7 +208,7 @@ class Postgres:
         if added:
             connection.cursor().executemany(
                 "insert into journals select %s, coalesce(max(line), 0) + 1, %s from journals where participant = %s",
-                [(place.participant, line, place.participant) for line in added.decode().splitlines()],
+                [(place.participant, line, place.participant) for line in _lines(added)],
             )
         if added or tab_changed:
             silent = min(time.monotonic() - place.alive, 3e7)
@@ -240,6 +240,16 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         return b""
+
+
+def _lines(content: bytes) -> list[str]:
+    r"""The lines of a journal, which end in a line feed alone: other line separators may stand in a text of JSON.
+
+    >>> len(_lines('{"browser": "a\u2028b"}\n'.encode()))
+    1
+    """
+    *lines, rest = content.decode().split("\n")
+    return [*lines, rest] if rest else lines
 
 
 def collect_store(address: str, root: Path) -> dict[str, int]:
@@ -284,7 +294,7 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
         files = Files(root, task, participant)
         if f"sub-{participant}" in gone:
             continue
-        old = _read(files.journal).decode().splitlines()
+        old = _lines(_read(files.journal))
         if old[: len(new)] != new[: len(old)]:
             raise InputError(f"{files.journal} holds something else than the store: give --data a folder of its own.")
         if added_lines := max(len(new) - len(old), 0):

@@ -8,10 +8,11 @@ import json
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from focalgradient.dataset.journal import DECODER
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.web.answers import first_problem
@@ -134,13 +135,6 @@ def _json(text: str, where: str) -> Iterator[Any]:
                 f"{where} is damaged at character {place + 1}, where JSON should begin: give {WHAT}."
             ) from error
         yield value
-
-
-def _no_number(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number of JSON.")
-
-
-DECODER = json.JSONDecoder(parse_constant=_no_number)
 
 
 def _checked(value: dict[str, Any], where: str) -> Begun | Resumed | Answered:

@@ -11,6 +11,7 @@ import CubePlugin, { Cube } from "./cube.js";
 import { measurement } from "./distance.js";
 import { Exported } from "./exported.js";
 import { measureFrame } from "./frames.js";
+import { significant } from "./numbers.js";
 import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
@@ -63,7 +64,7 @@ class Page {
   }
 
   number(value) {
-    return value.toPrecision(3).replace(/\.?0+$/, "").replace(".", this.words("common.decimal"));
+    return significant(value).replace(".", this.words("common.decimal"));
   }
 
   ask(path, message = {}) {
