@@ -1,4 +1,4 @@
-"""How right and how fast `focalgradient.render.blur` is: against ray casting of the same scene through the same lens.
+"""How accurate and how fast `focalgradient.render.blur` is: against ray casting of one scene through one lens.
 
     python benchmarks/blurred_pictures.py [--held-back] [--speed]
 

@@ -1,4 +1,4 @@
-"""How right the default method is on real photographs, and on walls whose blur is of a right or a wrong shape.
+"""How accurate the default method is on real photographs, and on walls whose blur has the assumed shape or another.
 
     python benchmarks/photographs.py DATA [--maps DIR]
 

@@ -1,4 +1,4 @@
-"""How fast the real-time form is, against the same pipeline one call an operation, and how far off its depth.
+"""How fast the real-time form is, against the same pipeline one call an operation, and how accurate its depth is.
 
     python benchmarks/realtime.py [--repeat 15] [--stream] [--out FILE.json]
 

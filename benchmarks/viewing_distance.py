@@ -1,4 +1,4 @@
-"""Simulated people measure their viewing distance by a card and the blind spot: how large is the error really.
+"""Simulated people measure their viewing distance by a card and the blind spot: how large the error is.
 
 `python benchmarks/viewing_distance.py [--people 4000]`. People differ in where their blind spot begins (12.5 +- 0.85
 degrees), in their reaction time (0.3 +- 0.06 s; 0.05 s from press to press), match a card to 0.5 mm, move their head by
