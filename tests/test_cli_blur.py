@@ -210,6 +210,15 @@ def test_an_alpha_channel_may_hide_nothing(folder: Path) -> None:
     assert not (folder / "transparent").exists()
 
 
+def test_a_warning_of_the_optics_is_one_line_and_in_the_summary(folder: Path) -> None:
+    given = ("--pupil", 0.5, "--focus", 1, "--field", 4)
+    result = run(folder / "picture.png", folder / "depth.npy", "--out", folder / "out", *given)
+    assert result.exit_code == 0, result.output
+    assert result.stderr.startswith("Warning: a pupil of 0.5 mm")
+    assert ".py" not in result.stderr
+    assert len(json.loads((folder / "out" / "summary.json").read_text())["warnings"]) == 1
+
+
 def test_inputs_are_never_outputs(folder: Path) -> None:
     np.save(folder / "blurred-1.0m.npy", np.full((48, 64), 2.0))
     result = run(

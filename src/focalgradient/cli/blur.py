@@ -162,8 +162,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     tables = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
     writable(out, [*names, "summary.json"], [picture, depth, *tables])
     refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
-    display = _display(options)
-    lens = _optics(options, focus)
+    with warnings_given() as early:
+        display, lens = _display(options), _optics(options, focus)
     left = "what was finished is there; the same command goes on." if several else "nothing was written."
     settings = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
@@ -187,7 +187,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     summary = {
         "settings": settings,
         "pictures": found,
-        "warnings": said,
+        "warnings": [*early, *said],
         "versions": {name: version(name) for name in ("focalgradient", "numpy", "numba")}
         | {"python": platform.python_version()},
         "seconds": time.perf_counter() - start,
