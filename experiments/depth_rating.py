@@ -10,7 +10,7 @@ from dataclasses import replace
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthTrial
 from focalgradient.lab import EXPERIMENTS, Sitting, run
-from focalgradient.lab.depth_rating import ask_confidence, ask_depth, show_picture, show_standard
+from focalgradient.lab.depth_rating import ask_confidence, ask_depth, gaze_fields, show_picture, show_standard
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -27,6 +27,7 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         confidence=confidence,
         stimulus=file,
         start=depth.start,
+        **gaze_fields(sitting),
     )
 
 

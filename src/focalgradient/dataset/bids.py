@@ -1,7 +1,7 @@
 """Files of a data set as BIDS has them: where they are, what they hold, written from the journals.
 
 The journals lie in ``sourcedata`` and are what was recorded; tables and sidecars are made of them, may be made again,
-and grow when a session is resumed, but never change what they said.
+and grow when a session is resumed, but rows that were written never change.
 """
 
 from __future__ import annotations
@@ -288,12 +288,12 @@ def _rows(event: Event, sitting: int, head: Event) -> list[Event]:
         | {
             "sitting": sitting,
             "trial_onset": event["onset"],
-            "onset": seen.onset,
-            "duration": seen.end - seen.onset,
-            "percept": seen.percept,
-            "censored": seen.censored,
+            "onset": each.onset,
+            "duration": each.end - each.onset,
+            "percept": each.percept,
+            "censored": each.censored,
         }
-        for seen in percepts(presses, head["keys"], event["trial_duration"])
+        for each in percepts(presses, head["keys"], event["trial_duration"])
     ]
 
 
@@ -363,6 +363,7 @@ def table_text(log: Log) -> str:
 
 
 def sidecar_of(log: Log) -> dict[str, Any]:
+    """What a session's sidecar holds: its design, how it was run, and what the columns of its table mean."""
     head = log.head
     task = head["design"]["task"]
     sittings = [head, *log.of("resumed")]
@@ -388,4 +389,5 @@ def sidecar_of(log: Log) -> dict[str, Any]:
 
 
 def json_text(value: Mapping[str, Any]) -> str:
+    """A JSON file of the data set, indented, with a line feed at its end."""
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

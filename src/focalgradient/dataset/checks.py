@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from focalgradient.dataset.consistency import (
     wrong_rows,
     wrong_sidecar,
 )
+from focalgradient.dataset.events import SHA256
 from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Log, scan_journal
@@ -44,7 +44,6 @@ VALIDATOR = "bids-validator-deno"
 BATCH = 25
 """Sessions that are checked at a time."""
 
-SHA256 = re.compile(r"[0-9a-f]{64}")
 
 SAFE = "no finished trial was lost."
 UNSURE = "what the lines cut short held cannot be known."
@@ -153,7 +152,7 @@ class _Checked:
         self.trials = 0
         self.late: Counter[str] = Counter()
         self.manifests: dict[str, tuple[list[str], dict[tuple[str, ...], str], frozenset[str]]] = {}
-        self.said: dict[Files, tuple[str, dict[str, Any]]] = {}
+        self.stated: dict[Files, tuple[str, dict[str, Any]]] = {}
         self.labels: set[str] = set()
 
     def add(self, other: _Checked) -> None:
@@ -167,7 +166,7 @@ class _Checked:
         self.trials += other.trials
         self.late += other.late
         self.manifests |= other.manifests
-        self.said |= {files: (named(where), stated) for files, (where, stated) in other.said.items()}
+        self.stated |= {files: (named(where), stated) for files, (where, stated) in other.stated.items()}
         self.labels |= other.labels
 
     def session(self, files: Files) -> None:
@@ -263,7 +262,7 @@ class _Checked:
             self.problems.append(str(error))
             return
         sha256 = log.head["stimuli"] if log is not None else sidecar.get("StimuliSHA256")
-        self.said[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
+        self.stated[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
@@ -308,7 +307,7 @@ class _Checked:
     def alike(self) -> None:
         """Check that participants of one task and session were given one design and one set of pictures."""
         groups: dict[tuple[str, str | None], dict[Files, dict[str, Any]]] = {}
-        for files, (_, stated) in self.said.items():
+        for files, (_, stated) in self.stated.items():
             groups.setdefault((files.task, files.session), {})[files] = stated
         for group in groups.values():
             texts = {files: json.dumps(stated, sort_keys=True) for files, stated in group.items()}
@@ -317,7 +316,7 @@ class _Checked:
             for files, text in texts.items():
                 if text != usual:
                     keys = ", ".join(_differing(group[files], group[like]))
-                    where = self.said[files][0]
+                    where = self.stated[files][0]
                     self.problems.append(
                         f"{where}: {keys} differ from those of sub-{like.participant}: keep designs in data sets of "
                         "their own."
@@ -420,9 +419,9 @@ def checking_bids(root: Path) -> Iterator[Callable[[], list[str] | None]]:
 
 
 def _bids_answer(program: str, running: subprocess.Popen[str]) -> list[str]:
-    said, wrong = running.communicate()
+    output, wrong = running.communicate()
     try:
-        found = json.loads(said)["issues"]
+        found = json.loads(output)["issues"]
     except (ValueError, KeyError) as error:
         last = (wrong.strip().splitlines() or ["it said nothing"])[-1]
         raise InputError(f"{program} did not finish ({last}): install {VALIDATOR} anew.") from error

@@ -12,7 +12,7 @@ from typing import Any
 
 from focalgradient.dataset.columns import APERTURE, COLUMNS, Column, columns_of
 
-__all__ = ["Event", "Tests", "trial_tests", "wrong_event"]
+__all__ = ["SHA256", "Event", "Tests", "trial_tests", "wrong_event"]
 
 Event = dict[str, Any]
 """What a line says; its kind stands under "event"."""

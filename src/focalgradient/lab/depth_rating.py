@@ -22,7 +22,7 @@ from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask, ask_which, explain
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
-__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "show_picture", "show_standard"]
+__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
 
 Shown = tuple[str, str, str]
 
@@ -169,11 +169,19 @@ def ask_confidence(sitting: Sitting) -> float | None:
     return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
 
 
+def gaze_fields(sitting: Sitting) -> dict[str, Any]:
+    """Give the fields `gaze_away` (degrees) and `gaze_left` of an answer; none where the gaze was not recorded."""
+    taken = sitting.taken
+    if taken is None:
+        return {}
+    left = taken.away is None or taken.away > sitting.design.gaze_within_deg
+    return {"gaze_away": taken.away, "gaze_left": left}
+
+
 def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
     if trial.standard_before:
         show_standard(sitting)
     onset, file = show_picture(sitting, trial)
-    taken = sitting.taken
     answer = ask_depth(sitting, trial)
     return Rated(
         onset=onset,
@@ -182,8 +190,7 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         confidence=ask_confidence(sitting),
         stimulus=file,
         start=answer.start,
-        gaze_away=None if taken is None else taken.away,
-        gaze_left=None if taken is None else taken.away is None or taken.away > sitting.design.gaze_within_deg,
+        **gaze_fields(sitting),
     )
 
 

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Files, Journal, begin_dataset
 from focalgradient.dataset.bids import add_participant
@@ -23,7 +23,15 @@ from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
 from focalgradient.lab.gaze_record import Change, write_tables
-from focalgradient.lab.preparation import WINDOW, gamma_shown, import_screen, read_markers
+from focalgradient.lab.preparation import (
+    ASSUMED_DISTANCE,
+    ASSUMED_PITCH,
+    WINDOW,
+    Arguments,
+    gamma_shown,
+    import_screen,
+    read_markers,
+)
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -33,17 +41,9 @@ __all__ = ["run"]
 AROUND_DEG = 0.25
 """Degrees each way about the gaze over which depth is the median: about the error of a good eye tracker."""
 
-ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57
-"""Metres, of a screen whose size and distance are not known."""
-
-
-class _Arguments(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise InputError(f"{message.rstrip('.')}: see --help.")
-
 
 def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Namespace:
-    parser = _Arguments(program, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Arguments(program, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add(
         "--series",

@@ -31,7 +31,18 @@ from focalgradient.lab.gaze import add_tracker, tracker_settings
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
 
-__all__ = ["WINDOW", "Hook", "Prepared", "check_session", "import_screen", "prepare", "read_markers"]
+__all__ = [
+    "ASSUMED_DISTANCE",
+    "ASSUMED_PITCH",
+    "WINDOW",
+    "Arguments",
+    "Hook",
+    "Prepared",
+    "check_session",
+    "import_screen",
+    "prepare",
+    "read_markers",
+]
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
 WINDOW = (1024, 768)  # pixels
@@ -109,8 +120,11 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     return Prepared(options, design, stimuli, tracker, words, consent, hook, screen, display, calibrated, warnings)
 
 
-class _Arguments(argparse.ArgumentParser):
+class Arguments(argparse.ArgumentParser):
+    """Options of a program: what is wrong with them is an InputError."""
+
     def error(self, message: str) -> NoReturn:
+        """Raise InputError with the parser's message."""
         raise InputError(f"{message.rstrip('.')}: see --help.")
 
 
@@ -127,7 +141,7 @@ class _PrintWords(argparse.Action):
 
 
 def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> argparse.Namespace:
-    add = (parser := _Arguments(program, description=experiment.about)).add_argument
+    add = (parser := Arguments(program, description=experiment.about)).add_argument
     add("--participant", metavar="LABEL", help="letters and digits; asked for on the screen where it is not given")
     add("--session", metavar="LABEL", help="for participants who come more than once")
     add("--age", metavar="YEARS", help="for the table of participants, as are the next two")

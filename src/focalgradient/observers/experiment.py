@@ -122,7 +122,7 @@ def simulate(
         design = DepthRatingDesign.model_validate(design.model_dump() | {"scale": "steps", "steps": one.categories})
     if isinstance(design, DepthRatingDesign):  # they fixate what the design says: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
-    one, who = observer_named(observer), f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
+    who = f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"
     wanted = [label for label in labels(observers) if not _finished(out, design, label, who)]
     for label in wanted[:1]:
         begun = Files(out, design.task, label).journal.exists()

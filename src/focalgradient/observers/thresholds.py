@@ -73,7 +73,7 @@ def choose(
         Of the psychometric function; None: `known_threshold`.
     """
     known = known_threshold(design, participant, seed) if threshold is None else threshold
-    blind = observer.guesses or observer.prior == 0
+    guesses = observer.guesses or observer.prior == 0
     procedure: Any = Procedure(design)
     clock = 0.0
     given: list[Chosen] = []
@@ -82,7 +82,7 @@ def choose(
         random: np.random.Generator = random_stream(seed, design.task, participant, number)
         easy = trial.catch or trial.phase == "practice"
         level = design.levels[-1] if easy else procedure.level()
-        right = bool(random.random() < (0.5 if blind else right_share(level, known, slope, observer.lapses)))
+        right = bool(random.random() < (0.5 if guesses else right_share(level, known, slope, observer.lapses)))
         if not easy:
             procedure.learn([*procedure.learnt, (level, right)])
         time = max(DECISION * math.exp(DECISIONS * random.standard_normal()), LEAST_S)

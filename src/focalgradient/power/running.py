@@ -75,7 +75,7 @@ def run(
     executor
         What simulates them: the numbers do not depend on it. None: this process.
     progress
-        Told how many are done.
+        Called with the number of experiments done.
 
     Returns
     -------

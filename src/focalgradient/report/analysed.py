@@ -1,4 +1,4 @@
-"""From a data set to results: each experiment is read, judged and analysed by itself, neither stops the other."""
+"""From a data set to results: each experiment is read, judged and analysed by itself; one that fails stops no other."""
 
 from __future__ import annotations
 

@@ -56,21 +56,21 @@ def provenance(root: Path, parts: Sequence[Analysed], bound: float, stated: Stat
     sidecars: dict[Files, Mapping[str, Any]] = {}
     for part in parts:
         sidecars |= {} if part.data is None else part.data.sidecars
-    said: dict[str, dict[str, None]] = {}
+    facts: dict[str, dict[str, None]] = {}
     if sidecars:
-        said["BIDS version"] = {str(read_description(root).get("BIDSVersion", "not stated")): None}
+        facts["BIDS version"] = {str(read_description(root).get("BIDSVersion", "not stated")): None}
     for sidecar in sidecars.values():
-        said.setdefault(f"seed of {sidecar['TaskName']}", {})[str(sidecar.get("Seed"))] = None
-        said.setdefault("stimuli (SHA-256 of the manifest)", {})[str(sidecar.get("StimuliSHA256") or "none")] = None
+        facts.setdefault(f"seed of {sidecar['TaskName']}", {})[str(sidecar.get("Seed"))] = None
+        facts.setdefault("stimuli (SHA-256 of the manifest)", {})[str(sidecar.get("StimuliSHA256") or "none")] = None
         for sitting in sidecar.get("Sittings", ()):
             for name, value in sitting.get("Versions", {}).items():
-                said.setdefault(f"recorded with {name}", {})[str(value)] = None
+                facts.setdefault(f"recorded with {name}", {})[str(value)] = None
     judged = [part.quality.rules for part in parts if isinstance(part, Judged)]
     for name, value in asdict((judged or [stated.rules])[0]).items():
-        said[f"rule {name}"] = {str(value): None}
-    said["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
-    said["bound of equivalence"] = {f"{bound:g}": None}
-    rows = [[name, ", ".join(values)] for name, values in said.items()]
+        facts[f"rule {name}"] = {str(value): None}
+    facts["file of rules (SHA-256)"] = {stated.sha256 or "none: the default rules": None}
+    facts["bound of equivalence"] = {f"{bound:g}": None}
+    rows = [[name, ", ".join(values)] for name, values in facts.items()]
     yield listed("data_set.csv", "Data set", ["what", "value"], rows)
     hashes = []
     for files in sidecars:

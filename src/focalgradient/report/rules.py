@@ -99,7 +99,7 @@ def _value(path: Path, key: str, value: Any) -> Any:
                 f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.3, 60]."
             )
         return (float(value[0]), float(value[1]))
-    if type(value) is not (int if key == "dropped_frames" else type(value)) or type(value) not in (int, float):
+    if type(value) not in ((int,) if key == "dropped_frames" else (int, float)):
         raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
     return value if key == "dropped_frames" else float(value)
 
