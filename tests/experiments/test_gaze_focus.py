@@ -81,6 +81,28 @@ def test_what_is_no_series_is_refused(series: Path, tmp_path: Path) -> None:
         read_series(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"focus_m": [0.0, 1.0]}, "is no summary"),
+        ({"focus_m": [-1.0, 1.0]}, "is no summary"),
+        ({"focus_m": [1.0, 1.0]}, "two or more --focus"),
+        ({"focus_m": [1.0, 4.0], "white": 0.0}, "is no summary"),
+        ({"focus_m": [1.0, 2.0]}, "blurred-2.0m.npy"),  # is missing
+        ({"focus_m": [1.0, 0.5]}, "does not fit"),  # holds NaN
+        ({"focus_m": [1.0, 4.0]}, "does not fit"),  # has four colours
+    ],
+)
+def test_a_damaged_series_is_refused(tmp_path: Path, settings: dict[str, object], said: str) -> None:
+    (tmp_path / "summary.json").write_text(json.dumps({"settings": settings, "pictures": [{}]}))
+    np.save(tmp_path / "distance.npy", np.ones((4, 6)))
+    np.save(tmp_path / "blurred-1.0m.npy", np.ones((4, 6, 3), np.float32))
+    np.save(tmp_path / "blurred-0.5m.npy", np.full((4, 6, 3), np.nan, np.float32))
+    np.save(tmp_path / "blurred-4.0m.npy", np.ones((4, 6, 4), np.float32))
+    with pytest.raises(InputError, match=said):
+        read_series(tmp_path)
+
+
 def shown(screen: Headless) -> NDArray[np.uint8]:
     """The middle of the screen, as large as the pictures."""
     found = screen.pixels()

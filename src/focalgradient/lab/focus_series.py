@@ -107,11 +107,13 @@ def read_series(folder: Path) -> FocusSeries:
         foci = [float(metres) for metres in summary["settings"]["focus_m"]]
         white = float(summary["settings"].get("white", 1.0))
         several = len(summary["pictures"]) != 1
+        if not (all(one > 0 for one in foci) and 0 < white < math.inf):
+            raise ValueError
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{printable(path)} is no summary of 'focalgradient blur': give the folder it made."
         ) from error
-    if several or len(foci) < 2:
+    if several or len(set(foci)) < max(len(foci), 2):
         raise InputError(
             f"{printable(folder)} is no focus series: make one with 'focalgradient blur', of one picture and with two "
             "or more --focus."
@@ -120,7 +122,8 @@ def read_series(folder: Path) -> FocusSeries:
     ordered = sorted(foci, reverse=True)
     light = [read_array(folder / f"blurred-{one}m.npy", "a picture of the series") for one in ordered]
     for one, found in zip(ordered, light, strict=True):
-        if found.shape != light[0].shape or found.shape[:2] != metres.shape or found.dtype.kind != "f":
+        fits = found.shape in (metres.shape, (*metres.shape, 3)) and found.shape == light[0].shape
+        if not (fits and found.dtype.kind == "f" and np.isfinite(found).all()):
             raise InputError(
                 f"blurred-{one}m.npy in {printable(folder)} does not fit the other files: make the series anew."
             )
