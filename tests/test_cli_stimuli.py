@@ -15,6 +15,8 @@ from click import Command
 from click.testing import CliRunner, Result
 
 from focalgradient.cli import main
+from focalgradient.cli.blur import blur
+from focalgradient.cli.stimuli import stimuli
 from focalgradient.stimuli import read_set
 
 CAST = ["--engine", "cast", "--samples", "4", "--size", "128", "--scenes", "1", "--seed", "2"]
@@ -107,7 +109,7 @@ def test_a_file_in_the_folders_place_is_told_before_the_work(tmp_path: Path, com
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def depth_options(command: Command) -> dict[str, object]:
+def depth_options(command: Command) -> dict[str | None, object]:
     shared = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
     return {one.name: one.to_info_dict() for one in command.params if one.name in shared}
 
@@ -131,9 +133,8 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     ended = run("depth-rating", "--out", tmp_path / "wrong", *wrong)
     assert (ended.exit_code, ended.stderr.count("\n")) == (2, 1)
     assert "--disparity-offset are for disparity" in ended.stderr
-    stimuli = main.get_command(None, "stimuli").commands["depth-rating"]
-    assert len(depth_options(stimuli)) == 4
-    assert depth_options(stimuli) == depth_options(main.get_command(None, "blur"))
+    assert len(depth_options(blur)) == 4
+    assert depth_options(stimuli.commands["depth-rating"]) == depth_options(blur)
 
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
