@@ -31,8 +31,8 @@ AGREES = 0.1
 """Share by which the blur that a map gives may differ from the pair's own, beyond which the pair's is kept: twice
 `ODD`."""
 
-UNTOLD = 0.5
-"""Share of a prior's variance below which the views' word on a parameter is called the prior's."""
+FROM_VIEWS = 0.5
+"""Least share of a prior's variance that the views remove; below, a parameter is dominated by its prior."""
 
 
 @click.command(short_help="Measure a camera's blur from a target at known distances.")
@@ -207,7 +207,7 @@ def _field(
 
 
 def _field_lines(found: FieldFit) -> list[str]:
-    """What the maps of the target say."""
+    """The field as the maps of the target give it, in sentences."""
     if not math.isfinite(found.left):
         return ["Field: the maps of the target are too sparse to show how focus varies over the frame."]
     order = "is even over the frame" if not any(found.field.focus) else "varies over the frame, as [field] says"
@@ -278,7 +278,7 @@ def _camera_lines(camera: Calibration, distances: int) -> list[str]:
         rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}", informed[n]))
     lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
     for name, value, error_text, share in rows:
-        whose = "the views" if share >= UNTOLD else "dominated by the prior"
+        whose = "the views" if share >= FROM_VIEWS else "dominated by the prior"
         lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
     if distances < 3:
         lines.append(

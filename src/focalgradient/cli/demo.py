@@ -135,10 +135,10 @@ def demo(context: click.Context, out: Path) -> None:
         files: dict[str, bytes | Callable[[Path], object]] = {**_photographs(), "views.toml": VIEWS_TOML.encode()}
         say("a target")
         for seed, (name, (metres, stop)) in enumerate(targets.items()):
-            files[name] = _png(_seen(_target(metres), SMALL, stop, FOCUS_M, seed=seed))
+            files[name] = _png(_view(_target(metres), SMALL, stop, FOCUS_M, seed=seed))
         files["targets.toml"] = _targets_toml(targets).encode()
         say("cards")
-        files["cards.png"] = _png(_seen(_cards(), SMALL, STOPS[0], FOCUS_M))
+        files["cards.png"] = _png(_view(_cards(), SMALL, STOPS[0], FOCUS_M))
         say("a video")
         frames = _frames()
         files["video.mkv"] = lambda path: _write_video(path, frames)
@@ -167,7 +167,7 @@ def _refuse_others(out: Path, names: Sequence[str]) -> None:
         )
 
 
-def _seen(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:
+def _view(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:
     """The scene as the camera sees it, with noise."""
     from focalgradient import Lens
     from focalgradient.render import cast, noisy
@@ -202,7 +202,7 @@ def _photographs() -> dict[str, bytes]:
 
     scene = spheres(3, field=_field(FOCI_M[0]))
     return {
-        name: _png(_seen(scene, SHAPE, STOPS[0], focus, seed=seed))
+        name: _png(_view(scene, SHAPE, STOPS[0], focus, seed=seed))
         for seed, (name, focus) in enumerate(zip(("near.png", "far.png"), FOCI_M, strict=True))
     }
 
@@ -256,7 +256,7 @@ def _frames() -> list[NDArray[np.uint8]]:
     for n in range(FRAMES):
         turned = half * math.cos(math.pi * n / (FRAMES - 1))
         scene = slant(1 / (middle + turned), 1 / (middle - turned), field, seed=1)
-        frames.append(_shown(_seen(scene, SMALL, STOPS[(n + 1) % 2], FOCUS_M, rays=128, seed=n)))
+        frames.append(_shown(_view(scene, SMALL, STOPS[(n + 1) % 2], FOCUS_M, rays=128, seed=n)))
     return frames
 
 

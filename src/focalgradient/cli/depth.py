@@ -162,7 +162,7 @@ def depth(
             found = _recovered(frame, given, say)
         else:
             found = executor.submit(by_worker, _recovered, frame.absolute()).result()
-            found.tell()
+            found.give_warnings()
     found.write(out)
     written = [out / name for name in NAMES]
     show(

@@ -61,7 +61,7 @@ class Recovered:
         """Share of valid pixels."""
         return float(self.summary["share_valid"])
 
-    def tell(self, name: str = "") -> None:
+    def give_warnings(self, name: str = "") -> None:
         """Give the warnings of another process; raise where the frame is wrong."""
         for given in self.warnings:
             warnings.warn(FocalGradientWarning(f"{name}{given}"), stacklevel=2)
@@ -132,7 +132,7 @@ def recover_frames(
         for done, (number, found) in enumerate(made, start=1):
             name = names[number]
             try:
-                found.tell(f"{name}: ")
+                found.give_warnings(f"{name}: ")
             except InputError as error:
                 wrong.append(name)
                 click.echo(f"{name}: {' '.join(str(error).split())}", err=True)

@@ -54,6 +54,9 @@ SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")
 """What needs which extra for which modules: see `check_installed`."""
 
+SESSION_S = 0.04
+"""Seconds that the check of a session of some 400 trials takes, on one core."""
+
 LEAST, MOST = 1e-6, 1e9
 """Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""
 

@@ -7,15 +7,12 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import positive, shared_options, shared_work
+from focalgradient.cli.options import SESSION_S, positive, shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting, replace_set
 
 __all__ = ["report"]
-
-SESSION_S = 0.04
-"""Seconds that the check of a session of some 400 trials takes, on one core."""
 
 
 def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict[str, str]:

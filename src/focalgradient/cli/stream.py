@@ -172,8 +172,8 @@ def stream(
     with warnings_given() as given:
         with Source(video, grey) as source:
             step, noise = _opening(source, content)
-        to_grid, scale, said = _reader(optics, near, far, psf, window, levels, noise, step)
-        distance = bool(said["optics"])
+        to_grid, scale, settings = _reader(optics, near, far, psf, window, levels, noise, step)
+        distance = bool(settings["optics"])
         with replacing(places, note) as staged, Source(video, grey) as source:
             hidden = [staged[place] for place in places if place != note]
             with _Output(hidden[0], hidden[1] if values else None, source.fps, scale, distance) as output:
@@ -186,7 +186,7 @@ def stream(
             limits = {"near_m": near, "far_m": far}
             summary = {
                 "video": printable(video.name),
-                "settings": {**said, **limits, "psf": psf, "encoding": encoding, "window_px": window},
+                "settings": {**settings, **limits, "psf": psf, "encoding": encoding, "window_px": window},
                 "scale": {"what": scale.title, "dark": scale.ticks[0][1], "bright": scale.ticks[-1][1]},
                 "even_over_odd_detail": float(np.exp(step)),
                 "noise_of_stored_values": noise,
@@ -393,13 +393,13 @@ def _reader(
         )
         return found, valid
 
-    said = {
+    stated = {
         "focal_length_mm": optics["focal_length"],
         "f_numbers": optics["f_numbers"],
         "focus_distance_m": optics["focus_distance"],
         "pixel_pitch_um": optics["pixel_pitch"],
     }
-    return vergence, Scale.of_distance(search.lowest, search.highest), {"optics": said, "side": search.side_text}
+    return vergence, Scale.of_distance(search.lowest, search.highest), {"optics": stated, "side": search.side_text}
 
 
 def _check(optics: Mapping[str, Any], near: float | None, far: float | None) -> None:

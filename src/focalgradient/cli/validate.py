@@ -6,14 +6,11 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import shared_options, shared_work
+from focalgradient.cli.options import SESSION_S, shared_options, shared_work
 from focalgradient.cli.program import json_option, show
 from focalgradient.errors import InputError
 
 __all__ = ["validate"]
-
-SESSION_S = 0.04
-"""Seconds that the check of a session of some 400 trials takes, on one core."""
 
 
 @click.command(short_help="Check a data set of the experiments.")
