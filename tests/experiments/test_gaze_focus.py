@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import time
 from pathlib import Path
 
@@ -12,14 +13,19 @@ import pytest
 from click.testing import CliRunner
 from headless import Headless, Running, headless, psychopy_here
 from numpy.typing import NDArray
+from PIL import Image
 
 from focalgradient.cli import main
 from focalgradient.dataset import bids_problems, validate
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.focus_series import Focusing, read_series
+from focalgradient.lab.running import guard
 
 WIDTH, HEIGHT = 240, 160
+
+LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
+"""A folder to keep what the screen looked like in."""
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +109,16 @@ def test_a_damaged_series_is_refused(tmp_path: Path, settings: dict[str, object]
         read_series(tmp_path)
 
 
+def test_a_laboratorys_own_code_that_fails_is_warned_of_once(capsys: pytest.CaptureFixture[str]) -> None:
+    def mark() -> None:
+        raise OSError("no cable")
+
+    said: set[str] = set()
+    assert [guard("mark()", mark, said) for _ in range(3)] == ["OSError('no cable')"] * 3
+    assert guard("mark()", lambda: None, said) is None
+    assert capsys.readouterr().err.count("no cable") == 1
+
+
 def shown(screen: Headless) -> NDArray[np.uint8]:
     """The middle of the screen, as large as the pictures."""
     found = screen.pixels()
@@ -131,10 +147,12 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
 
         look(1)
         options = ["--series", series, "--gaze", gaze, "--data", data, "--participant", "01", "--seconds", "60"]
-        running = Running(screen, "gaze-focus", *options, "--transition", "immediate")
+        running = Running(screen, "gaze-focus", *options, "--transition", "immediate", "--language", "de")
         for event in running.events():
             if event == "ready":
                 time.sleep(0.2)
+                if LOOK:
+                    Image.fromarray(screen.pixels()).save(Path(LOOK, f"gaze-focus-{gaze}.png"))
                 screen.keys("space")
             elif event == "picture":
                 break
@@ -145,7 +163,7 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
         for event in running.events():
             if event == "quit?":
                 time.sleep(0.2)
-                screen.keys("y")
+                screen.keys("j")
         assert running.end() == 1, running.errors
     name = "sub-01/beh/sub-01_task-gazefocus_events"
     with (data / f"{name}.tsv").open() as file:

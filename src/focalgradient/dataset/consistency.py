@@ -301,8 +301,8 @@ def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
     usual = median(seconds.tolist())
     for at in np.flatnonzero(np.append(~together, True)):
         if seconds[at] > max(SLOW_S, SLOW * usual):
-            times = seconds[at] / usual
-            yield f"trial {shown['trial'][at]}: response_time is {seconds[at]:g} s, {times:.0f} times the median."
+            more = f"{seconds[at] / usual:.0f} times the median" if usual > 0 else "and the median is 0"
+            yield f"trial {shown['trial'][at]}: response_time is {seconds[at]:g} s, {more}."
 
 
 def _wrong_pictures(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Files, Journal, begin_dataset
 from focalgradient.dataset.bids import add_participant
+from focalgradient.design.words import load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -32,6 +33,7 @@ from focalgradient.lab.preparation import (
     import_screen,
     read_markers,
 )
+from focalgradient.lab.running import guard
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -63,6 +65,7 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
     add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
     add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center: size, distance, gamma")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that turns over when focus changes")
+    add("--language", default="en", metavar="NAME", help="of the texts: en, de, or a TOML file (default: en)")
     add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
     options = parser.parse_args(given)
     if not 0 < options.seconds <= 3600:
@@ -90,6 +93,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         files = Files(options.data, "gazefocus", options.participant, options.session)
         kind, settings = tracker_settings(options.gaze, options.tracker)
         hook = read_markers(options.markers)
+        load_words(options.language)  # refused before a window opens
         module = import_screen()
         display = _display(options, module)
         size = WINDOW if options.windowed else display.size_px
@@ -129,6 +133,7 @@ def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[
         "series": printable(series.folder),
         "focus_dioptre": series.vergences,
         "gaze": kind,
+        "language": options.language,
         "transition": options.transition,
         "time_constant_s": TIME_CONSTANT if options.transition == "eye" else 0.0,
         "versions": {name: version(name) for name in ("focalgradient", "psychopy")},
@@ -159,15 +164,21 @@ def _window(
     about: dict[str, Any],
     journal: Journal,
 ) -> int:
-    screen = module.Screen(options.screen, WINDOW if options.windowed else None, display, patch=options.photodiode)
+    size, words = WINDOW if options.windowed else None, load_words(options.language)
+    screen = module.Screen(options.screen, size, display, patch=options.photodiode, words=words)
     start = screen.now()
     changes: list[Change] = []
     gaze: Gaze | None = None
 
+    said: set[str] = set()
+
     def listen(name: str, time: float) -> None:
         journal.write({"event": "note", "kind": name, "time": time - start})
-        if hook is not None:
-            hook(EVENTS[name], name, time - start)
+        if hook is None:
+            return
+        what = "mark() of --markers"
+        if failed := guard(what, lambda: hook(EVENTS[name], name, time - start), said):
+            journal.write({"event": "note", "kind": "failure", "what": what, "error": failed})
 
     screen.on_event = listen
     try:
@@ -190,9 +201,10 @@ def _window(
 
 def _instruct(screen: Screen) -> None:
     """Say what there is to do, and wait for the space bar."""
-    title = screen.text("Look around in the picture", height=0.05, y=0.1, bold=True)
-    about = screen.text("What you look at comes into focus. ESCAPE stops.", y=0.0)
-    keys = screen.text("Press SPACE to start.", y=-0.1)
+    first, _, rest = screen.words("gaze_focus.instructions").partition("\n")
+    title = screen.text(first, height=0.05, y=0.1, bold=True)
+    about = screen.text(rest, y=0.0)
+    keys = screen.text(screen.words("common.go_on"), y=-0.1)
     while True:
         try:
             screen.wait(lambda: [part.draw() for part in (title, about, keys)], ["space"], "ready")

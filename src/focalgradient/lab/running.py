@@ -91,6 +91,18 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
     return 0
 
 
+def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
+    """Call a laboratory's own code, or what it has started: what went wrong, or None; warned of once."""
+    try:
+        call()
+    except Exception as error:
+        if what not in said:
+            said.add(what)
+            print(f"Warning: {what} failed ({error!r}); the session goes on.", file=sys.stderr, flush=True)
+        return repr(error)[:200]
+    return None
+
+
 def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], None]:
     """What is done at each event: it is kept for the journal, and sent to the hook and to a running ioHub.
 
@@ -99,13 +111,8 @@ def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], Non
     said: set[str] = set()
 
     def guarded(what: str, call: Callable[[], object]) -> None:
-        try:
-            call()
-        except Exception as error:
-            sitting.failures.append((what, repr(error)[:200]))
-            if what not in said:
-                said.add(what)
-                print(f"Warning: {what} failed ({error!r}); the session goes on.", file=sys.stderr, flush=True)
+        if failed := guard(what, call, said):
+            sitting.failures.append((what, failed))
 
     def listen(name: str, at: float) -> None:
         seconds = sitting.since_start(at)
