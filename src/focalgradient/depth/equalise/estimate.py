@@ -69,6 +69,15 @@ ERRS = 1.1
 """Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
 0.99 to 1.01, JPEG of quality 90 about 1.5."""
 
+LEFT = 1.03
+"""Median of what is left of the views, over the noise's power, from which the model errs: right models leave 0.99 to
+1.01."""
+
+COHERENT = 0.1
+"""Amplitude of that part of the model's error which looks like a difference of depth, alike over a window, over that of
+the part which is left: with it 94 to 99 % of depth on natural texture in JPEG of quality 90 and 95 lies within two sd;
+quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
+
 SPECK = 3
 """Nodes across which depth must rest on texture for any of them to count: as far as two sd of a window reach."""
 
@@ -106,8 +115,9 @@ def estimate(problem: Problem) -> Estimate:
         moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
-    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, search, split, registered.shape)
     informative = _informative(nodes, gains is None)
+    left = _coherent_error(equalised, nodes, informative) if gains is None else np.zeros(nodes.level.shape)
+    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, left, search, split, registered.shape)
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
@@ -118,7 +128,7 @@ def estimate(problem: Problem) -> Estimate:
     ends = frame.outlines if trusted else None
     if ends is not None:
         at = ends.replaced
-        vergence[at], vergence_sd[at], known_there = _about_outlines(ends, search, split)
+        vergence[at], vergence_sd[at], known_there = _about_outlines(ends, left, equalised.step, search, split)
         valid[at] = (known_there & registered.usable)[at]
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
@@ -149,13 +159,46 @@ def estimate(problem: Problem) -> Estimate:
     )
 
 
+def _coherent_error(equalised: Equalised, nodes: Nodes, informative: NDArray[np.bool_]) -> FloatArray:
+    """Standard deviation of depth from what the model's error leaves of the views beyond noise, in levels (h x w).
+
+    Compression, for one, takes away weak fine detail, alike over whole windows. Of that only what does not look like a
+    difference of depth is left of the views; the rest is held to be a share of it. Where nodes are not `informative`
+    the nearest that are stand for them.
+    """
+    none = np.zeros(nodes.level.shape)
+    if not informative.any() or np.median(nodes.misfit[informative]) < LEFT:
+        return none
+    place = np.arange(equalised.levels)
+    noise, slope = (sum(getattr(r, name) for r in equalised.residuals) for name in ("noise", "noise_slope"))
+    # The derivative's power is the texture times what noise adds to the variance of the score.
+    power = np.maximum(nodes.texture, 1) * np.interp(nodes.level, place, slope)
+    error = COHERENT * np.sqrt(np.maximum(nodes.misfit - 1, 0) * np.interp(nodes.level, place, noise) / power)
+    nearest = ndimage.distance_transform_edt(~informative, return_distances=False, return_indices=True)
+    return np.asarray(error[tuple(nearest)], float)
+
+
+def _model_sd(left: FloatArray, radius: FloatArray, search: Search, split: SplitBand) -> FloatArray:
+    """Standard deviation of vergence from the model's error: by the split-band test, or by what is `left` (in levels).
+
+    Both measure one error, and the larger counts.
+    """
+    return np.maximum(left * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
+
+
 def _to_pixels(
-    equalised: Equalised, nodes: Nodes, curved: FloatArray, search: Search, split: SplitBand, shape: tuple[int, int]
+    equalised: Equalised,
+    nodes: Nodes,
+    curved: FloatArray,
+    left: FloatArray,
+    search: Search,
+    split: SplitBand,
+    shape: tuple[int, int],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
 
-    The model's error, and what is not plane (`curved`: h x w, levels squared), are part of the sd, but make no pixel
-    invalid.
+    The model's error (`left`: h x w, levels), and what is not plane (`curved`: h x w, levels squared), are part of the
+    sd, but make no pixel invalid.
     """
     height, width = shape
     step = equalised.step
@@ -167,20 +210,23 @@ def _to_pixels(
         part = slice(first, last)
         size = (min(height, last * step) - first * step, width)
         cut = slice(top - first * step, min(height, top + rows) - first * step)
-        level, sd, more = (
-            equalised.to_pixels(v[part], nodes.sd[part], size)[cut] for v in (nodes.level, nodes.sd, curved)
+        level, sd, more, error = (
+            equalised.to_pixels(v[part], nodes.sd[part], size)[cut] for v in (nodes.level, nodes.sd, curved, left)
         )
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
         known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
-        sd = np.sqrt(sd**2 + more)
-        vergence_sd[band] = np.hypot(sd * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
+        # Near the focus noise is symmetric in the square of blur: towards the focus two sd reach further.
+        blur_sd = sd * search.spacing * search.slope
+        towards = radius * (1 - np.sqrt(np.maximum(0, 1 - 4 * blur_sd / np.maximum(radius, 1e-6)))) / 2
+        sd = np.sqrt(np.maximum(sd, towards / (search.spacing * search.slope)) ** 2 + more)
+        vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, split))
     return vergence, vergence_sd, known
 
 
 def _about_outlines(
-    ends: Outlines, search: Search, split: SplitBand
+    ends: Outlines, left: FloatArray, step: int, search: Search, split: SplitBand
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence and its sd where outlines replace what windows give, and (H x W) whether it is valid.
 
@@ -192,7 +238,8 @@ def _about_outlines(
     sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
     valid = ends.valid.copy()
     valid[at] &= blur_is_known(ends.sd[at] * search.spacing * search.slope, radius)
-    return vergence, np.hypot(sd, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope), valid
+    y, x = np.nonzero(at)
+    return vergence, np.hypot(sd, _model_sd(left[y // step, x // step], radius, search, split)), valid
 
 
 def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:

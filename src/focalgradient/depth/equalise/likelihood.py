@@ -223,9 +223,12 @@ class Equalised:
         score = np.interp(local.level, np.arange(self.levels), drift).astype(np.float32) - local.cross
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
         noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
+        # Of r'^2 the noise's part knows nothing of depth: on blank paper near the focus, whose levels stray to one
+        # side, it would pull depth that way.
+        share = np.maximum(nodes.texture, 0.01) / (1 + nodes.texture)
         fitted, sd = numerics.grow_planes(
-            numerics.block_sum(weight * local.slope, self.step),
-            numerics.block_sum(weight * (score + local.slope * local.level), self.step),
+            share * numerics.block_sum(weight * local.slope, self.step),
+            share * numerics.block_sum(weight * (score + local.slope * local.level), self.step),
             nodes.level,
             noise_sd,
             [self.window * g / self.step for g in growth],

@@ -1,0 +1,85 @@
+"""Flat sheets of known distance, photographed and stored: the standard deviation covers what compression errs."""
+
+from __future__ import annotations
+
+import warnings
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from focalgradient import Lens, View, recover_depth
+from focalgradient.errors import FocalGradientWarning
+from focalgradient.psf import pixel_transfer, transfer
+from focalgradient.srgb import linear_to_srgb, srgb_to_linear
+
+PIXEL, TILE = 3.2e-4, 512
+
+
+def natural(random: np.random.Generator) -> NDArray[np.float64]:
+    """Reflectance of amplitude 1/f."""
+    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
+    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
+    spectrum[0, 0] = 0
+    texture = np.fft.ifft2(spectrum).real
+    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
+
+
+def strewn(random: np.random.Generator) -> NDArray[np.float64]:
+    """Small dark squares strewn over blank paper."""
+    sheet = np.full((TILE, TILE), 0.8)
+    for down, right in random.integers(0, TILE, (120, 2)):
+        side = random.integers(4, 14)
+        sheet[down : down + side, right : right + side] = random.uniform(0.05, 0.5)
+    return sheet
+
+
+def views(sheet: NDArray[np.float64], distance: float, quality: int | None) -> list[View]:
+    """The sheet at f/16 and f/4, focused at 0.85 m; as JPEG of a quality, or as the light itself."""
+    down, right = np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE)
+    spectrum = np.fft.fft2(sheet) * pixel_transfer(down, right)
+    made = []
+    for number, lens in enumerate(Lens(0.025, n, 0.85) for n in (16, 4)):
+        blur = transfer(np.hypot(down, right), lens.blur_radius(distance) / PIXEL, "disc")
+        light = np.fft.ifft2(spectrum * blur).real[60:360, 50:450]
+        light += np.random.default_rng(number).standard_normal(light.shape) * np.sqrt(1e-5 + 3e-5 * light.clip(0))
+        made.append(View(light if quality is None else stored(light, quality), lens, PIXEL))
+    return made
+
+
+def stored(light: NDArray[np.float64], quality: int) -> NDArray[np.float32]:
+    pixels = np.rint(255 * linear_to_srgb(light.clip(0, 1))).astype(np.uint8)
+    data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return srgb_to_linear(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) / 255).astype(np.float32)
+
+
+def over_sd(sheet: NDArray[np.float64], distance: float, quality: int | None) -> tuple[float, NDArray[np.float64]]:
+    """Share that is valid, and the errors of what is, over their standard deviations."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        depth = recover_depth(views(sheet, distance, quality), near=0.85)
+    off = np.abs(depth.vergence - 1 / distance)[depth.valid] / depth.vergence_sd[depth.valid]
+    return float(depth.valid.mean()), off
+
+
+@pytest.mark.parametrize("distance", [1.1, 1.4])
+def test_natural_texture_in_jpeg_is_covered(distance: float) -> None:
+    valid, off = over_sd(natural(np.random.default_rng(11)), distance, 90)
+    assert valid > 0.4
+    assert (off < 2).mean() > 0.9
+    assert (off > 5).mean() < 0.005
+
+
+def test_natural_texture_without_compression_is_no_wider() -> None:
+    valid, off = over_sd(natural(np.random.default_rng(11)), 1.1, None)
+    assert valid > 0.95
+    assert 0.9 < (off < 2).mean()
+    assert np.median(off) > 0.5  # 0.67 where errors are normal and their sd right
+
+
+def test_sparse_texture_near_the_focus_is_covered() -> None:
+    valid, off = over_sd(strewn(np.random.default_rng(11)), 0.88, None)
+    assert valid > 0.3
+    assert (off < 2).mean() > 0.9
+    assert (off > 5).mean() < 0.005
