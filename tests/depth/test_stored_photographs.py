@@ -74,7 +74,7 @@ def test_natural_texture_in_jpeg_is_covered(distance: float) -> None:
 def test_natural_texture_without_compression_is_no_wider() -> None:
     valid, off = over_sd(natural(np.random.default_rng(11)), 1.1, None)
     assert valid > 0.95
-    assert 0.9 < (off < 2).mean()
+    assert (off < 2).mean() > 0.9
     assert np.median(off) > 0.5  # 0.67 where errors are normal and their sd right
 
 
