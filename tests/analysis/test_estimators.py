@@ -24,7 +24,9 @@ def test_the_default_is_within_a_quarter_of_the_limit_at_every_blur(psf: str) ->
         assert row["valid_percent"] >= 95, row
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "method", [pytest.param(one, marks=pytest.mark.slow if one == "edges" else ()) for one in METHODS]
+)
 def test_every_method_is_compared_and_covers_the_distance_of_a_wall(method: str) -> None:
     """What a new method must pass. Edges are a twentieth of the frame or more, and of a wall only they are valid."""
     (estimator,) = [one for one in estimators.ESTIMATORS if one.method == method]

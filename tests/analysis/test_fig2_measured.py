@@ -1,12 +1,14 @@
 """Fig. 2 measured: the curve comes out of the blur, and goes with it."""
 
 import numpy as np
+import pytest
 from fig2 import focal_gradient_error
 from fig2_measured import FOCUS, measure
 
 DISTANCES = (1.2, 3.5, 8.0)
 
 
+@pytest.mark.slow
 def test_errors_follow_the_curve_and_collapse_without_blur():
     on = measure(DISTANCES, shape=(176, 176))
     off = measure(DISTANCES, shape=(176, 176), blur=False)
