@@ -133,6 +133,14 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     ended = run("depth-rating", "--out", tmp_path / "wrong", *wrong)
     assert (ended.exit_code, ended.stderr.count("\n")) == (2, 1)
     assert "--disparity-offset are for disparity" in ended.stderr
+    for given in (["--size", 256], ["--samples", 256], ["--engine", "cast"], ["--seed", 1], ["--chromatic"]):
+        ended = run("depth-rating", "--out", tmp_path / "wrong", "--depth", tmp_path / "metres.npy", *shown, *given)
+        assert (ended.exit_code, ended.stderr.count("\n")) == (2, 1)
+        assert f"{given[0]} is for scenes of ours" in ended.stderr
+    ended = run("depth-rating", "--out", tmp_path / "wrong", *CAST, "--depth-scale", 0.001)
+    assert ended.exit_code == 2
+    assert "--depth-scale is for photographs" in ended.stderr
+    assert not (tmp_path / "wrong").exists()
     assert len(depth_options(blur)) == 4
     assert depth_options(stimuli.commands["depth-rating"]) == depth_options(blur)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from focalgradient.cli.options import (
     DEPTH_FILE,
@@ -146,8 +147,8 @@ def depth_rating(
     if pictures or depths:
         if len(pictures) != len(depths) or field is None:
             raise InputError("photographs need as many --depth as --picture, and --field: give what is missing.")
-        if seed is not None or chromatic:
-            raise InputError("--seed and --chromatic are for scenes of ours: leave them out with --picture.")
+        if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
+            raise InputError(f"{given} is for scenes of ours: leave it out with --picture.")
         with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
             photographs, angle = _photographs(pictures, depths, field, depth_file)
             made = make_from_photographs(
@@ -161,6 +162,8 @@ def depth_rating(
             )
         _tell(made, out)
         return
+    if given := _given("field", *DEPTH_FILE):
+        raise InputError(f"{given} is for photographs: give --picture and --depth too, or leave it out.")
     if seed is None:
         raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
     traced = engine == "path" or (engine == "auto" and variant() is not None)
@@ -181,6 +184,15 @@ def depth_rating(
             progress=say,
         )
     _tell(made, out)
+
+
+def _given(*names: str) -> str | None:
+    """The first of these options that the command line gives, as it is written there."""
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            return f"--{name.replace('_', '-')}"
+    return None
 
 
 def _photographs(
