@@ -166,6 +166,7 @@ def _window(
 ) -> int:
     size, words = WINDOW if options.windowed else None, load_words(options.language)
     screen = module.Screen(options.screen, size, display, patch=options.photodiode, words=words)
+    screen.stop_question = "gaze_focus.stop"  # it is not resumed
     start = screen.now()
     changes: list[Change] = []
     gaze: Gaze | None = None

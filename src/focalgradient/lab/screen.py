@@ -198,6 +198,7 @@ class Screen:
         patch: str | None = None,
         words: Words | None = None,
     ):
+        self.stop_question = "common.stop"  # of the words: what ESC asks
         whole = screen_size(number)
         width, height = size_px or whole
         # A monitor of our own, without gamma: PsychoPy would load a gamma table into the graphics card for it.
@@ -362,7 +363,7 @@ class Screen:
         if not any(press.key == "escape" and press.down for press in found):
             return
         self.on_event("quit?", self.now())
-        title, _, body = self.words("common.stop").partition("\n")
+        title, _, body = self.words(self.stop_question).partition("\n")
         yes, no = self.words.yes, self.words.no
         parts = (
             self.plate(),
