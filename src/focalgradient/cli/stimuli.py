@@ -25,6 +25,9 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from focalgradient.cli.options import Command
     from focalgradient.stimuli import StimulusSet
 
 __all__ = ["stimuli"]
@@ -40,6 +43,11 @@ CONTROLS = {
     "spectrum_percent": "Amplitude in an octave, from what blur predicts: {:.2g} %",
     "noise_steps": "Noise: {:.2g} steps of 8 bits",
 }
+
+
+def _field(text: str) -> Callable[[Command], Command]:
+    """The option --field, with this help."""
+    return click.option("--field", type=float, metavar="DEG", callback=positive(" of degrees", most=179), help=text)
 
 
 @click.group(short_help="Make the pictures of the experiments.")
@@ -93,13 +101,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     metavar="FILE",
     help="Distance of every pixel of the photograph.",
 )
-@click.option(
-    "--field",
-    type=float,
-    metavar="DEG",
-    callback=positive(" of degrees", most=179),
-    help="Width of the photographs, in degrees at the camera.",
-)
+@_field("Width of the photographs, in degrees at the camera.")
 @depth_file_options
 @shared_options
 @display_options
@@ -226,13 +228,7 @@ def _photographs(
     callback=positive(" of millimetres", most=1000),
     help="Of the lens: f/N is a diameter of it / N.",
 )
-@click.option(
-    "--field",
-    type=float,
-    metavar="DEG",
-    callback=positive(" of degrees", most=179),
-    help="Width of the pictures, in degrees at the camera: then spectra and shifts are measured, too.",
-)
+@_field("Width of the pictures, in degrees at the camera: then spectra and shifts are measured, too.")
 @display_options
 @json_option
 def import_(folder: Path, table: Path, out: Path, focal_length: float, field: float | None, **display: Any) -> None:

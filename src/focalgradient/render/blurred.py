@@ -8,7 +8,6 @@ bleed onto near ones (`spread`), and what an outline hides is completed from the
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
+from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.render.hidden import NOTHING, complete, nearest_behind
 from focalgradient.render.raycast import cast_without, castable, check_frame
@@ -132,7 +132,7 @@ def blur_picture(
         if progress is not None:
             progress(share, "blurring")
 
-    return spread(layers, kernels, pad, os.cpu_count() or 1, tell).reshape(image.shape)
+    return spread(layers, kernels, pad, cores(), tell).reshape(image.shape)
 
 
 def blur_scene(
@@ -197,7 +197,7 @@ def blur_scene(
         layer_of(image[:, :, None], depth, focus, kernels, by_radius=not own)
         for image, depth in ((light, vergence), (hidden, behind))
     ]
-    image = spread(layers, kernels, pad, os.cpu_count() or 1, lambda share: None)
+    image = spread(layers, kernels, pad, cores(), lambda share: None)
     return image[:, :, 0], far[pad:-pad, pad:-pad]
 
 

@@ -13,13 +13,14 @@ the focus.
 from __future__ import annotations
 
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from focalgradient.parallel import cores
 
 __all__ = ["NOTHING", "complete", "nearest_behind"]
 
@@ -58,7 +59,7 @@ def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[Flo
     row, column = nearest_behind(vergence, np.float32(focus))
     hidden = np.zeros_like(image)
     behind = np.empty_like(vergence)
-    threads = os.cpu_count() or 1
+    threads = cores()
     edges = np.linspace(0, len(vergence), BLOCKS * threads + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
         fill = partial(_fill, image, vergence, row, column, hidden, behind)

@@ -9,7 +9,6 @@ lens that its rays join differ so, and light is kept where blur changes from pla
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.parallel import cores
 from focalgradient.render.hidden import NOTHING
 
 __all__ = ["Kernels", "Layer", "disc_kernels", "kernels_of", "layer_of", "spread"]
@@ -94,7 +94,7 @@ def disc_kernels(largest: float) -> Kernels:
         radii = np.concatenate([radii[radii < 2], np.geomspace(2, largest, 2 + int(100 * math.log(largest / 2)))])
     reaches = np.where(radii < 0.01, 0, np.ceil(radii + np.where(radii < LARGE, 2, 0))).astype(int)
     pictures = [np.zeros((2 * reach + 1, 2 * reach + 1)) for reach in reaches]
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(_add_disc, radii.tolist(), pictures))
     return kernels_of(radii, pictures)
 
