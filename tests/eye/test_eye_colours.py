@@ -69,3 +69,8 @@ def test_bad_input_is_refused(image, asked, said) -> None:
 def test_an_unknown_band_is_refused() -> None:
     with pytest.raises(InputError, match="band is 'X'"):
         band_image(np.ones((2, 2, 3)), "X")
+
+
+def test_cones_that_catch_nothing_of_a_light_see_nothing() -> None:
+    seen = cone_images(np.ones((1, 1, 3)), wavelength_nm=[660.0, 680.0, 700.0])
+    assert seen[0, 0].tolist() == pytest.approx([1, 1, 0])

@@ -66,3 +66,30 @@ def test_cones_are_optics_that_say_their_blur_and_light() -> None:
 def test_a_resolution_that_is_none_is_refused() -> None:
     with pytest.raises(InputError, match="finest_cpd"):
         Cones.of(EYE, "S", finest_cpd=-1)
+
+
+@pytest.mark.parametrize("model", ["wave", "disc", "gaussian"])
+def test_opposite_frequencies_are_alike(model) -> None:
+    """Round blur is even: a grid's negative frequencies get what its positive ones do."""
+    cones = Cones.of(EYE, "S", wavelengths=2, finest_cpd=30, model=model)
+    assert cones.transfer(-np.degrees(CPD), 1.0) == pytest.approx(cones.transfer(np.degrees(CPD), 1.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        ({"model": "gausian"}, "model is 'gausian', but must be one of wave, disc, gaussian"),
+        ({"wavelengths": 2.5}, "count is 2.5, but must be a whole number"),
+        ({"wavelengths": 0}, "count is 0"),
+        ({"finest_cpd": np.nan}, "finest_cpd is nan"),
+    ],
+)
+def test_cones_that_are_none_are_refused(bad: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Cones.of(EYE, "S", **bad)
+
+
+@pytest.mark.parametrize("wavelengths", [(), (5000.0,), 550.0])
+def test_wavelengths_that_are_none_are_refused(wavelengths) -> None:
+    with pytest.raises(InputError, match="wavelengths_nm is"):
+        Cones(EYE, "L+M", wavelengths)

@@ -158,3 +158,9 @@ def test_white_light_is_nearer_to_a_gaussian_than_yellow() -> None:
     white, yellow = best_gaussian(EYE, 0.0, band_light("luminance", "E", 10)), best_gaussian(EYE, 0.0)
     assert white.residual < yellow.residual
     assert white.lowest > yellow.lowest
+
+
+def test_a_gaussian_is_not_fitted_to_blur_that_is_not_round() -> None:
+    with pytest.raises(InputError, match="no round blur"):
+        best_gaussian(Eye(0.004, 1.0, aberrations=((3, 1, 0.3),)), 0.0)
+    assert best_gaussian(Eye(0.004, 1.0, aberrations=((4, 0, 0.1),)), 0.0).residual < 1

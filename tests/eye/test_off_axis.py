@@ -101,3 +101,10 @@ def test_measured_foci_take_the_place_of_the_model_s() -> None:
 def test_places_that_are_none_are_refused(given, said) -> None:
     with pytest.raises(InputError, match=said):
         off_axis(Eye(0.004, 1.0), *given)
+
+
+def test_terms_of_one_order_add_up_as_the_wavefront_does() -> None:
+    """A wavefront may state a term twice; off axis it keeps both."""
+    twice, once = (Eye(0.004, 0.5, aberrations=terms) for terms in (((3, 1, 0.1), (3, 1, 0.2)), ((3, 1, 0.3),)))
+    there = [{(n, m): c for n, m, c in off_axis(eye, 20.0).aberrations} for eye in (twice, once)]
+    assert there[0] == pytest.approx(there[1])

@@ -5,7 +5,7 @@ import pytest
 
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, Microfluctuations, Motion, Oscillation, Target, track
-from focalgradient.eye.track import GRID
+from focalgradient.eye.track import GRID, Tracker
 
 STILL = Motion(drift=0.0, jumps=0.0)
 
@@ -118,3 +118,13 @@ def test_motion_out_of_range():
     for bad in ({"drift": -1}, {"spread": 0}, {"jumps": -1}, {"rest": np.nan}):
         with pytest.raises(InputError, match=f"{next(iter(bad))} is "):
             Motion(**bad)
+
+
+def test_a_fixation_lasts_as_long_as_is_said(monkeypatch):
+    """Moments 0.1 s apart from 0.2 s on, in fixations of 0.5 s: five in each, though 0.7 - 0.2 is less than 0.5."""
+    seen = []
+    monkeypatch.setattr(Tracker, "update", lambda self, time, views, fixation: (seen.append(fixation), (1.0, 0.1))[1])
+    times = [round(0.2 + 0.1 * number, 1) for number in range(15)]
+    views, _ = series(lambda _: 1.0, [0.0], seed=1, bands=("L+M",))
+    track(views * 15, times, noise=0.4)
+    assert seen == [0] * 5 + [1] * 5 + [2] * 5

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 from focalgradient.eye.ranges import wavelengths
 
 __all__ = ["REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
@@ -60,9 +60,9 @@ def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERE
     with np.errstate(divide="ignore"):
         light = _POLE + _STRENGTH / below
     if not np.all((below > 0) & (light > 380 - 1e-9) & (light < 780 + 1e-9)):
+        widest = np.stack([chromatic_difference(nm, reference_nm) for nm in (380, 780)])
         raise InputError(
-            f"difference is {difference!r} D, but visible light (380 to 780 nm) differs from "
-            f"{np.asarray(reference_nm):g} nm by {chromatic_difference(380, reference_nm):.2f} to "
-            f"{chromatic_difference(780, reference_nm):.2f} D only."
+            f"difference is {described(difference)}, but visible light (380 to 780 nm) differs from the reference, "
+            f"{described(reference_nm)} nm, by {widest.min():.2f} to {widest.max():.2f} D only."
         )
     return light.clip(380, 780)

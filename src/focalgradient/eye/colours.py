@@ -20,7 +20,9 @@ PRIMARIES = "Typical CRT Brainard 1997"
 def cone_images(
     image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: ArrayLike | None = None
 ) -> NDArray[np.float64]:
-    """What the L, M and S cones catch at every pixel, each kind 1 for a pixel whose channels are all 1.
+    """What the L, M and S cones catch at every pixel, each class 1 for a pixel whose channels are all 1.
+
+    A class that catches none of the wavelengths, as S cones of red light only, is 0 everywhere.
 
     Parameters
     ----------
@@ -58,7 +60,8 @@ def cone_images(
         raise InputError(
             f"image has shape {image.shape}, but must be H x W x {len(caught)}: one channel for each of {kinds}."
         )
-    seen: NDArray[np.float64] = image @ (caught / caught.sum(axis=0))
+    whole = caught.sum(axis=0)
+    seen: NDArray[np.float64] = image @ (caught / np.where(whole > 0, whole, 1.0))
     return seen
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from focalgradient.errors import check_number
+from focalgradient.errors import InputError, check_number
 from focalgradient.eye.light import Light
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.transfer import blur_transfer, in_light
@@ -74,11 +74,16 @@ def best_gaussian(
     Parameters
     ----------
     optics
-        An `Eye` without aberrations, so that its blur is round, or a `Lens`.
+        An `Eye` whose blur is round (without aberrations, or with those of m = 0 only), or a `Lens`.
     vergence
         Of the point, in dioptres.
     light, wavelength_nm
         As for `focalgradient.eye.blur_transfer`.
+
+    Raises
+    ------
+    InputError
+        If the blur is not round, or for what `blur_transfer` refuses.
 
     Examples
     --------
@@ -89,6 +94,8 @@ def best_gaussian(
     """
     check_optics(optics)
     check_number("vergence", vergence, "dioptres")
+    if any(m for _, m, _ in getattr(optics, "aberrations", ())):
+        raise InputError("optics have aberrations of m other than 0, and so no round blur: leave them out.")
     diameter = optics.aperture_diameter
     limit = diameter / (1e-9 * min(nm for _, nm, _ in in_light(optics, wavelength_nm, light)))
     radius = float(abs(optics.focus_vergence - vergence)) * diameter / 2

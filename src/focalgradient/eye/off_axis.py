@@ -94,8 +94,9 @@ def off_axis(
     across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
     # c (x^2 - y^2) sqrt(6) / a^2 is half the difference of the powers times (x^2 - y^2) / 2.
     um = across * (tangential - sagittal) * (1e3 * eye.pupil_diameter) ** 2 / (16 * math.sqrt(6))
-    terms = {(n, m): c for n, m, c in eye.aberrations}
-    terms[2, 2] = terms.get((2, 2), 0.0) + um
+    terms: dict[tuple[int, int], float] = {}
+    for n, m, c in (*eye.aberrations, (2, 2, um)):
+        terms[n, m] = terms.get((n, m), 0.0) + c
     return replace(
         eye,
         accommodation=eye.accommodation + (tangential + sagittal) / 2,

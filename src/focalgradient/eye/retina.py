@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import chromatic_wavelength
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.light import Band, Light, band_light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.quadrature import panels
+from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.transfer import BlurName, blur_transfer
+from focalgradient.eye.transfer import BlurName, blur_transfer, check_blur_name
 from focalgradient.eye.wavefront import Pupil
 from focalgradient.psf import disc_transfer, gaussian_transfer
 
@@ -54,7 +55,7 @@ class Cones:
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a number is out of range, there is no wavelength, or the model is unknown.
 
     Examples
     --------
@@ -75,8 +76,14 @@ class Cones:
     model: BlurName = "wave"
 
     def __post_init__(self) -> None:
-        if not self.finest_cpd > 0:
-            raise InputError(f"finest_cpd is {self.finest_cpd!r}, but must be positive: give it in cycles per degree.")
+        check_number("finest_cpd", self.finest_cpd, "cycles per degree", positive=True, finite=False)
+        if np.ndim(self.wavelengths_nm) != 1 or not np.size(self.wavelengths_nm):
+            raise InputError(
+                f"wavelengths_nm is {described(self.wavelengths_nm)}, but must be one or more wavelengths: give them "
+                "in nanometres."
+            )
+        visible(self.wavelengths_nm, "wavelengths_nm")
+        check_blur_name(self.model)
 
     @classmethod
     def of(
@@ -118,10 +125,10 @@ class Cones:
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
-        The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves, of a clear pupil,
+        The sign of the frequency is of no matter. The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves, of a clear pupil,
         it is read off a table, right to about 1e-4. Blur that is not isotropic is given by `optical_transfer`.
         """
-        frequency = check_finite("frequency", frequency, "cycles per radian")
+        frequency = np.abs(check_finite("frequency", frequency, "cycles per radian"))
         vergence = check_finite("vergence", vergence, "dioptres")
         if not self.isotropic:
             raise InputError(
@@ -212,7 +219,8 @@ def few_wavelengths(light: Light, count: int) -> tuple[float, ...]:
     >>> [round(nm) for nm in few_wavelengths(band_light("S", "D65"), 3)]
     [427, 450, 477]
     """
-    check_number("count", count, "wavelengths", least=1)
+    if not (isinstance(count, int) and count >= 1):
+        raise InputError(f"count is {count!r}, but must be a whole number of wavelengths: give 1 or more.")
     ends = np.linspace(0, 1, count + 1)
     after = np.cumsum(light.share)
     before = after - light.share

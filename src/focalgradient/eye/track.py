@@ -202,7 +202,7 @@ def track(
     found = np.empty((distinct.size, 2))
     for number, time in enumerate(distinct):
         now = [view for view, at in zip(views, moments, strict=True) if at == time]
-        found[number] = tracker.update(float(time), now, int((time - distinct[0]) // fixation + 1e-9))
+        found[number] = tracker.update(float(time), now, int((time - distinct[0]) / fixation + 1e-9))
         if progress is not None:
             progress((number + 1) / distinct.size, "tracking depth")
     return Track(distinct, found[:, 0], found[:, 1])

@@ -22,7 +22,7 @@ from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
 from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
 from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
 
-__all__ = ["LENS_NM", "BlurName", "blur_transfer", "in_light", "point_spread"]
+__all__ = ["LENS_NM", "BlurName", "blur_transfer", "check_blur_name", "in_light", "point_spread"]
 
 BlurName = Literal["wave", "disc", "gaussian"]
 
@@ -84,8 +84,7 @@ def blur_transfer(
     >>> [round(float(blur_transfer(0, np.degrees(5), lens, 0.5, model=model)), 3) for model in ("wave", "disc")]
     [0.638, 0.646]
     """
-    if model not in get_args(BlurName):
-        raise InputError(f"model is {model!r}, but must be one of {', '.join(get_args(BlurName))}.")
+    check_blur_name(model)
     check_number("vergence", vergence, "dioptres")
     check_optics(optics)
     down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
@@ -150,19 +149,25 @@ def point_spread(
     return sum(spreads, np.zeros(()))
 
 
+def check_blur_name(model: object) -> None:
+    """Refuse what is no model of blur."""
+    if model not in get_args(BlurName):
+        raise InputError(f"model is {model!r}, but must be one of {', '.join(get_args(BlurName))}.")
+
+
 def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Optics, float, float]]:
     """The optics in each wavelength (nm), and the wavelength's share: an eye changes its focus with it."""
     if light is not None:
         if wavelength_nm is not None:
             raise InputError("wavelength_nm and light are both given, but either states the light: leave out one.")
-        lines = [
+        samples = [
             (float(nm), float(part)) for nm, part in zip(light.wavelength_nm, light.share, strict=True) if part > 0
         ]
     else:
         one = wavelength_nm if wavelength_nm is not None else getattr(optics, "wavelength_nm", LENS_NM)
         check_number("wavelength_nm", one, "nanometres")
-        lines = [(float(wavelengths(one)), 1.0)]
-    for nm, part in lines:
+        samples = [(float(wavelengths(one)), 1.0)]
+    for nm, part in samples:
         yield (optics.in_light(nm) if isinstance(optics, Eye) else optics), nm, part
 
 
