@@ -125,8 +125,9 @@ class Cones:
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
-        The sign of the frequency is of no matter. The mean over the wavelengths, each in its own focus, times what the cones resolve. By waves, of a clear pupil,
-        it is read off a table, right to about 1e-4. Blur that is not isotropic is given by `optical_transfer`.
+        The mean over the wavelengths, each in its own focus, times what the cones resolve; the sign of the frequency is
+        of no matter. By waves, of a clear pupil, it is read off a table, right to about 1e-4. Blur that is not
+        isotropic is given by `optical_transfer`.
         """
         frequency = np.abs(check_finite("frequency", frequency, "cycles per radian"))
         vergence = check_finite("vergence", vergence, "dioptres")
