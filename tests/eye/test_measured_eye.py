@@ -62,9 +62,30 @@ def test_the_eye_spreads_light_as_its_wavefront_does():
     whole = [0, 0, 0, 0.1, 0.2, -0.05, 0.03, 0.08, -0.02, 0.04, 0, 0, 0.06]
     light = {"wavelength_nm": 580.0}
     given_ = Eye(0.005, 0.0, **light, aberrations=tuple((*osa_order(j), c) for j, c in enumerate(whole) if c))
+    half_turn = point_spread(angles, angles, given_, 0.0)[::-1, ::-1]  # from the examiner's axes to the image's
     assert point_spread(angles, angles, Eye.from_zernike(whole, 0.005, **light), 0.0) == pytest.approx(
-        point_spread(angles, angles, given_, 0.0), rel=1e-9
+        half_turn, rel=1e-9
     )
+
+
+@pytest.mark.parametrize("index", [7, 8])
+def test_a_measured_eye_s_coma_points_where_its_rays_go(index):
+    """The wave that leaves the eye is W(x, y) above the pupil, x to the examiner's right: rays go by minus its slope.
+
+    So light from straight ahead that enters at (x, y) looks as if it came from the slope there, to the examiner's right
+    and up where that is positive: to the left and up for the eye, which in an image are negative angles.
+    """
+    coefficients = [0.0] * index + [0.2]
+    place = np.linspace(-1, 1, 401)
+    x, y = np.meshgrid(place, place)
+    seen = np.hypot(x, y) < 0.995
+    wave = sum(c * zernike(*osa_order(j), x, y) for j, c in enumerate(coefficients))
+    up, examiners_right = (slope[seen].mean() for slope in np.gradient(wave, place, place))  # um a radius of 2 mm
+    angles = np.arange(-90, 91) * 5e-5
+    light = point_spread(angles, angles, Eye.from_zernike(coefficients, 0.004), 0.0)
+    row, column = (light.sum(axis=axis) @ angles / light.sum() for axis in (1, 0))
+    assert max(up, examiners_right) > 0.5
+    assert (row, column) == pytest.approx((-up * 1e-6 / 2e-3, -examiners_right * 1e-6 / 2e-3), rel=0.05, abs=1e-6)
 
 
 def test_tables_of_each_kind_are_read(tmp_path):

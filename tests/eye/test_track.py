@@ -123,7 +123,12 @@ def test_motion_out_of_range():
 def test_a_fixation_lasts_as_long_as_is_said(monkeypatch):
     """Moments 0.1 s apart from 0.2 s on, in fixations of 0.5 s: five in each, though 0.7 - 0.2 is less than 0.5."""
     seen = []
-    monkeypatch.setattr(Tracker, "update", lambda self, time, views, fixation: (seen.append(fixation), (1.0, 0.1))[1])
+
+    def update(self, time, views, fixation):
+        seen.append(fixation)
+        return 1.0, 0.1
+
+    monkeypatch.setattr(Tracker, "update", update)
     times = [round(0.2 + 0.1 * number, 1) for number in range(15)]
     views, _ = series(lambda _: 1.0, [0.0], seed=1, bands=("L+M",))
     track(views * 15, times, noise=0.4)

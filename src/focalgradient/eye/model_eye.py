@@ -45,8 +45,8 @@ class Eye:
     chromatic_scale
         An individual's chromatic aberration as a multiple of the mean eye's: 0 is an eye without it.
     aberrations
-        What else the eye's wavefront has, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard);
-        `focalgradient.eye.blur_transfer` shows them, discs and Gaussians do not.
+        What else the eye's wavefront has, as Zernike terms ``(n, m, micrometres)`` over this pupil (OSA standard), x to
+        the right and y down as in the image; `focalgradient.eye.blur_transfer` shows them, discs and Gaussians do not.
     stiles_crawford
         How fast sensitivity falls towards the pupil's rim, rho in 10^(-rho r^2), in 1/mm^2: about 0.05 in the fovea.
 
@@ -103,7 +103,8 @@ class Eye:
         coefficients_um
             Zernike coefficients in micrometres, in the order of the OSA (ANSI Z80.28) from piston on. Piston and tilts
             are left out. Defocus c(2, 0), which is positive in a myopic eye, becomes vergence in focus:
-            16 sqrt(3) c / d^2 dioptres, d in mm.
+            16 sqrt(3) c / d^2 dioptres, d in mm. The standard's x and y go to the right and up as the examiner sees the
+            eye, to the left and up for who looks through it; so terms of odd n change their sign for the image's axes.
         pupil_diameter
             Of the eye, in metres.
         measured_diameter
@@ -142,7 +143,7 @@ class Eye:
             accommodation + float(defocus) + in_light,
             wavelength_nm,
             chromatic_scale,
-            tuple(term for term in terms if term[0] > 1 and term[:2] != (2, 0)),
+            tuple((n, m, -c if n % 2 else c) for n, m, c in terms if n > 1 and (n, m) != (2, 0)),
             stiles_crawford,
         )
 

@@ -2,7 +2,8 @@
 
 The wavefront is a sum of Zernike terms ``(n, m, micrometres)`` of the OSA standard, orthonormal over the pupil. Its
 sign: positive defocus (focus nearer than the object) is a positive c(2, 0), and a wavefront that rises towards positive
-x moves light to positive angles.
+x moves light to positive angles. As in the image, x goes to the right and y down, seen from behind the eye; tables of
+measured eyes, whose x and y are those of the examiner, are turned by `Eye.from_zernike`.
 """
 
 from __future__ import annotations
@@ -133,16 +134,17 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
     """`pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
 
     On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
-    sampled pupil: 5 to 60 times quicker, and right to 3e-4.
+    sampled pupil: 5 to 60 times quicker, and right to 3e-4. Not where its samples, for a small step many, are more than
+    the terms of the quadrature.
     """
     step = _lattice_step(down, right)
-    if step > 0:
+    nodes, weights = _rule(20 + pupil.steepness / 4)
+    if step > 0 and (4 / _sampling(step, pupil)[1]) ** 2 < 2 * down.size * right.size * nodes.size**2:
         return _transfer_by_fft(down[:, 0] / step, right[0] / step, step, pupil)
     down, right = np.broadcast_arrays(down, right)
     shift = ((right + 1j * down) * (1e-9 * pupil.wavelength_nm / pupil.diameter)).ravel()
     transfer = np.zeros(shift.shape, complex)
     passed = np.flatnonzero(np.abs(shift) < 1)
-    nodes, weights = _rule(20 + pupil.steepness / 4)
     # The pupil meets itself, moved by +shift and -shift, in a lens: two halves, whose rims cos t makes smooth.
     for some in np.array_split(passed, 1 + passed.size * nodes.size**2 // _CHUNK):
         moved = shift[some, None, None]
@@ -169,17 +171,24 @@ def _lattice_step(down: NDArray[np.float64], right: NDArray[np.float64]) -> floa
     return step if np.isfinite(step) and np.allclose(values / step, np.rint(values / step), atol=1e-6) else 0.0
 
 
+def _sampling(step: float, pupil: Pupil) -> tuple[int, float]:
+    """Samples of the pupil for a step of frequency (cycles per radian), and how far apart they are (radii).
+
+    The step moves the pupil against itself by 2 x step x wavelength / diameter of its radius; the samples divide that.
+    """
+    apart = 2e-9 * step * pupil.wavelength_nm / pupil.diameter
+    parts = math.ceil(apart * max(RIM_SAMPLES, pupil.steepness / PHASE_STEP))
+    return parts, apart / parts
+
+
 def _transfer_by_fft(
     rows: NDArray[np.float64], columns: NDArray[np.float64], step: float, pupil: Pupil
 ) -> NDArray[np.complex128]:
     """Transfer at `rows` x `columns` multiples of a frequency (cycles per radian): the pupil's autocorrelation.
 
-    A step of frequency moves the pupil against itself by 2 x step x wavelength / diameter of its radius; the samples
-    divide that. Those on the rim count by the share of them that lies within.
+    Samples on the rim count by the share of them that lies within.
     """
-    apart = 2e-9 * step * pupil.wavelength_nm / pupil.diameter
-    parts = math.ceil(apart * max(RIM_SAMPLES, pupil.steepness / PHASE_STEP))
-    spacing = apart / parts
+    parts, spacing = _sampling(step, pupil)
     count = math.ceil(1 / spacing) + 1
     place = spacing * np.arange(-count, count + 1)
     z = place + 1j * place[:, None]
