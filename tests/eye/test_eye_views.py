@@ -143,7 +143,12 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
 @pytest.mark.parametrize(
     ("scene", "asked", "said"),
     [
-        (-1.0, {}, "wall's distance"),
+        (-1.0, {}, "scene is -1.0, .*a wall's distance"),
+        (np.nan, {}, "scene is nan, .*a wall's distance"),
+        ("near", {}, "scene is 'near', but must be a Scene"),
+        (1.0, {"shape": (0, 64)}, r"shape is \(0, 64\)"),
+        (1.0, {"pixel_angle": 0.0}, "pixel_angle is 0.0"),
+        (1.0, {"seed": -1}, "seed is -1"),
         (1.0, {"correlation": 1.2}, "between -1 and 1"),
         (1.0, {"noise": -0.1}, "noise"),
         (terrain(0), {}, "meshes"),
@@ -152,9 +157,17 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
 )
 def test_bad_input_is_refused(scene, asked, said) -> None:
     with pytest.raises(InputError, match=said):
-        band_views(scene, EYE, (64, 64), PIXEL, **asked)
+        band_views(scene, EYE, **({"shape": (64, 64), "pixel_angle": PIXEL} | asked))
 
 
 def test_times_out_of_order_are_refused() -> None:
     with pytest.raises(InputError, match="later"):
         accommodation_views(1.0, EYE, [0.3, 0.1], Oscillation(), (64, 64), PIXEL)
+
+
+def test_views_of_nothing_are_refused_and_progress_is_told_as_elsewhere() -> None:
+    with pytest.raises(InputError, match="cones is empty"):
+        accommodation_views(1.0, EYE, [], Oscillation(), (64, 64), PIXEL)
+    told: list[tuple[float, str]] = []
+    band_views(1.0, EYE, (16, 40), PIXEL, progress=lambda share, words: told.append((share, words)))
+    assert [share for share, _ in told] == [0.5, 1.0]

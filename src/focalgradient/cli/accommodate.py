@@ -36,6 +36,9 @@ LONGEST = 120.0
 WARM = 1.0
 """Second at which a step is made where nothing else is said."""
 
+AFTER = 5.0
+"""Seconds after a step that are shown at least."""
+
 SPEED = 0.5
 """Seconds of computing for one of the course, on two cores."""
 
@@ -73,16 +76,17 @@ def target_of(text: str) -> TargetCourse:
         numbers = []
     if kind == "step" and len(numbers) in (2, 3) and all(map(math.isfinite, numbers)):
         before, after, at = (*numbers, WARM)[:3]
-        if not 0 <= at < LONGEST:
-            raise InputError(f"--accommodate {text} steps at {at:g} s, but must do so from 0 to {LONGEST:g} s.")
-        return TargetCourse(lambda t: after if t >= at else before, max(SECONDS, at + 5), text)
+        latest = LONGEST - AFTER
+        if not 0 <= at <= latest:
+            raise InputError(f"--accommodate {text} steps at {at:g} s, but must do so from 0 to {latest:g} s.")
+        return TargetCourse(lambda t: after if t >= at else before, max(SECONDS, at + AFTER), text)
     if kind == "sine" and len(numbers) == 3 and all(map(math.isfinite, numbers)):
         mean, amplitude, hertz = numbers
         from focalgradient.eye import Accommodation
 
         most = Accommodation().rate / 2  # of the moments at which the eye looks; faster ones look like slower ones
-        if not 0 < hertz <= most:
-            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must have above 0 and at most {most:g} Hz.")
+        if not 0 < hertz < most:
+            raise InputError(f"--accommodate {text} has {hertz:g} Hz, but must have above 0 and below {most:g} Hz.")
         return TargetCourse(lambda t: mean + amplitude * math.sin(2 * math.pi * hertz * t), SECONDS, text)
     raise InputError(f"--accommodate is {printable(text)!r}, but must be {FORMS}.")
 

@@ -120,9 +120,9 @@ def eye(
 ) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
 
-    The scene is ray cast through the pupil in five wavelengths for each cone class, with 1 % noise; the S cones
-    resolve 10 cycles a degree, and their texture correlates with the others' at 0.95. Depth is then recovered from
-    these views alone.
+    The scene is blurred by waves, with diffraction, in five wavelengths for each cone class, with 1 % noise; the S
+    cones resolve 10 cycles a degree, and their texture correlates with the others' at 0.95. Depth is then recovered
+    from these views alone.
 
     Writes DIR/views.png (what is seen, true and recovered depth, error), DIR/focus.png (focus over time),
     DIR/oscillation.mp4, DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.

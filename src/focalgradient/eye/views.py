@@ -15,14 +15,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_list, check_number, described
+from focalgradient.errors import InputError, check_list, check_number, described, is_number
 from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
 from focalgradient.parallel import in_order
+from focalgradient.progress import Progress
 from focalgradient.psf import pixel_transfer
 from focalgradient.render import Rendered, blur_picture, blur_scene, cast
+from focalgradient.render.raycast import check_frame
 from focalgradient.scenes import Mesh, Scene
 from focalgradient.view import View
 
@@ -32,12 +34,10 @@ SKIRT = 64
 """Pixels to which a point spread is followed, beyond four radii of its disc, where a pupil is not clear."""
 
 PINHOLE_SHARE = 4
-"""Rays through a whole pupil for one through a pinhole: those sample the square of a pixel only."""
+"""Rays through a whole pupil for one through a pinhole: those sample the square of a pixel only. Our choice."""
 
 CONTRAST = 0.2
-"""Standard deviation over mean of a wall's texture."""
-
-Progress = Callable[[float], object]
+"""Standard deviation over mean of a wall's texture. Our choice."""
 
 SceneInput = Scene | float | tuple[ArrayLike, ArrayLike]
 """A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
@@ -81,9 +81,10 @@ def band_views(
     noise
         Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
     samples, seed
-        Rays a pixel, and the seed of rays, textures and noise.
+        Rays a pixel of a scene (by waves, as here, a quarter of them, through a pinhole), and the seed of rays,
+        textures and noise.
     progress
-        Called now and then with the share done, 0 to 1.
+        Called with the share done, 0 to 1, and a few words.
 
     Returns
     -------
@@ -93,7 +94,7 @@ def band_views(
     Raises
     ------
     InputError
-        If the scene cannot be ray cast, picture and shape do not agree, or a number is out of range.
+        If the scene is none or cannot be ray cast, picture and shape do not agree, or a number is out of range.
 
     Examples
     --------
@@ -197,13 +198,14 @@ def eye_views(
     if not -1 <= correlation <= 1:
         raise InputError(f"correlation is {correlation!r}, but must be between -1 and 1.")
     check_number("gain", gain, "multiples of the other cones' contrast", least=0)
-    say = progress or (lambda share: None)
     cones = check_list("cones", cones, "Cones")
-    if isinstance(scene, tuple):
-        _check_picture(scene, shape, (correlation, gain))
+    if not cones:
+        raise InputError("cones is empty, but must hold Cones: make them with Cones.of(eye, band).")
     for one in cones:
         if not isinstance(one, Cones):
             raise InputError(f"cones holds {described(one)}, but must hold Cones: make them with Cones.of(eye, band).")
+        check_frame(one, shape, pixel_angle, samples, seed)
+    _check_scene(scene, shape, (correlation, gain))
     shares = (correlation, math.sqrt(1 - correlation**2))
     views = []
     for number, one in enumerate(cones):
@@ -213,7 +215,8 @@ def eye_views(
     seen = []
     for rendered in in_order(executor, _formed, views):
         seen.append(rendered)
-        say(len(seen) / len(cones))
+        if progress is not None:
+            progress(len(seen) / len(cones), "forming the views")
     return seen
 
 
@@ -250,8 +253,15 @@ def _check_eye(eye: object) -> None:
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
 
 
-def _check_picture(scene: tuple[ArrayLike, ...], shape: tuple[int, int], mix: tuple[float, float]) -> None:
-    """Refuse a picture that is none, or not of the views' shape, or textures mixed with those that it does not have."""
+def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]) -> None:
+    """Refuse what is no scene, wall or picture, and textures mixed with those that a picture does not have."""
+    if not isinstance(scene, tuple):
+        if isinstance(scene, Scene) or (is_number(scene) and scene > 0):  # type: ignore[operator]
+            return
+        raise InputError(
+            f"scene is {described(scene)}, but must be a Scene, a wall's distance (positive, in metres) or (picture, "
+            "distance): give one."
+        )
     if len(scene) != 2 or np.shape(scene[0])[:2] != tuple(shape):
         raise InputError(
             f"scene is a tuple of {len(scene)}, the first of shape {np.shape(scene[0])}, but must be (picture, "
@@ -340,8 +350,6 @@ def _by_waves(
     distance: float, cones: Cones, shape: tuple[int, int], pixel_angle: float, mix: tuple[float, float], seed: int
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
     """A wall with a natural texture, filtered by the cones' transfer; it is wider than the frame, and does not wrap."""
-    if not distance > 0:
-        raise InputError(f"scene is {distance!r}, but a wall's distance must be positive: give it in metres.")
     side = int(2 ** math.ceil(math.log2(1.5 * max(shape))))
     down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
     radial = np.hypot(down, right)
