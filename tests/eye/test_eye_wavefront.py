@@ -147,3 +147,17 @@ def test_bad_terms_are_refused() -> None:
         Eye(0.003, 0.0, aberrations=((2, 0, np.nan),))
     with pytest.raises(InputError, match="stiles_crawford is -1, but must be a finite number of 0 or more"):
         pupil_transfer(0, 5, **setting, stiles_crawford=-1)
+
+
+def test_strong_astigmatism_against_the_pupil_laid_over_itself() -> None:
+    """3.9 D over 4 mm: a sum over 1500 x 1500 points of a drawn pupil, times itself moved along the diagonal."""
+    drawn = 1500
+    place = (np.arange(drawn) - (drawn - 1) / 2) / (drawn / 2)
+    inside = place[:, None] ** 2 + place**2 <= 1
+    pupil = inside * np.exp(2j * np.pi / 0.48 * 1.6 * np.sqrt(6) * (place**2 - place[:, None] ** 2))
+    moved = np.array([30, 100, 220, 400, 700])  # points along either axis
+    expected = [np.vdot(pupil[:-n, :-n], pupil[n:, n:]) / inside.sum() for n in moved]
+    cpd = np.pi / 180 * moved * 0.004 / drawn / 480e-9
+    setting = {"pupil_diameter": 0.004, "wavelength_nm": 480, "defocus": 0.0}
+    found = pupil_transfer(cpd, cpd, **setting, aberrations=((2, 2, 1.6),))
+    assert np.abs(found - expected).max() < 2e-3

@@ -21,14 +21,22 @@ NATURAL: Aberrations = (
 
 @pytest.mark.parametrize(
     ("diameter", "aberrations", "stiles_crawford"),
-    [(0.003, NATURAL, 0.0), (0.005, NATURAL, 0.05), (0.004, (), 0.0), (0.006, ((3, 1, 0.5),), 0.0)],
+    [
+        (0.003, NATURAL, 0.0),
+        (0.005, NATURAL, 0.05),
+        (0.004, (), 0.0),
+        (0.006, ((3, 1, 0.5),), 0.0),
+        (0.004, ((2, 2, 1.6),), 0.0),  # 3.9 D of astigmatism, as 40 degrees off axis
+        (0.006, ((2, -2, 3.0), (3, 1, 0.1)), 0.0),
+    ],
 )
 def test_through_focus_agrees_with_the_quadrature(
     diameter: float, aberrations: Aberrations, stiles_crawford: float
 ) -> None:
     random = np.random.default_rng(3)
-    down, right = random.uniform(-2400, 2400, (2, 40))  # cycles per radian: up to 42 a degree
-    down[0] = right[0] = 0
+    cut_off = diameter / 480e-9  # cycles per radian
+    share, way = np.linspace(0, 1, 60), random.uniform(0, 2 * np.pi, 60)
+    down, right = cut_off * share * np.sin(way), cut_off * share * np.cos(way)
     defocus = np.linspace(-1.5, 1.5, 7)
     found = through_focus(down, right, Pupil(diameter, 480.0, 0.2, aberrations, stiles_crawford), defocus)
     assert found[:, 0] == pytest.approx(1, abs=1e-4)

@@ -138,7 +138,7 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
     the terms of the quadrature.
     """
     step = _lattice_step(down, right)
-    nodes, weights = _rule(20 + pupil.steepness / 4)
+    nodes, weights = _rule(20 + pupil.steepness / 2)
     if step > 0 and (4 / _sampling(step, pupil)[1]) ** 2 < 2 * down.size * right.size * nodes.size**2:
         return _transfer_by_fft(down[:, 0] / step, right[0] / step, step, pupil)
     down, right = np.broadcast_arrays(down, right)
