@@ -38,6 +38,17 @@ def test_the_curve_of_srgb_is_no_power_and_is_told_by_its_deviation():
     assert 0.001 < found.grey.deviation < 0.02
 
 
+@pytest.mark.parametrize("extra", [-20.0, np.nan, 256.0])
+def test_levels_that_are_none_are_refused(extra):
+    with pytest.raises(InputError, match="levels must go from 0 to 255"):
+        fit_luminance(np.append(LEVELS, extra), {"grey": np.ones(LEVELS.size + 1)})
+
+
+def test_a_luminance_for_each_level_is_asked_for():
+    with pytest.raises(InputError, match="grey has 17 luminances, but there are 18 levels"):
+        fit_luminance(LEVELS, {"grey": np.ones(LEVELS.size - 1)})
+
+
 def test_a_linear_display_has_gamma_one_and_shares_are_read(tmp_path):
     rows = "\n".join(f"{share:.1f},{50 * share:.3f}" for share in np.linspace(0, 1, 11))
     (tmp_path / "a.csv").write_text("Level,Grey\n" + rows + "\n")

@@ -157,7 +157,8 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
     Raises
     ------
     InputError
-        If levels are off that range, or a gun has fewer than five, not 0 and the greatest among them, or gets darker.
+        If levels are off that range or do not pair with luminances, or a gun has fewer than five, not 0 and the
+        greatest among them, or gets darker.
 
     Examples
     --------
@@ -167,12 +168,16 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
     (2.2, 100.0, 0.2)
     """
     greatest = 1.0 if levels.size and levels.max() <= 1 else 255.0
-    if not levels.size or levels.max() > 255 or levels.max() < greatest:
+    if not (levels.size and levels.min() == 0 and levels.max() == greatest):
         raise InputError("levels must go from 0 to 255, or from 0 to 1, and hold both ends: measure those, too.")
     shares = levels / greatest
     curves = {}
     for gun in GUNS:
         values = measured.get(gun, np.full(levels.shape, math.nan))
+        if values.shape != levels.shape:
+            raise InputError(
+                f"{gun} has {values.size} luminances, but there are {levels.size} levels: give one for each."
+            )
         there = np.isfinite(values)
         if there.any() or gun == "grey":
             curves[gun] = _curve(gun, shares[there], values[there])

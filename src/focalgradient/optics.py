@@ -189,7 +189,7 @@ class Lens:
         >>> Lens(0.025, 4, 0.5).defocus([0.25, 0.5, np.inf]).tolist()
         [-2.0, 0.0, 2.0]
         """
-        return self.focus_vergence - 1.0 / _distances(distance)
+        return defocus_at(distance, self.focus_vergence)
 
     def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
@@ -215,17 +215,7 @@ class Lens:
         """
         if self.aperture_diameter == 0:
             raise InputError("a pinhole blurs nothing, so its blur gives no distance: use a finite f_number.")
-        if side not in ("beyond", "nearer"):
-            raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")
-        radius = np.asarray(radius, dtype=float)
-        if not np.all(radius >= 0):
-            raise InputError("radius holds negative or undefined values, but a blur radius is 0 or more, in radians.")
-        step = radius / (self.aperture_diameter / 2)
-        vergence = self.focus_vergence + (step if side == "nearer" else -step)
-        # A few roundings' worth of slack, so that the blur of infinity gives back infinity.
-        vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
-        with np.errstate(divide="ignore"):
-            return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)
+        return distance_of_blur(radius, side, self.aperture_diameter, self.focus_vergence)
 
 
 def check_optics(optics: Any) -> None:
@@ -245,9 +235,26 @@ def check_optics(optics: Any) -> None:
             )
 
 
-def _distances(distance: ArrayLike) -> NDArray[np.float64]:
-    """`distance` as an array, refused unless every value is positive (infinity included)."""
+def defocus_at(distance: ArrayLike, focus_vergence: float) -> NDArray[np.float64]:
+    """Defocus (D) of points at `distance` (m), refused unless every value is positive (infinity included)."""
     values = np.asarray(distance, dtype=float)
     if not np.all(values > 0):
-        raise InputError("distance holds values that are not positive, but distances are metres in front of the lens.")
-    return values
+        raise InputError(
+            "distance holds values that are not positive, but distances are metres in front of the lens or eye."
+        )
+    return focus_vergence - 1.0 / values
+
+
+def distance_of_blur(radius: ArrayLike, side: Side, aperture: float, focus_vergence: float) -> NDArray[np.float64]:
+    """Distance (m) on one `side` of focus at which an aperture (m) blurs by a disc of angular `radius` (rad)."""
+    if side not in ("beyond", "nearer"):
+        raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")
+    radius = np.asarray(radius, dtype=float)
+    if not np.all(radius >= 0):
+        raise InputError("radius holds negative or undefined values, but a blur radius is 0 or more, in radians.")
+    step = radius / (aperture / 2)
+    vergence = focus_vergence + (step if side == "nearer" else -step)
+    # A few roundings' worth of slack, so that the blur of infinity gives back infinity.
+    vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
+    with np.errstate(divide="ignore"):
+        return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)

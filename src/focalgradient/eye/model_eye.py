@@ -14,11 +14,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
-from focalgradient.optics import Side
+from focalgradient.optics import Side, defocus_at, distance_of_blur
 
 __all__ = ["Eye", "TimeCourse"]
 
@@ -182,12 +182,7 @@ class Eye:
         >>> Eye(0.004, 2.0).defocus([0.25, 0.5, np.inf]).tolist()
         [-2.0, 0.0, 2.0]
         """
-        values = np.asarray(distance, dtype=float)
-        if not np.all(values > 0):
-            raise InputError(
-                "distance holds values that are not positive, but distances are metres in front of the eye."
-            )
-        return self.focus_vergence - 1.0 / values
+        return defocus_at(distance, self.focus_vergence)
 
     def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
@@ -217,14 +212,4 @@ class Eye:
         >>> [float(Eye(0.004, 2.0).distance_from_blur(0.002, side)) for side in ("beyond", "nearer")]
         [1.0, 0.3333333333333333]
         """
-        if side not in ("beyond", "nearer"):
-            raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")
-        radius = np.asarray(radius, dtype=float)
-        if not np.all(radius >= 0):
-            raise InputError("radius holds negative or undefined values, but a blur radius is 0 or more, in radians.")
-        step = radius / (self.pupil_diameter / 2)
-        vergence = self.focus_vergence + (step if side == "nearer" else -step)
-        # A few roundings' worth of slack, so that the blur of infinity gives back infinity.
-        vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
-        with np.errstate(divide="ignore"):
-            return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)
+        return distance_of_blur(radius, side, self.pupil_diameter, self.focus_vergence)

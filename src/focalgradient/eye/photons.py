@@ -11,6 +11,7 @@ import numpy as np
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.light import Band, band_light, illuminant, luminosity
 from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.wavefront import share_of_light
 
 __all__ = ["Photons"]
 
@@ -69,8 +70,11 @@ class Photons:
             if not 0 < getattr(self, name) <= 1:
                 raise InputError(f"{name} is {getattr(self, name)!r}, but must be a share above 0 and at most 1.")
 
-    def caught(self, band: str, pupil_diameter: float, pixel_angle: float) -> float:
-        """Quanta that the cones of a `band` catch on average from a square of `pixel_angle` (rad), by a pupil (m)."""
+    def caught(self, band: str, pupil_diameter: float, pixel_angle: float, stiles_crawford: float = 0.0) -> float:
+        """Quanta that the cones of a `band` catch on average from a square of `pixel_angle` (rad), by a pupil (m).
+
+        With `stiles_crawford` (rho in 1/mm^2, see `Eye`) light through the rim of the pupil counts less.
+        """
         check_pupil(pupil_diameter)
         light = band_light(cast(Band, band), self.illuminant)
         nm = light.wavelength_nm
@@ -82,4 +86,5 @@ class Photons:
             seen = np.nan_to_num(light.weight / energy) / nm
         quanta = radiance * nm * 1e-9 / PLANCK_LIGHT @ (seen / seen.max()) * step
         share = self.s_efficiency if band == "S" else self.efficiency
+        share *= share_of_light(pupil_diameter, stiles_crawford)
         return share * self.integration_time * math.pi / 4 * pupil_diameter**2 * pixel_angle**2 * float(quanta)

@@ -415,6 +415,6 @@ def _noisy(
     if not isinstance(noise, Photons):
         check_number("noise", noise, "shares of the mean", least=0)
         return image + noise * image.mean() * random.standard_normal(image.shape)
-    caught = noise.caught(cones.light, cones.aperture_diameter, pixel_angle)
+    caught = noise.caught(cones.light, cones.aperture_diameter, pixel_angle, cones.eye.stiles_crawford)
     scale = image.mean() / caught
     return image + np.sqrt(np.clip(image, 0, None) * scale) * random.standard_normal(image.shape)

@@ -27,6 +27,7 @@ __all__ = [
     "pupil_spread",
     "pupil_transfer",
     "pupil_transfer_of",
+    "share_of_light",
     "zernike",
     "zernike_defocus",
 ]
@@ -248,6 +249,20 @@ def _check_order(n: int, m: int) -> None:
         )
 
 
+def share_of_light(diameter: float, stiles_crawford: float) -> float:
+    """Share of a pupil's light (m) that counts by the Stiles-Crawford effect, the mean of 10^(-rho r^2) over it.
+
+    >>> round(share_of_light(0.006, 0.05), 3)
+    0.623
+    """
+    loss = _loss(diameter, stiles_crawford)
+    return -math.expm1(-loss) / loss if loss > 0 else 1.0
+
+
+def _loss(diameter: float, stiles_crawford: float) -> float:
+    return math.log(10) * stiles_crawford * (1e3 * diameter / 2) ** 2
+
+
 class Pupil:
     """The pupil as a function of place in the unit disc, a complex number x + i y."""
 
@@ -269,9 +284,9 @@ class Pupil:
         terms = (*aberrations, (2, 0, _defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre
         self.terms = [(n, m, waves * c) for n, m, c in terms if c]
-        self.loss = math.log(10) * stiles_crawford * (1e3 * diameter / 2) ** 2
+        self.loss = _loss(diameter, stiles_crawford)
         """Exponent by which light at the rim counts less."""
-        self.light = math.pi * (-math.expm1(-self.loss) / self.loss if self.loss > 0 else 1.0)
+        self.light = math.pi * share_of_light(diameter, stiles_crawford)
         self.steepness = self._steepest()
         """Radians of phase per radius at its steepest place."""
 
