@@ -260,6 +260,7 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
         (METRES, {"baseline": 0.2}, "baseline and offset are for disparity, but"),
         (METRES + 1j, {}, "depth must be real numbers"),
         (METRES > 1, {}, "depth must be real numbers"),
+        ((1e3 * METRES).astype(np.int32), {}, "holds integers of type int32, whose step is not known: give the scale"),
         (METRES, {"unit": "mm", "offset": 3.0}, "baseline and offset are for disparity, but"),
         (1e-300 * METRES, {}, "they must be 1e-06 m or more: look at the unit and the scale"),
     ],
@@ -294,6 +295,21 @@ def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:
     exr.File(dict(header), {"Z": METRES.astype(np.float32)}).write(str(tmp_path / "z.exr"))
     assert np.allclose(read_picture(tmp_path / "c.exr").light, colours)
     assert np.allclose(read_distances(tmp_path / "z.exr").metres, METRES)
+    alpha = np.ones((5, 6, 1), np.float32)
+    exr.File(dict(header), {"RGBA": np.dstack([colours, alpha])}).write(str(tmp_path / "a.exr"))
+    assert np.allclose(read_picture(tmp_path / "a.exr").light, colours)
+    alpha[2, 3] = 0.5
+    exr.File(dict(header), {"RGBA": np.dstack([colours, alpha])}).write(str(tmp_path / "a.exr"))
+    with pytest.raises(InputError, match=r"a\.exr is transparent in places"):
+        read_picture(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize("kind", [np.uint32, np.uint64, np.int16])
+def test_pictures_of_other_integers_are_refused(tmp_path: Path, kind: type) -> None:
+    """A table of all levels of 32 bits would fill 34 GB."""
+    np.save(tmp_path / "p.npy", np.ones((2, 3), kind))
+    with pytest.raises(InputError, match=f"of type {kind.__name__}, but must hold 8- or 16-bit"):
+        read_picture(tmp_path / "p.npy")
 
 
 def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ __all__ = [
     "check_installed",
     "check_list",
     "check_number",
+    "check_seed",
     "described",
     "is_number",
 ]
@@ -44,6 +45,17 @@ def check_number(
     kind = f"a {'positive ' * positive}{'finite ' * finite}number"
     bound = "" if math.isinf(least) else f" of {least:g} or more"
     raise InputError(f"{name} is {described(value)}, but must be {kind}{bound}: give it in {unit}.")
+
+
+def check_seed(seed: Any) -> None:
+    """Refuse what no generator of random numbers begins from.
+
+    >>> check_seed(-1)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: seed is -1, but must be a whole number of 0 or more.
+    """
+    if not (isinstance(seed, int) and seed >= 0):
+        raise InputError(f"seed is {described(seed)}, but must be a whole number of 0 or more.")
 
 
 def is_number(value: Any) -> bool:

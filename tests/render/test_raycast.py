@@ -268,3 +268,5 @@ def test_bad_input_to_cast(change, words) -> None:  # type: ignore[no-untyped-de
 def test_bad_noise(sd: float) -> None:
     with pytest.raises(InputError, match=f"sd is {sd}"):
         noisy(View(np.ones((2, 2)), LENS, PIXEL), sd, seed=0)
+    with pytest.raises(InputError, match="seed is -1"):
+        noisy(View(np.ones((2, 2)), LENS, PIXEL), 0.1, seed=-1)

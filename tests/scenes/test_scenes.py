@@ -6,7 +6,19 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
+from focalgradient.scenes import (
+    Plane,
+    Scene,
+    Sphere,
+    Texture,
+    bottle,
+    naturalistic,
+    plane,
+    room,
+    slant,
+    spheres,
+    terrain,
+)
 
 
 def test_texture_is_a_reflectance_of_the_stated_contrast() -> None:
@@ -95,6 +107,12 @@ def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
         (lambda: slant(1, math.nan, 0.1), "far is nan"),
         (lambda: slant(1, 2, 0), "field is 0"),
         (lambda: spheres(0, field=-0.1), "field is -0.1"),
+        (lambda: Plane((0, 0, 1), (0, 0, 1), size=(0.1, math.nan)), r"size is \(0.1, nan\)"),
+        (lambda: spheres(-1), "seed is -1"),
+        (lambda: bottle(-1), "seed is -1"),
+        (lambda: room(0.5), "seed is 0.5"),  # type: ignore[arg-type]
+        (lambda: terrain(-1), "seed is -1"),
+        (lambda: naturalistic(-1), "seed is -1"),
     ],
 )
 def test_bad_input(make, words) -> None:  # type: ignore[no-untyped-def]

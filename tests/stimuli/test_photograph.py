@@ -71,6 +71,13 @@ def test_controls_find_what_is_wrong() -> None:
     assert against_discs(right, grey, steps, lens, ANGLE) == {}  # outlines everywhere
 
 
+@pytest.mark.parametrize("side", [20, 26, 30, 38])
+def test_pictures_that_the_blur_nearly_fills_are_not_measured(side: int) -> None:
+    """A disc of 10 pixels' radius leaves 12 pixels to either side of a place out: less than an octave is left."""
+    grey, wall = LIGHT[:side, :side, 0], np.full((side, side), 2.0)
+    assert against_discs(grey, grey, wall, Pupil(0.04, 1.5), ANGLE) == {}
+
+
 @pytest.mark.parametrize(
     ("photographs", "said"),
     [

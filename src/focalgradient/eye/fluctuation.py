@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import boxcox, inv_boxcox
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_finite, check_number, check_seed
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import check_pupil, ordered_times
 
@@ -151,8 +151,7 @@ class Microfluctuations:
             raise InputError(
                 f"lowest is {self.lowest!r}, but drift goes from {SLOWEST:.2g} Hz up to it: give more, or no drift."
             )
-        if not (isinstance(self.seed, int) and self.seed >= 0):
-            raise InputError(f"seed is {self.seed!r}, but must be a whole number of 0 or more.")
+        check_seed(self.seed)
 
     @classmethod
     def of(

@@ -73,7 +73,8 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     else:
         pixels, encoding = read_pixels(path, encoding)
         _refuse_transparent(path)
-    if pixels.dtype.kind not in "fu" or not np.isfinite(pixels).all():
+    stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
+    if not (stored and np.isfinite(pixels).all()):
         raise InputError(
             f"{printable(path)} holds pixels that are NaN, infinite or of type {pixels.dtype}, but must hold 8- or "
             "16-bit unsigned integers or finite floating-point numbers: repair or convert it."
@@ -176,7 +177,11 @@ def _refuse_transparent(path: Path) -> None:
     except (OSError, ValueError, Image.DecompressionBombError):
         return  # no kind of picture that has an alpha channel
     if hidden:
-        raise InputError(f"{printable(path)} is transparent in places, but must be opaque: flatten it.")
+        raise _transparent(path)
+
+
+def _transparent(path: Path) -> InputError:
+    return InputError(f"{printable(path)} is transparent in places, but must be opaque: flatten it.")
 
 
 def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
@@ -193,10 +198,10 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
         raise InputError(f"{printable(path)} has shape {values.shape}, but a map of depth must be H x W.")
     if values.dtype.kind not in "fiu":
         raise InputError(f"{printable(path)} holds values of type {values.dtype}, but depth must be real numbers.")
-    if values.dtype.kind == "u" and scale is None:
+    if values.dtype.kind in "iu" and scale is None:
         raise InputError(
             f"{printable(path)} holds integers of type {values.dtype}, whose step is not known: "
-            "give the scale, such as 0.001 for millimetres read as metres."
+            "give the scale, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
         )
     return values
 
@@ -229,6 +234,8 @@ def _read_exr(path: Path) -> NDArray[Any]:
             channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
     except Exception as error:  # the decoder fails in many ways on what is not its own
         raise InputError(f"{printable(path)} cannot be read: expected an intact EXR file.") from error
+    if "RGBA" in channels and (channels["RGBA"][..., 3] < 1).any():
+        raise _transparent(path)
     for name in ("RGB", "RGBA"):
         if name in channels:
             return channels[name][..., :3].astype(np.float32)

@@ -185,7 +185,6 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
         }
     settings = load_table(path, data, Settings)
     settings._calibration_file = file
-    settings._calibration_file = file
     if calibrated is not None:
         stated, known = settings.camera.focal_length_mm, calibrated.sensor.focal_length_mm
         if not math.isclose(stated, known, rel_tol=0.01):

@@ -15,6 +15,7 @@ __all__ = ["contact_sheet", "draw_picture"]
 
 COLUMN = 25.0  # mm, of a picture
 GAP = 0.6
+LETTER = 1.5  # mm, of a letter of the note: DejaVu Sans at 8 points has 1.45 on average
 
 
 def draw_picture(
@@ -68,11 +69,13 @@ def contact_sheet(
     Returns
     -------
     Figure
-        Its width goes with the columns, its height with the rows.
+        Its width goes with the columns, or with a longer note; its height with the rows.
     """
     left, top, bottom = 24.0, 10.0, 6.0 + 3.6 * note.count("\n")
     step = COLUMN + GAP
-    width, height = left + step * len(columns), top + step * len(rows) + bottom
+    longest = max(map(len, note.splitlines()), default=0)
+    width = max(left + step * len(columns), 3.0 + LETTER * longest)
+    height = top + step * len(rows) + bottom
     with style():
         figure = new_figure(width, height)
 

@@ -11,7 +11,7 @@ import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_file", "as_files", "new_figure", "style"]
+__all__ = ["BLUE", "GREEN", "GREY", "MM", "ORANGE", "as_file", "as_files", "new_figure", "shortened", "style"]
 
 MM = 1 / 25.4
 """A millimetre, in inches."""
@@ -51,6 +51,15 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
     figure = Figure(figsize=(width_mm * MM, height_mm * MM), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+def shortened(name: str, room: int = 24) -> str:
+    """A name in so many letters at most: its beginning and its end.
+
+    >>> shortened("IMG_20240102_123456_kitchen", 14)
+    'IMG_20…kitchen'
+    """
+    return name if len(name) <= room else f"{name[: room // 2 - 1]}…{name[-room // 2 :]}"
 
 
 def as_file(figure: Figure, kind: Literal["png", "pdf"]) -> bytes:

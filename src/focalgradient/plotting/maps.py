@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Lens, Optics
-from focalgradient.plotting.figures import MM, new_figure, style
+from focalgradient.plotting.figures import MM, new_figure, shortened, style
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def depth_figure(
     shown = views[:_MOST_VIEWS]
     titles = ["" if depth.details.get("order_only") else describe_optics(view.optics) for view in shown]
     if names is not None:
-        titles = [f"{_shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
+        titles = [f"{shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
     limits = _vergence_limits(depth, truth)
     with style():
         rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 if _side_note(depth) is None else 2)]
@@ -292,10 +292,6 @@ def _metre_ticks(low: float, high: float, count: int) -> list[float]:
 def _metres(vergence: float, digits: int = 4) -> str:
     """Write the distance of `vergence`, in metres, to so many `digits`."""
     return "∞" if vergence <= 0 else f"{1 / vergence:.{digits}g}"
-
-
-def _shortened(name: str, room: int = 24) -> str:
-    return name if len(name) <= room else f"{name[: room // 2 - 1]}…{name[-room // 2 :]}"
 
 
 def _percent(share: float) -> str:

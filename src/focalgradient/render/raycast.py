@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError, check_seed, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.render.rendered import Rendered
@@ -140,8 +140,7 @@ def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samp
     check_pixel_angle(pixel_angle, optics)
     if not (isinstance(samples, int) and samples >= 1):
         raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
-    if not (isinstance(seed, int) and seed >= 0):
-        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    check_seed(seed)
 
 
 def castable(scene: Scene) -> bool:

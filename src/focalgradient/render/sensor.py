@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_seed
 from focalgradient.view import View
 
 __all__ = ["noisy"]
@@ -28,7 +28,7 @@ def noisy(view: View, sd: float, seed: int) -> View:
     Raises
     ------
     InputError
-        If `sd` is negative or not finite.
+        If `sd` is negative or not finite, or `seed` no whole number of 0 or more.
 
     Examples
     --------
@@ -39,5 +39,6 @@ def noisy(view: View, sd: float, seed: int) -> View:
     """
     if not (sd >= 0 and math.isfinite(sd)):
         raise InputError(f"sd is {sd!r}, but must be a noise of 0 or more in the image's unit.")
+    check_seed(seed)
     noise = sd * np.random.default_rng(seed).standard_normal(view.shape)
     return replace(view, image=(view.image + noise).astype(view.image.dtype))

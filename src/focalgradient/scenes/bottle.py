@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import clouded_sky
 from focalgradient.scenes.materials import ramp
@@ -52,6 +52,7 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
         raise InputError(
             f"distance is {distance!r}, but must be 0.3 to 2 metres, for the bottle to stand within its wall."
         )
+    check_seed(seed)
     random = np.random.default_rng([seed, 1])
     turn = random.uniform(0.1, 0.6)
     mirror = lathe(

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from focalgradient.errors import InputError
-from focalgradient.scenes.objects import Mark, Plane, Scene, Sphere
+from focalgradient.errors import InputError, check_seed
+from focalgradient.scenes.objects import Mark, Plane, Scene, Sphere, check_field
 from focalgradient.scenes.texture import Texture
 
 __all__ = ["plane", "slant", "spheres", "step"]
@@ -67,7 +67,7 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
     """
     _check_distance("near", near)
     _check_distance("far", far)
-    _check_field(field)
+    check_field(field)
     middle, slope = (1 / near + 1 / far) / 2, (1 / far - 1 / near) / field
     # 1/z = middle + slope x/z  is the plane  slope x + middle z = 1.
     return Scene((Plane((0.0, 0.0, 1 / middle), (-slope, 0.0, -middle), replace(texture, seed=seed)),))
@@ -124,7 +124,8 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
     >>> len(spheres(seed=3).objects)
     8
     """
-    _check_field(field)
+    check_field(field)
+    check_seed(seed)
     random = np.random.default_rng(seed)
     floor, wall = 0.6 * 0.36 * field, 3.0
 
@@ -148,8 +149,3 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
 def _check_distance(name: str, distance: float) -> None:
     if not (distance > 0 and math.isfinite(distance)):
         raise InputError(f"{name} is {distance!r}, but must be a positive finite distance in metres.")
-
-
-def _check_field(field: float) -> None:
-    if not (field > 0 and math.isfinite(field)):
-        raise InputError(f"field is {field!r}, but must be positive: the frame's columns x the pixel angle.")

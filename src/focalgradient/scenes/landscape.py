@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import check_seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.materials import ramp
-from focalgradient.scenes.objects import Mark, Mesh, Point, Scene, Sky
+from focalgradient.scenes.objects import Mark, Mesh, Point, Scene, Sky, check_field
 from focalgradient.scenes.shapes import sheet
 
 __all__ = ["GROUNDS", "Land", "clouded_sky", "terrain"]
@@ -187,8 +187,8 @@ def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
     >>> [mark.distance > 30 for mark in terrain(seed=2).marks]
     [False, True]
     """
-    if not (field > 0 and math.isfinite(field)):
-        raise InputError(f"field is {field!r}, but must be positive: the frame's columns x the pixel angle.")
+    check_field(field)
+    check_seed(seed)
     random = np.random.default_rng([seed, 4])
     grounds = list(GROUNDS)
     land = Land(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_seed
 from focalgradient.scenes.bottle import bottle
 from focalgradient.scenes.factories import plane, slant, step
 from focalgradient.scenes.landscape import terrain
@@ -41,6 +41,5 @@ def scene(name: str, seed: int = 0) -> Scene:
     """
     if name not in SCENES:
         raise InputError(f"scene is {name!r}, but must be one of {', '.join(SCENES)}.")
-    if not (isinstance(seed, int) and seed >= 0):
-        raise InputError(f"seed is {seed!r}, but must be a whole number of 0 or more.")
+    check_seed(seed)
     return SCENES[name][0](seed)

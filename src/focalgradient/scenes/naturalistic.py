@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from focalgradient.errors import InputError
+from focalgradient.errors import check_seed
 from focalgradient.scenes.landscape import GROUNDS, Land, clouded_sky, sunlight
 from focalgradient.scenes.materials import NATURAL, material
-from focalgradient.scenes.objects import Mark, Mesh, Scene
+from focalgradient.scenes.objects import Mark, Mesh, Scene, check_field
 from focalgradient.scenes.shapes import ball, lathe, strewn
 
 __all__ = ["naturalistic"]
@@ -46,8 +46,8 @@ def naturalistic(seed: int = 0, *, field: float = 0.35) -> Scene:
     >>> scene.mark("nearest").distance < 1 < scene.mark("farthest").distance
     True
     """
-    if not (field > 0 and math.isfinite(field)):
-        raise InputError(f"field is {field!r}, but must be positive: the frame's columns x the pixel angle.")
+    check_field(field)
+    check_seed(seed)
     random = np.random.default_rng([seed, 2])
     distances, across, sizes = _layout(random, field)
     land = Land(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.scenes.texture import Texture
 
-__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_scene"]
+__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_field", "check_scene"]
 
 Point = tuple[float, float, float]
 """x (right), y (down), z (away from the camera), in metres."""
@@ -50,7 +50,7 @@ class Plane:
         _check_point("normal", self.normal)
         if not any(self.normal):
             raise InputError("normal is the zero vector, but must point at right angles to the plane.")
-        if not (len(self.size) == 2 and min(self.size) > 0):
+        if not (len(self.size) == 2 and all(side > 0 for side in self.size)):
             raise InputError(f"size is {self.size!r}, but must be a positive width and height in metres.")
 
     def frame(self) -> NDArray[np.float64]:
@@ -276,6 +276,12 @@ class Scene:
 def _check_point(name: str, point: Point) -> None:
     if len(point) != 3 or not all(math.isfinite(value) for value in point):
         raise InputError(f"{name} is {point!r}, but must be three finite numbers x, y, z.")
+
+
+def check_field(field: float) -> None:
+    """Refuse what is no width of a frame, as a tangent."""
+    if not (field > 0 and math.isfinite(field)):
+        raise InputError(f"field is {field!r}, but must be positive: the frame's columns x the pixel angle.")
 
 
 def check_scene(scene: object) -> None:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.errors import check_seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.materials import ramp
 from focalgradient.scenes.objects import Mark, Mesh, Scene
@@ -45,6 +46,7 @@ def room(seed: int = 0) -> Scene:
     >>> [round(mark.distance, 1) for mark in room(seed=1).marks]
     [0.8, 3.0, 4.4]
     """
+    check_seed(seed)
     random = np.random.default_rng([seed, 3])
     towers, gate = _castle(seed, random)
     things = [*towers, *_fridge(seed), *_door(seed, _grained(GREEN, seed + 11, 0.8, 0.8))]

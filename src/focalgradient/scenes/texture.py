@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_seed
 
 __all__ = ["TILE", "Texture"]
 
@@ -57,8 +57,7 @@ class Texture:
     projected: bool = False
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.seed, int) and self.seed >= 0):
-            raise InputError(f"seed is {self.seed!r}, but must be a whole number of 0 or more.")
+        check_seed(self.seed)
         if not (self.texel > 0 and math.isfinite(self.texel)):
             unit = "radians" if self.projected else "metres"
             raise InputError(f"texel is {self.texel!r}, but must be a positive size in {unit}.")

@@ -139,7 +139,8 @@ def against_discs(
     Returns
     -------
     dict
-        As of `against_prediction`; empty where less than a tenth of the picture is away from outlines.
+        As of `against_prediction`; empty where less than a tenth of the picture is away from outlines, or what is left
+        of it within a rim as wide as the blur is too small for one octave.
     """
     vergence = 1 / np.asarray(distance, float)
     radius = optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - vergence) / pixel_angle
@@ -147,9 +148,9 @@ def against_discs(
     inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
     jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
     plain = ~maximum_filter(jumps[0] | jumps[1], 2 * rim + 1)[inside]
-    if not (plain.size and plain.mean() >= 0.1):
-        return {}
     seen = light[inside]
+    if min(seen.shape) < 4 * FEWEST or plain.mean() < 0.1:
+        return {}
     expected = np.where(plain, _by_discs(sharp, radius)[inside], seen)
     slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
     shift = -np.linalg.lstsq(slopes.T, (seen - expected)[plain], rcond=None)[0]

@@ -10,9 +10,12 @@ import numpy as np
 from PIL import Image
 
 from focalgradient.plotting.contact_sheet import contact_sheet
-from focalgradient.plotting.figures import as_file
+from focalgradient.plotting.figures import as_file, shortened
 
 __all__ = ["sheet_png"]
+
+NAME = 12
+"""Letters of a scene's name that fit beside its pictures."""
 
 
 def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
@@ -23,10 +26,10 @@ def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
     rows = {}
     for name, scene in content["scenes"].items():
         place = {end: tuple(scene[end]["position_px"]) for end in ("nearest", "farthest")}
-        text = f"{name}\n{scene['nearest']['distance_m']:.2f} m to\n{scene['farthest']['distance_m']:.2f} m"
+        text = f"{shortened(name, NAME)}\n{scene['nearest']['distance_m']:.2f} m to\n{scene['farthest']['distance_m']:.2f} m"
         rows[text] = [(_pixels(folder / shown[name, "nearest", apertures[0]]), tuple(place.values()))]
         rows[text] += [(_pixels(folder / shown[name, end, one]), (place[end],)) for end, one in blurred]
-    groups = [("no blur", 1), ("nearest object in focus", len(apertures) - 1), ("farthest object in focus", 1)]
+    groups = [("no blur", 1), ("nearest in focus", len(apertures) - 1), ("farthest in focus", 1)]
     return as_file(contact_sheet(rows, [apertures[0], *(one for _, one in blurred)], groups, note), "png")
 
 
