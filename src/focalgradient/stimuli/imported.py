@@ -324,7 +324,8 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
             raise InputError(f"{where}: {error}") from error
         if depth.shape != size[::-1]:
             raise InputError(
-                f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: scale or crop it."
+                f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: "
+                "scale or crop it."
             )
         buffer = io.BytesIO()
         np.save(buffer, depth)

@@ -26,7 +26,8 @@ def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
     rows = {}
     for name, scene in content["scenes"].items():
         place = {end: tuple(scene[end]["position_px"]) for end in ("nearest", "farthest")}
-        text = f"{shortened(name, NAME)}\n{scene['nearest']['distance_m']:.2f} m to\n{scene['farthest']['distance_m']:.2f} m"
+        near, far = (scene[end]["distance_m"] for end in place)
+        text = f"{shortened(name, NAME)}\n{near:.2f} m to\n{far:.2f} m"
         rows[text] = [(_pixels(folder / shown[name, "nearest", apertures[0]]), tuple(place.values()))]
         rows[text] += [(_pixels(folder / shown[name, end, one]), (place[end],)) for end, one in blurred]
     groups = [("no blur", 1), ("nearest in focus", len(apertures) - 1), ("farthest in focus", 1)]
