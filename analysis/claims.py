@@ -152,8 +152,11 @@ def _segments(found: Numbers) -> tuple[str, str]:
     one = found["fig4"]
     share = one["segments_in_the_right_class_percent"]
     return (
-        f"{one['segments']:.0f} of {one['segments_detected']} segments are estimated, {share:.0f} % of these in the "
-        f"right class; through a pinhole {one['pinhole_segments_in_the_right_class_percent']:.0f} %",
+        f"{one['segments']:.0f} of {one['segments_detected']} segments are estimated from one view, {share:.0f} % of "
+        f"these in the right class, {one['pairs_in_the_right_order_percent']:.0f} % of their pairs in the right order "
+        f"(through a pinhole {one['pinhole_pairs_in_the_right_order_percent']:.0f} %); from two views "
+        f"{one['two_views_segments']:.0f}, {one['two_views_segments_in_the_right_class_percent']:.0f} and "
+        f"{one['two_views_pairs_in_the_right_order_percent']:.0f} %",
         HOLDS if share > 95 else IN_PART,
     )
 

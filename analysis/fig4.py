@@ -1,4 +1,4 @@
-"""Fig. 4: the sharp edges of an indoor scene, sorted by depth from their blur in a single view."""
+"""Fig. 4: the sharp edges of an indoor scene, sorted by depth from their blur: in a single view, and in two."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 from scipy.ndimage import minimum_filter
 
-from focalgradient import Lens, View
+from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.edges.measure import Edges, average_segments, measure_edges
 from focalgradient.plotting import BLUE, GREY, ORANGE, draw_distance, draw_view, new_figure, style
-from focalgradient.render import render
+from focalgradient.render import Rendered, render
 from focalgradient.scenes import room
 
-LENS = Lens(focal_length=0.05, f_number=5.6, focus_distance=0.75)
+LENS = Lens(focal_length=0.05, f_number=8.0, focus_distance=0.6)
+SMALL = replace(LENS, f_number=22.0)  # the aperture of the second view
+PINHOLE = replace(LENS, f_number=np.inf)
+FARTHEST = 8.0  # m, to which the two views are compared
 FIELD = 0.45  # width of the frame, a tangent
 SEED = 1
 LEVELS = 8  # grey levels of 256 that the lowest three bits span
@@ -26,59 +29,69 @@ LENGTH = 16.0  # px, of the band from which a point is estimated
 BOUNDS = (1.8, 3.6)  # m, between small and medium and between medium and large depth: in the scene's two gaps
 CLASSES = ("small", "medium", "large")
 
+FloatArray = NDArray[np.float64]
 
-def noisy_bits(view: View, seed: int) -> View:
-    """The view in 8 bits, white at 255, the lowest three of them noise: uniform over 8 levels, sd 2.3 of 255."""
-    levels = 250 * view.image / view.image.max()
+
+def photograph(lens: Lens, shape: tuple[int, int], samples: int, seed: int) -> Rendered:
+    """The room through `lens`, by `samples` rays a pixel."""
+    return render(room(SEED), lens, shape, FIELD / shape[1], engine="shaded", samples=samples, seed=seed)
+
+
+def noisy_bits(view: View, white: float, seed: int) -> View:
+    """The view in 8 bits, `white` at 250, the lowest three of them noise: uniform over 8 levels, sd 2.3 of 255."""
+    levels = 250 * view.image / white
     noise = LEVELS * (np.random.default_rng(seed).random(view.shape) - 0.5)
     return replace(view, image=(np.clip(np.rint(levels + noise), 0, 255) / 255).astype(np.float32))
 
 
 @dataclass(frozen=True)
 class Sorted:
-    """Segments of a view: their points, and by segment the estimate and the truth."""
+    """Segments of a view: by segment the estimate and the truth."""
 
-    view: View
-    truth: NDArray[np.float64]
-    points: Edges
-    whole: Edges
-    segment: NDArray[np.intp]  # numbers of the good segments
-    recovered: NDArray[np.float64]  # vergence, D
-    sd: NDArray[np.float64]
-    true: NDArray[np.float64]
+    segment: NDArray[np.intp]  # numbers of the segments that are estimated
+    recovered: FloatArray  # vergence, D
+    sd: FloatArray
+    true: FloatArray
 
     @classmethod
-    def of(cls, lens: Lens, shape: tuple[int, int], samples: int, seed: int = 1) -> Sorted:
-        """Render the room through `lens`, and analyse its edges as if it were `LENS`, everything beyond its focus."""
-        pixel = FIELD / shape[1]
-        rendered = render(room(SEED), lens, shape, pixel, engine="shaded", samples=samples, seed=seed)
-        view = noisy_bits(rendered.view, seed)
-        points = measure_edges(view.image, psf="disc", length=LENGTH)
+    def by_blur(cls, points: Edges, pixel: float, truth: FloatArray) -> Sorted:
+        """By the blur of the one view in which `points` were measured, as if seen through `LENS`, beyond its focus."""
         whole = average_segments(points, LENGTH)
-        # An edge belongs to the nearer of the surfaces that meet there, and blur displaces it a little.
-        nearest = minimum_filter(rendered.distance, 15)
-        true = 1 / nearest[np.rint(whole.row).astype(int), np.rint(whole.column).astype(int)]
         dioptres = 2 * pixel / LENS.aperture_diameter  # per pixel of radius
         vergence = LENS.focus_vergence - dioptres * whole.radius
-        chosen, first = np.unique(whole.segment[whole.valid], return_index=True)
-        per = [np.flatnonzero(whole.segment == number) for number in chosen]
+        return cls._of(whole, whole.valid, vergence, dioptres * whole.radius_sd, truth)
+
+    @classmethod
+    def by_comparison(cls, points: Edges, views: list[View], truth: FloatArray) -> Sorted:
+        """By the default method, which compares two views; where it knows the distance of half of a segment's points.
+
+        Neighbouring points share their pixels: a segment is known no better than its points.
+        """
+        depth = recover_depth(views, near=LENS.focus_distance, far=FARTHEST)
+        where = np.rint(points.row).astype(int), np.rint(points.column).astype(int)
+        known = depth.valid[where]
+        segments = len(np.unique(points.segment))
+        share = np.bincount(points.segment, known, segments) / np.bincount(points.segment, minlength=segments)
+        valid = known & (share >= 0.5)[points.segment]
+        return cls._of(points, valid, depth.vergence[where], depth.vergence_sd[where], truth)
+
+    @classmethod
+    def _of(
+        cls, points: Edges, valid: NDArray[np.bool_], vergence: FloatArray, sd: FloatArray, truth: FloatArray
+    ) -> Sorted:
+        """Means, and the medians of the standard deviations, over the valid points of each segment that has any."""
+        # An edge belongs to the nearer of the surfaces that meet there, and blur displaces it a little.
+        true = 1 / minimum_filter(truth, 15)[np.rint(points.row).astype(int), np.rint(points.column).astype(int)]
+        chosen = np.unique(points.segment[valid])
+        per = [np.flatnonzero(valid & (points.segment == number)) for number in chosen]
         return cls(
-            view,
-            rendered.distance,
-            points,
-            whole,
             chosen,
             np.array([vergence[p].mean() for p in per]),
-            dioptres * whole.radius_sd[whole.valid][first],
+            np.array([np.median(sd[p]) for p in per]),
             np.array([np.median(true[p]) for p in per]),
         )
 
-    @property
-    def detected(self) -> int:
-        """Number of segments, estimated or not."""
-        return len(np.unique(self.points.segment))
-
-    def depth_class(self, vergence: NDArray[np.float64]) -> NDArray[np.intp]:
+    def depth_class(self, vergence: FloatArray) -> NDArray[np.intp]:
         """0, 1, 2 for small, medium and large depth."""
         return np.searchsorted(BOUNDS, 1 / np.maximum(vergence, 1e-9))
 
@@ -90,96 +103,167 @@ class Sorted:
         order = np.sign(self.recovered[one] - self.recovered[other]) * np.sign(self.true[one] - self.true[other])
         return {
             "segments": float(len(self.true)),
-            "points_good_percent": 100 * float(self.points.valid.mean()),
             "segments_in_the_right_class_percent": 100 * float((found == true).mean()),
             "pairs_in_the_right_order_percent": 100 * float((order[differ] + 1).mean() / 2),
         }
 
 
+@dataclass(frozen=True)
+class Room:
+    """The noisy views of the room, the segments of the first, and all ways to sort them."""
+
+    view: View
+    truth: FloatArray
+    points: Edges
+    blurred: Sorted
+    sharp: Sorted  # by the blur of a pinhole's view
+    compared: Sorted
+    same: Sorted  # by comparing two views through a pinhole, named as if through the two apertures
+
+    @classmethod
+    def of(cls, shape: tuple[int, int], samples: int, seed: int = 1, progress: Progress | None = None) -> Room:
+        """Render the room and sort its segments; everything in it lies beyond the focus of `LENS`."""
+        report = progress or (lambda share: None)
+        lenses = ((LENS, samples), (SMALL, samples), (PINHOLE, samples // 4))
+        rendered = []
+        for number, (lens, rays) in enumerate(lenses):
+            rendered.append(photograph(lens, shape, rays, seed + number))
+            report(0.25 * (number + 1))
+        white = max(float(one.view.image.max()) for one in rendered)
+        large, small, pinhole = (noisy_bits(one.view, white, seed + n) for n, one in enumerate(rendered))
+        again = replace(noisy_bits(rendered[2].view, white, seed + 3), optics=LENS)
+        pixel, truth = FIELD / shape[1], rendered[0].distance
+        points, sharp = (measure_edges(view.image, psf="disc", length=LENGTH) for view in (large, pinhole))
+        return cls(
+            large,
+            truth,
+            points,
+            Sorted.by_blur(points, pixel, truth),
+            Sorted.by_blur(sharp, pixel, truth),
+            Sorted.by_comparison(points, [small, large], truth),
+            Sorted.by_comparison(points, [replace(pinhole, optics=SMALL), again], truth),
+        )
+
+    @property
+    def detected(self) -> int:
+        """Number of segments, estimated or not."""
+        return len(np.unique(self.points.segment))
+
+
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
-    report = progress or (lambda share: None)
     shape, samples = ((960, 960), 256) if full else ((640, 640), 64)
-    blurred = Sorted.of(LENS, shape, samples)
-    report(0.5)
-    sharp = Sorted.of(replace(LENS, f_number=np.inf), shape, samples // 4)
-    report(0.9)
-    on, off = blurred.scores(), sharp.scores()
+    found = Room.of(shape, samples, progress=progress)
+    blurred, compared = found.blurred, found.compared
+    on, two = blurred.scores(), compared.scores()
+    off, same = found.sharp.scores(), found.same.scores()
     error = np.abs(1 / blurred.recovered - 1 / blurred.true) * blurred.true
+    within = np.abs(compared.recovered - compared.true) <= 2 * compared.sd
     return Shown(
-        title="Fig. 4: sharp edges sorted by depth, from one view",
+        title="Fig. 4: sharp edges sorted by depth",
         caption=(
             f"A room with a sand castle, a refrigerator and a door, rendered through an f/{LENS.f_number:g} lens "
             f"focused at {LENS.focus_distance:g} m, nearer than everything in it; 8 bits a pixel, of which the lowest "
             "three are noise (uniform over 8 grey levels). All zero-crossings of the Laplacian of a Gaussian are cut "
             "at points of high curvature; a blurred step is fitted all along, and depth averaged over each segment.",
-            f"{len(blurred.true)} of the {blurred.detected} segments are estimated. What the fit rejects is left out: "
-            "corners, neighbours too close, too little contrast, grain and stains. "
-            f"Middle: the segments beyond {BOUNDS[1]:g} m, between {BOUNDS[0]:g} and {BOUNDS[1]:g} m, and nearer, by "
-            "their blur; how many, and how many of them wrongly (orange).",
-            "Bottom: every segment against the truth, in vergence (1 / distance). Crosses: the same scene through a "
-            "pinhole, analysed as if seen through the lens. Everything then seems in focus, and the order is lost.",
+            f"{len(blurred.true)} of the {found.detected} segments are estimated from this one view. What the fit "
+            "rejects is left out: corners, neighbours too close, too little contrast, grain and stains. "
+            f"Second row: the segments beyond {BOUNDS[1]:g} m, between {BOUNDS[0]:g} and {BOUNDS[1]:g} m, and nearer, "
+            "by their blur; how many, and how many of them wrongly (orange).",
+            f"Third row: the same segments by a second view, through f/{SMALL.f_number:g}, which tells blur from soft "
+            "texture (the default method, averaged over each segment). "
+            f"{two['segments']:.0f} segments are estimated, {two['segments_in_the_right_class_percent']:.1f} % in the "
+            f"right class and {two['pairs_in_the_right_order_percent']:.1f} % of the pairs in the right order; "
+            f"{100 * within.mean():.0f} % lie within 2 sd. The rest are misread along outlines, where an edge is the "
+            "nearer surface's and the texture beside it the farther one's.",
+            "Bottom: every segment against the truth, in vergence (1 / distance); dashes part the classes. "
+            "Crosses: the same scene through a pinhole, analysed as if seen through the lens. Everything then seems in "
+            "focus, and the order is lost: "
+            f"{off['pairs_in_the_right_order_percent']:.0f} % of the pairs from one view, and "
+            f"{same['pairs_in_the_right_order_percent']:.0f} % from two, are in the right order.",
         ),
-        figure=_draw(blurred, sharp),
+        figure=_draw(found),
         summary={
-            "segments_detected": blurred.detected,
+            "segments_detected": found.detected,
             **on,
+            "points_good_percent": 100 * float(found.points.valid.mean()),
             "median_size_of_error_of_distance_percent": 100 * float(np.median(error)),
             **{f"pinhole_{name}": value for name, value in off.items()},
+            **{f"two_views_{name}": value for name, value in two.items()},
+            "two_views_within_2_sd_percent": 100 * float(within.mean()),
+            **{f"two_views_pinhole_{name}": value for name, value in same.items()},
         },
         plotted={
-            "lens": {"true_D": blurred.true, "recovered_D": blurred.recovered, "sd_D": blurred.sd},
-            "pinhole": {"true_D": sharp.true, "recovered_D": sharp.recovered, "sd_D": sharp.sd},
+            name: {"true_D": one.true, "recovered_D": one.recovered, "sd_D": one.sd}
+            for name, one in (
+                ("lens", blurred),
+                ("pinhole", found.sharp),
+                ("two_views", compared),
+                ("two_views_pinhole", found.same),
+            )
         },
     )
 
 
-def _draw(blurred: Sorted, sharp: Sorted) -> Figure:
+def _draw(found: Room) -> Figure:
     with style():
-        figure = new_figure(180, 165)
-        top, middle = (
-            [figure.add_axes(((1.5 + 55 * n) / 180, y / 165, 52 / 180, 39 / 165)) for n in range(3)] for y in (121, 75)
+        figure = new_figure(180, 212)
+        top, one, two = (
+            [figure.add_axes(((1.5 + 55 * n) / 180, y / 212, 52 / 180, 39 / 212)) for n in range(3)]
+            for y in (168, 122, 76)
         )
-        draw_view(top[0], blurred.view, f"f/{LENS.f_number:g}, noise in 3 of 8 bits")
-        _contours(top[1], blurred, {int(n): "black" for n in np.unique(blurred.points.segment)})
-        top[1].set_title(f"all {blurred.detected} segments")
-        draw_distance(top[2], blurred.truth, limits=(0.2, 1.3), title="true distance")
-
-        found, true = blurred.depth_class(blurred.recovered), blurred.depth_class(blurred.true)
-        for ax, number in zip(middle, (2, 1, 0), strict=True):
-            chosen = np.flatnonzero(found == number)
-            wrong = int((true[chosen] != number).sum())
-            colours = {int(blurred.segment[n]): "black" if true[n] == number else ORANGE for n in chosen}
-            _contours(ax, blurred, colours)
-            ax.set_title(f"{CLASSES[number]} depth: {len(chosen)}, {wrong} wrong")
-        ax = figure.add_axes((14 / 180, 11 / 165, 164 / 180, 54 / 165))
-        ax.plot([0.15, 1.45], [0.15, 1.45], color=GREY, linewidth=0.6, zorder=0)
-        ax.errorbar(
-            *(blurred.true, blurred.recovered, 2 * blurred.sd),
-            fmt="o", color=BLUE, markersize=3.5, elinewidth=0.7, label="through the lens, ± 2 sd",
-        )  # fmt: skip
-        ax.plot(sharp.true, sharp.recovered, "x", color=ORANGE, markersize=4.5, label="through a pinhole")
-        for bound in BOUNDS:
-            ax.axhline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-            ax.axvline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-        ax.set(
-            xlim=(0.15, 1.45), ylim=(0.1, 1.5), xlabel="true vergence (D)", ylabel="vergence from blur (D)",
-            title=f"The {len(blurred.true)} of {blurred.detected} segments that are estimated, against the truth; "
-            "dashes part the classes",
-        )  # fmt: skip
-        ax.legend(loc="lower right")
+        draw_view(top[0], found.view, f"f/{LENS.f_number:g}, noise in 3 of 8 bits")
+        _contours(top[1], found, {int(n): "black" for n in np.unique(found.points.segment)})
+        top[1].set_title(f"all {found.detected} segments")
+        draw_distance(top[2], found.truth, limits=(0.2, 1.65), title="true distance")
+        _classes(one, found, found.blurred, "one view")
+        _classes(two, found, found.compared, "two views")
+        left, right = (figure.add_axes((x / 180, 11 / 212, 76 / 180, 54 / 212)) for x in (14, 102))
+        _against_truth(left, found.blurred, found.sharp, "One view")
+        _against_truth(right, found.compared, found.same, "Two views")
+        left.set_ylabel("vergence from blur (D)")
+        left.legend(loc="lower right")
         figure.draw_without_rendering()
     return figure
 
 
-def _contours(ax: Axes, result: Sorted, colours: dict[int, str]) -> None:
+def _classes(axes: list[Axes], found: Room, result: Sorted, name: str) -> None:
+    """The segments of each class, the farthest first; orange where they belong to another."""
+    read, true = result.depth_class(result.recovered), result.depth_class(result.true)
+    for ax, number in zip(axes, (2, 1, 0), strict=True):
+        chosen = np.flatnonzero(read == number)
+        wrong = int((true[chosen] != number).sum())
+        _contours(ax, found, {int(result.segment[n]): "black" if true[n] == number else ORANGE for n in chosen})
+        ax.set_title(f"{name}, {CLASSES[number]}: {len(chosen)}, {wrong} wrong")
+
+
+def _against_truth(ax: Axes, on: Sorted, off: Sorted, name: str) -> None:
+    """Every segment against the truth, through the lens and through a pinhole."""
+    ax.plot([0.15, 1.7], [0.15, 1.7], color=GREY, linewidth=0.6, zorder=0)
+    few = len(on.true) < 100
+    ax.plot(off.true, off.recovered, "x", color=ORANGE, markersize=4.0 if few else 2.5, label="through a pinhole")
+    ax.errorbar(
+        *(on.true, on.recovered, 2 * on.sd),
+        fmt="o", color=BLUE, markersize=3.5 if few else 2.0, elinewidth=0.7 if few else 0.4,
+        label="through the lens, ± 2 sd",
+    )  # fmt: skip
+    for bound in BOUNDS:
+        ax.axhline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.axvline(1 / bound, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.set(
+        xlim=(0.15, 1.7), ylim=(0.1, 1.75), xlabel="true vergence (D)",
+        title=f"{name}: {len(on.true)} segments",
+    )  # fmt: skip
+
+
+def _contours(ax: Axes, found: Room, colours: dict[int, str]) -> None:
     """Draw the segments named in `colours`."""
-    points = result.points
+    points = found.points
     ends = np.flatnonzero(np.diff(points.segment)) + 1
     lines = np.split(np.column_stack([points.column, points.row]), ends)
     numbers = points.segment[np.concatenate([[0], ends])]
     shown = [(line, colours[number]) for line, number in zip(lines, numbers.tolist(), strict=True) if number in colours]
     ax.add_collection(LineCollection([line for line, _ in shown], colors=[c for _, c in shown], linewidths=0.8))
-    height, width = result.view.shape
+    height, width = found.view.shape
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), aspect="equal", anchor="NW", xticks=[], yticks=[])
     ax.spines[:].set(visible=True, linewidth=0.4, color="#888888")
 

@@ -37,7 +37,11 @@ NUMBERS = {
         "segments": 42.0,
         "segments_detected": 942,
         "segments_in_the_right_class_percent": 86.0,
-        "pinhole_segments_in_the_right_class_percent": 44.0,
+        "pairs_in_the_right_order_percent": 89.0,
+        "pinhole_pairs_in_the_right_order_percent": 32.0,
+        "two_views_segments": 611.0,
+        "two_views_segments_in_the_right_class_percent": 97.0,
+        "two_views_pairs_in_the_right_order_percent": 97.0,
     },
     "fig5": {
         "valid_percent": 36.0,
