@@ -9,7 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 from focalgradient.depth.equalise.comparing import residual_filters
 from focalgradient.depth.equalise.residuals import Residuals
-from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.numerics import block_sum, product
 from focalgradient.psf import transfer
 
 COUNTS = st.tuples(st.integers(2, 5), st.integers(1, 3), st.integers(1, 4))
@@ -71,3 +71,15 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bo
     assert 0 < blocks.mean() < 0.6
     energy[:, blocks] = residuals.energy_of_blocks(blocks, after, step)
     assert energy == pytest.approx(truth, rel=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(3, 2, 5), (94, 54, 1024), (24, 18, 40_001)])
+def test_products_by_parts_are_products(shape: tuple[int, int, int]) -> None:
+    """Also of views of arrays, as of a transposed part."""
+    rows, inner, columns = shape
+    random = np.random.default_rng(1)
+    left = random.standard_normal((inner, 2 * rows)).astype(np.float32)[:, ::2].T
+    right = random.standard_normal((inner, columns)).astype(np.float32)
+    found = product(left, right)
+    assert found.dtype == np.float32
+    assert np.allclose(found, np.einsum("ik,kj->ij", left, right, optimize=False), rtol=1e-4, atol=1e-4)

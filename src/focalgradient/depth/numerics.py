@@ -28,6 +28,10 @@ GROWTH = (0.5, 0.75, 1.125, 1.7)
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
 
+UNSHARED, WORTH_THREADS = 1 << 18, 1 << 30
+"""Multiplications up to which OpenBLAS keeps a product to one thread (its interface/gemm.c), and from which on its
+threads are worth it: they stay busy for 30 ms after each product, which is some 30 ms of work on one core."""
+
 NODES = 1.6
 """Nodes at which depth is estimated, to a window's standard deviation."""
 
@@ -44,6 +48,19 @@ def share_rows(rows: int, work: Callable[[int, int], object]) -> None:
     work(edges[0], edges[1])
     for other in others:
         other.result()
+
+
+def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:
+    """The matrix product; a small one by parts that BLAS gives to no threads, which would keep cores busy waiting."""
+    rows, inner = left.shape
+    columns = right.shape[1]
+    if rows * inner * columns >= WORTH_THREADS:
+        return np.asarray(np.matmul(left, right))
+    found = np.empty((rows, columns), np.result_type(left, right))
+    part = max(1, UNSHARED // (rows * inner))
+    for first in range(0, columns, part):
+        np.matmul(left, right[:, first : first + part], out=found[:, first : first + part])
+    return found
 
 
 def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:

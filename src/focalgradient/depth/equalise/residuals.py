@@ -70,7 +70,7 @@ class Residuals:
             coefficients = None
         else:
             coefficients = left[:, :rank]
-            basis = coefficients.T.astype(rows.dtype) @ rows
+            basis = numerics.product(coefficients.T.astype(rows.dtype), rows)
             parts = basis.view(filters.dtype).reshape(rank, views, count) / weight.astype(rows.dtype)
             images = spectra.stack(parts, frequencies)
             if own is None:  # of what was kept of them
@@ -110,7 +110,7 @@ class Residuals:
         sums = []
         for y in range(0, height, band):
             part = images[:, y : y + band]
-            residuals = (coefficients @ part.reshape(len(part), -1)).reshape(-1, *part.shape[1:])
+            residuals = numerics.product(coefficients, part.reshape(len(part), -1)).reshape(-1, *part.shape[1:])
             sums.append(numerics.block_squares(residuals, weight[y : y + band], step).astype(np.float32))
         return np.concatenate(sums, axis=1)
 
@@ -124,15 +124,15 @@ class Residuals:
 def _directions(rows: NDArray[Any], frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
     """Orthonormal combinations of levels (L x L), those with most energy in `rows` first, and their energies (L)."""
     some = rows[:, ::4].astype(float)  # every fourth frequency is enough
-    energy, left = np.linalg.eigh(some @ some.T)
+    energy, left = np.linalg.eigh(numerics.product(some, some.T))
     left = left[:, ::-1]
     if frequencies.down is None:  # a small image has no frequency at some of the radial samples
-        return left, ((left.T @ rows) ** 2).sum(axis=1)
+        return left, (numerics.product(left.T, rows) ** 2).sum(axis=1)
     return left, 4 * energy[::-1].clip(0)
 
 
 def _combined(coefficients: FloatArray, parts: NDArray[Any]) -> NDArray[Any]:
     """Combinations (L x r) of filters (r x n x F): n x L x F."""
     rows = np.ascontiguousarray(parts).view(parts.real.dtype).reshape(len(parts), -1)
-    combined = coefficients.astype(rows.dtype) @ rows
+    combined = numerics.product(coefficients.astype(rows.dtype), rows)
     return np.ascontiguousarray(combined.view(parts.dtype).reshape(-1, *parts.shape[1:]).transpose(1, 0, 2))
