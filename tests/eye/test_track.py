@@ -1,5 +1,7 @@
 """Depth as a running estimate: its filter against closed forms, and simulated series against what is stated of them."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,19 @@ def test_without_evidence_the_posterior_returns_to_what_is_expected():
     assert posterior == pytest.approx(motion.expected(GRID), abs=2e-3)
     jumped = Motion(drift=0.0, jumps=1.0).after(np.eye(GRID.size)[150], GRID, 0.7)
     assert jumped[150] == pytest.approx(np.exp(-0.7), abs=0.01)
+
+
+@pytest.mark.parametrize("fixation", [0.1, 0.5, 10.0])
+def test_without_evidence_a_target_drifts_as_long_as_time_passes(monkeypatch, fixation):
+    """Two seconds of 0.3 D a root second, however they are cut into fixations."""
+    monkeypatch.setattr(
+        sys.modules[Tracker.__module__], "vergence_likelihood", lambda views, at, **_: np.zeros(at.size)
+    )
+    tracker = Tracker(0.1, motion=Motion(rest=3.0, spread=50.0, jumps=0.0))
+    tracker.start(3.0, 0.2)
+    for number in range(21):
+        _, sd = tracker.update(0.1 * number, [], int(0.1 * number / fixation + 1e-9))
+    assert sd**2 == pytest.approx(0.2**2 + 0.3**2 * 2, rel=0.02)
 
 
 @pytest.mark.slow

@@ -97,7 +97,8 @@ class Tracker:
     _begun: FloatArray = field(init=False)  # posterior as the fixation began
     _views: list[View] = field(init=False, default_factory=list)
     _fixation: int | None = field(init=False, default=None)
-    _since: float = field(init=False, default=0.0)
+    _since: float = field(init=False, default=0.0)  # when the fixation began
+    _last: float | None = field(init=False, default=None)  # the moment before
 
     def __post_init__(self) -> None:
         self.posterior = self.motion.expected(self.vergences)
@@ -110,11 +111,11 @@ class Tracker:
 
     def update(self, time: float, views: Sequence[View], fixation: int) -> tuple[float, float]:
         """Take in what is seen at `time` (s) within a `fixation`; the posterior mean and sd (D)."""
-        if self._fixation is None:
-            self._since = time
         if fixation != self._fixation:
-            self._begun = self.motion.after(self.posterior, self.vergences, time - self._since)
+            unseen = 0.0 if self._last is None else time - self._last
+            self._begun = self.motion.after(self.posterior, self.vergences, unseen)
             self._fixation, self._since, self._views = fixation, time, []
+        self._last = time
         self._views.extend(views)
         likelihood = vergence_likelihood(
             self._views, self.vergences, noise=self.noise, correlation=self.correlation, wraps=self.wraps
