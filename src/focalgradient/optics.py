@@ -88,7 +88,7 @@ class HasThroughFocus(HasOpticalTransfer, Protocol):
 
 @runtime_checkable
 class HasWaveband(Optics, Protocol):
-    """Optics that see one part of the light, such as an eye's cones of one kind."""
+    """Optics that see one part of the light, such as an eye's cones of one class."""
 
     @property
     def light(self) -> str:

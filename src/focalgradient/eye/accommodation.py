@@ -100,12 +100,13 @@ class Accommodation:
     plant
         Its lens and controller.
     fluctuation
-        How its focus wavers about what the plant does; None for a steady one.
+        Microfluctuations of its focus about what the plant does; None for a steady one.
     motion
         How it expects targets to move.
     noise
-        Standard deviation of a pixel's noise over the mean at every moment: 0.2 makes one look at a natural target half
-        a dioptre off tell its vergence to about 0.05 D by two bands, the threshold for a change of blur (0.05-0.07 D).
+        Standard deviation of a pixel's noise over the mean at every moment: with 0.2 one fixation of a natural target
+        half a dioptre off gives its vergence to about 0.05 D by two bands, the threshold for a change of blur
+        (0.05-0.07 D).
     rate
         Moments in a second.
     fixation
@@ -221,7 +222,7 @@ def accommodate(
             f"the target lies between {wanted.min():g} and {wanted.max():g} D, but the lens goes from 0 to "
             f"{eye.plant.nearest:g} D only."
         )
-    wavers = _wavering(eye, times, seed)
+    fluctuation = _fluctuation(eye, times, seed)
     random = np.random.default_rng([seed, 5])
     tracker = Tracker(eye.noise, stimulus.target.correlation, True, eye.motion)
     tracker.start(wanted[0], 0.3)
@@ -229,7 +230,7 @@ def accommodate(
     waiting = [float(wanted[0])] * (1 + round(eye.plant.latency * eye.rate))
     rows = np.empty((times.size, 3))
     for number, time in enumerate(times):
-        focus = float(state[1] + wavers[number])
+        focus = float(state[1] + fluctuation[number])
         fixation = number if eye.cue == "bands" else int((time + SETTLE) / eye.fixation + 1e-9)
         views = _retina(eye, stimulus, time, focus, wanted, number, random, 10_000 * seed + fixation)
         estimate, sd = tracker.update(float(time), views, fixation)
@@ -242,7 +243,7 @@ def accommodate(
     return Course(times[kept], wanted[kept], rows[kept, 0], rows[kept, 1], rows[kept, 2])
 
 
-def _wavering(eye: Accommodation, times: FloatArray, seed: int) -> FloatArray:
+def _fluctuation(eye: Accommodation, times: FloatArray, seed: int) -> FloatArray:
     """Fluctuation of focus at each of `times`; one of its own for each seed where it has one."""
     course = eye.fluctuation
     if course is None:

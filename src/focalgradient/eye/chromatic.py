@@ -16,7 +16,8 @@ from focalgradient.eye.ranges import wavelengths
 __all__ = ["REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
 
 REFERENCE_NM = 580.0
-"""The wavelength, in nm, at which an eye's accommodation is stated."""
+"""The wavelength, in nm, at which an eye's accommodation is stated: our choice; the formula of Thibos et al. is 0 at
+590 nm."""
 
 _LEVEL, _STRENGTH, _POLE = 1.68524, 633.46, 214.102  # Thibos et al. 1992: D, D nm, nm
 

@@ -19,7 +19,7 @@ from focalgradient.eye.ranges import wavelengths
 __all__ = ["Band", "Light", "band_difference", "band_light", "cone_fundamentals", "illuminant", "luminosity"]
 
 Band = Literal["L+M", "S", "L", "M", "luminance"]
-"""Who sees the light: cones of one or two kinds, or all that makes luminance."""
+"""Who sees the light: cones of one or two classes, or all that makes luminance."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -179,7 +179,7 @@ def track(
 
     Examples
     --------
-    A wall at 1.5 D, seen for two seconds by an eye whose focus wavers about 1 D.
+    A wall at 1.5 D, seen for two seconds by an eye whose focus fluctuates about 1 D.
 
     >>> from focalgradient.eye import Eye, Microfluctuations, accommodation_views
     >>> times = np.arange(0, 2, 0.25)
