@@ -116,6 +116,7 @@ def test_courses_from_tables():
         (lambda: Target(shape=(4, 4)), "at least 16 x 16"),
         (lambda: accommodate(lambda t: 9.0, 1.0), "the lens goes from 0 to 8 D only"),
         (lambda: accommodate(lambda t: 1.0, 0.0), "duration is 0.0"),
+        (lambda: accommodate(lambda t: 1.0, 0.01), "duration is 0.01 s, but the eye looks every 0.1 s"),
     ],
 )
 def test_bad_input(call, sentence):

@@ -59,6 +59,15 @@ def test_without_evidence_a_target_drifts_as_long_as_time_passes(monkeypatch, fi
     assert sd**2 == pytest.approx(0.2**2 + 0.3**2 * 2, rel=0.02)
 
 
+def test_a_target_where_none_was_expected_is_found():
+    """Expected at 0 +- 0.1 D, which is 0 to rounding at 6 D, where it stands in full view."""
+    cones = [Cones.of(Eye(0.004, 6.0), band) for band in ("L+M", "S")]
+    views = Target().views(cones, 6.0, noise=0.01, random=np.random.default_rng(1))
+    expected = Motion(rest=0.0, spread=0.1, drift=0.0, jumps=0.0)
+    found = track(views, [0.0, 0.0], noise=0.01, correlation=0.95, motion=expected, wraps=True)
+    assert found.vergence[0] == pytest.approx(6.0, abs=0.05)
+
+
 @pytest.mark.slow
 def test_error_falls_with_time_as_predicted():
     """A still target, every moment a new texture: the error falls by the root of the number of moments."""

@@ -202,7 +202,7 @@ def accommodate(
     Raises
     ------
     InputError
-        If the duration is not positive, or the target lies nearer than the lens can go.
+        If the duration is shorter than from one moment to the next, or the target lies nearer than the lens can go.
 
     Examples
     --------
@@ -214,6 +214,8 @@ def accommodate(
     """
     eye, stimulus = eye or Accommodation(), stimulus or Stimulus()
     check_number("duration", duration, "seconds", positive=True)
+    if round(duration * eye.rate) < 1:
+        raise InputError(f"duration is {duration:g} s, but the eye looks every {1 / eye.rate:g} s: give more.")
     step, before = 1 / eye.rate, round(SETTLE * eye.rate)
     times = np.asarray((np.arange(round(duration * eye.rate) + before) - before) * step, dtype=np.float64)
     wanted = np.array([float(target(max(t, 0.0))) for t in times])

@@ -121,7 +121,10 @@ class Tracker:
             self._views, self.vergences, noise=self.noise, correlation=self.correlation, wraps=self.wraps
         )
         prior = self.motion.after(self._begun, self.vergences, time - self._since)
-        posterior = prior * np.exp(likelihood)
+        log = (
+            np.log(np.maximum(prior, np.finfo(float).tiny)) + likelihood
+        )  # where nothing was expected, something may be
+        posterior = np.exp(log - log.max())
         self.posterior = posterior / posterior.sum()
         return self.estimate
 
