@@ -69,6 +69,15 @@ def test_a_resolution_that_is_none_is_refused() -> None:
 
 
 @pytest.mark.parametrize("model", ["wave", "disc", "gaussian"])
+def test_one_frequency_and_none_are_taken_as_many_are(model) -> None:
+    cones = Cones.of(EYE, "S", wavelengths=2, model=model)
+    many = cones.transfer(np.array([0.0, 300.0]), np.array([[1.0], [1.5]]))
+    assert float(cones.transfer(300.0, 1.5)) == many[1, 1]
+    assert float(blur_transfer(0.0, 300.0, cones, 1.5)) == many[1, 1]
+    assert cones.transfer([], 1.5).shape == (0,)
+
+
+@pytest.mark.parametrize("model", ["wave", "disc", "gaussian"])
 def test_opposite_frequencies_are_alike(model) -> None:
     """Round blur is even: a grid's negative frequencies get what its positive ones do."""
     cones = Cones.of(EYE, "S", wavelengths=2, finest_cpd=30, model=model)

@@ -244,9 +244,10 @@ def _wave_transfer(
     """`optical_transfer`, of arrays of frequencies (cycles per radian) and of defocus, off a table."""
     s = np.radians(frequency) / cutoff_cpd(pupil_diameter, wavelength_nm)
     phase = np.pi * pupil_diameter * defocus * frequency * np.clip(1 - s, 0, None)
-    table = _table(float(2 ** np.ceil(np.log2(max(16.0, phase.max())))))
-    places = np.broadcast_arrays(np.minimum(s * len(SHIFTS), len(SHIFTS) - 1), phase / PHASE_STEP)
-    return np.asarray(map_coordinates(table, np.stack(places), order=1, mode="nearest") * _in_focus(s))
+    table = _table(float(2 ** np.ceil(np.log2(phase.max(initial=16.0)))))
+    places = np.stack(np.broadcast_arrays(np.minimum(s * len(SHIFTS), len(SHIFTS) - 1), phase / PHASE_STEP))
+    read = map_coordinates(table, places.reshape(2, -1), order=1, mode="nearest")  # which takes no scalars
+    return np.asarray(read.reshape(places.shape[1:]) * _in_focus(s))
 
 
 def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
