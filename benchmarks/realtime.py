@@ -31,10 +31,10 @@ from recover_depth import APERTURES, FAR, FOCUS, NEAR
 from scipy import ndimage
 
 from focalgradient import Lens, recover_depth
-from focalgradient.depth.numerics import THREADS
 from focalgradient.depth.ratio.disparity import BRIGHTNESS, focal_disparity, read_depth, table_for
 from focalgradient.depth.ratio.table import DisparityTable
 from focalgradient.depth.search import Search
+from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import pixel_transfer, transfer
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
@@ -218,12 +218,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="also write the figures here, as JSON")
     options = parser.parse_args()
 
-    cv2.setNumThreads(THREADS)
+    threads = min(MOST_THREADS, cores())
+    cv2.setNumThreads(threads)
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     print(
-        f"{THREADS} threads, load {load:.1f} at the start; medians of {options.repeat} runs in turn, least in brackets"
+        f"{threads} threads, load {load:.1f} at the start; medians of {options.repeat} runs in turn, least in brackets"
     )
-    figures: dict[str, Any] = {"threads": THREADS, "load": load}
+    figures: dict[str, Any] = {"threads": threads, "load": load}
     for shape in (FULL, PAPER):
         found = figures[f"{shape[1]}x{shape[0]}"] = speeds(shape, options.repeat)
         print(f"\n{shape[1]} x {shape[0]}{'':34}ms{'least':>10}{'x ours':>10}{'a second':>10}")

@@ -1,4 +1,4 @@
-"""Work shared among processes of this machine, or among the workers of a Dask cluster.
+"""Work shared among threads or processes of this machine, or among the workers of a Dask cluster.
 
 What is shared depends on its arguments alone, so that the results are the same however it is shared. No process
 outlives the one that gave it work, whatever ends that.
@@ -11,15 +11,24 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+)
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
+from functools import cache
+from itertools import pairwise
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
 from focalgradient.errors import InputError
 
-__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "shared", "workers_for"]
+__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "share_rows", "shared", "workers_for"]
 
 WAIT = 15
 """Seconds that a scheduler is waited for."""
@@ -33,12 +42,39 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 ORPHAN = 1
 """Exit code of a process that ends because the one that gave it work is gone."""
 
+MOST_THREADS = 8
+"""Threads of compiled loops over rows, at most: our choice."""
+
 Result = TypeVar("Result")
 
 
 def cores() -> int:
     """Processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(min(MOST_THREADS, cores()), thread_name_prefix="rows")
+
+
+def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) -> None:
+    """Call ``work(first, last)`` on bands of rows that cover ``range(rows)``, in threads side by side.
+
+    There are `each` bands a thread: more than one where some rows take longer. `work` must let other threads run, as
+    loops compiled with ``nogil`` do, and must not share rows itself.
+
+    >>> squares = [0] * 5
+    >>> share_rows(5, lambda first, last: squares.__setitem__(slice(first, last), [n * n for n in range(first, last)]))
+    >>> squares
+    [0, 1, 4, 9, 16]
+    """
+    bands = each * min(MOST_THREADS, cores())
+    edges = [rows * number // bands for number in range(bands + 1)]
+    others = [_pool().submit(work, first, last) for first, last in pairwise(edges[1:])]
+    work(edges[0], edges[1])
+    for other in others:
+        other.result()
 
 
 def workers_for(seconds: float) -> int:

@@ -51,7 +51,7 @@ def test_spheres_before_a_wall() -> None:
 
 def test_a_slanted_plane_through_the_focus() -> None:
     error, _, _ = both(slant(0.8, 2.0, 0.1, seed=4), Pupil(0.02, 0.85))
-    assert np.sqrt(np.mean(error**2)) < 0.005
+    assert np.sqrt(np.mean(error**2)) < 0.006
 
 
 def test_what_is_in_focus_is_left_as_it_is() -> None:
@@ -69,7 +69,9 @@ def test_width_of_the_blur(depth: float) -> None:
     spread, place = spread.mean(axis=0), np.arange(81) - 40
     radius = 0.005 * 0.5 / PIXEL
     assert spread.sum() == pytest.approx(1, rel=1e-4)
-    assert np.sum(spread * place**2) / spread.sum() == pytest.approx(radius**2 / 4, rel=0.01)
+    assert np.sum(spread * place**2) / spread.sum() == pytest.approx(
+        radius**2 / 4, rel=0.02
+    )  # 1.2 % for want of negative light
 
 
 @pytest.mark.parametrize("radius", [0.6, 1.7, 5.0, 12.0])
@@ -80,8 +82,21 @@ def test_the_disc_has_the_transfer_of_theory(radius: float) -> None:
     found = np.abs(np.fft.rfft2(spread))[0]
     expected = np.abs(disc_transfer(np.fft.rfftfreq(128), radius))
     error = np.abs(found - expected)
-    assert error[:16].max() < 0.005  # up to 1/8 cycle a pixel
-    assert error[:38].max() < 0.012  # up to 0.3: what interpolation between pixels takes or adds
+    assert error[:16].max() < 0.006  # up to 1/8 cycle a pixel
+    assert error[:38].max() < 0.017  # up to 0.3: what weights that must be positive leave
+
+
+@pytest.mark.parametrize("radius", [0.3, 0.6, 1.0, 1.7, 2.0, 3.0, 5.0, 6.5, 15.0])
+def test_a_bright_point_becomes_a_disc_without_halo(radius: float) -> None:
+    """Nothing around it is darker than it was, and the disc is even."""
+    picture = np.full((64, 64), 0.05, np.float32)
+    picture[32, 32] = 100
+    blurred = blur_picture(picture, np.full(picture.shape, 2.0), Pupil(2 * radius * PIXEL, 1.5), pixel_angle=PIXEL)
+    assert blurred.min() > 0.05 - 1e-5
+    away = np.hypot(*(np.indices(picture.shape) - 32))
+    inside = blurred[away < radius - 1]
+    assert not len(inside) or inside.std() < 0.25 * inside.mean()
+    assert np.sum((blurred - 0.05)[away > radius + 1.5]) < 1e-3 * 100
 
 
 def test_an_eye_blurs_by_its_own_waves() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft, sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 
 __all__ = [
     "FINE_PASS",

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.parallel import cores
+from focalgradient.parallel import share_rows
 
 Value = TypeVar("Value", bound=np.generic)
-
-THREADS = min(8, cores())
-"""Threads of these loops; the limit of eight is our choice."""
 
 SEPARATE = 49.0
 """Squared distance, over the variance, beyond which two values do not lie on one surface."""
@@ -34,20 +27,6 @@ threads are worth it: they stay busy for 30 ms after each product, which is some
 
 NODES = 1.6
 """Nodes at which depth is estimated, to a window's standard deviation."""
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(THREADS, thread_name_prefix="focalgradient")
-
-
-def share_rows(rows: int, work: Callable[[int, int], object]) -> None:
-    """Call ``work(first, last)`` on bands of rows that cover ``range(rows)``, side by side."""
-    edges = np.linspace(0, rows, THREADS + 1).astype(int).tolist()
-    others = [_pool().submit(work, first, last) for first, last in pairwise(edges[1:])]
-    work(edges[0], edges[1])
-    for other in others:
-        other.result()
 
 
 def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +19,10 @@ from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.render.hidden import NOTHING, complete, nearest_behind
+from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.render.spread import Kernels, disc_kernels, kernels_of, layer_of, spread
+from focalgradient.render.spread import layer_of, spread
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
@@ -123,10 +125,10 @@ def blur_picture(
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
     vergence = np.pad(vergence, rim, mode="symmetric")
-    layers = [
-        layer_of(light, depth, focus, kernels, by_radius=not own)
-        for light, depth in ((wide, vergence), complete(wide, vergence, focus))
-    ]
+    with ThreadPoolExecutor(1) as aside:  # most of it is one thread's work
+        hidden = aside.submit(complete, wide, vergence, focus)
+        layers = [layer_of(wide, vergence, focus, kernels, by_radius=not own)]
+    layers.append(layer_of(*hidden.result(), focus, kernels, by_radius=not own))
 
     def tell(share: float) -> None:
         if progress is not None:

@@ -13,14 +13,13 @@ the focus.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.parallel import cores
+from focalgradient.parallel import share_rows
 
 __all__ = ["NOTHING", "complete", "nearest_behind"]
 
@@ -59,11 +58,7 @@ def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[Flo
     row, column = nearest_behind(vergence, np.float32(focus))
     hidden = np.zeros_like(image)
     behind = np.empty_like(vergence)
-    threads = cores()
-    edges = np.linspace(0, len(vergence), BLOCKS * threads + 1).astype(int)
-    with ThreadPoolExecutor(threads) as pool:
-        fill = partial(_fill, image, vergence, row, column, hidden, behind)
-        list(pool.map(fill, edges[:-1], edges[1:]))
+    share_rows(len(vergence), partial(_fill, image, vergence, row, column, hidden, behind), each=BLOCKS)
     return hidden, behind
 
 

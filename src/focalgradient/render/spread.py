@@ -8,29 +8,24 @@ lens that its rays join differ so, and light is kept where blur changes from pla
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.parallel import cores
+from focalgradient.parallel import share_rows
 from focalgradient.render.hidden import NOTHING
+from focalgradient.render.kernels import LANES, Kernels
 
-__all__ = ["Kernels", "Layer", "disc_kernels", "kernels_of", "layer_of", "spread"]
+__all__ = ["Layer", "layer_of", "spread"]
 
 TILE = 64
 """Side of a tile in pixels: the surfaces of a tile then fit into a processor's cache."""
-
-LANES = 8
-"""Numbers by which lines are lengthened, so that loops run in whole vector registers."""
-
-LARGE = 6.0
-"""Pixels of a disc's radius from which linear interpolation has its transfer to 0.005 up to 1/8 cycle a pixel."""
 
 SURFACES = 24
 """Depths distinguished in a tile, at most. They lie one pixel of vergence apart or more (see `hidden`)."""
@@ -41,106 +36,6 @@ NONE = 1e-4
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 FloatImage = NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Kernels:
-    """Point spread functions for a row of blurs, sampled at the pixels, each of sum 1.
-
-    Parameters
-    ----------
-    at
-        The blur that each is for, rising.
-    values
-        All of them in one line: of each its rows, each row followed by `LANES` zeros.
-    start, reach
-        Where each begins in `values`; its pixels to each side of the middle.
-    extent
-        Pixels to each side that each row of each kernel fills, kernels x rows; -1 for an empty row.
-    """
-
-    at: NDArray[np.floating]
-    values: FloatImage
-    start: NDArray[np.int64]
-    reach: NDArray[np.int64]
-    extent: NDArray[np.int64]
-
-    def number(self, blur: NDArray[np.floating]) -> NDArray[np.int16]:
-        """Give the number of the kernel nearest to each `blur`."""
-        return np.searchsorted((self.at[1:] + self.at[:-1]) / 2, blur).astype(np.int16)
-
-
-def kernels_of(at: NDArray[np.floating], pictures: list[NDArray[np.float64]]) -> Kernels:
-    """Put square, odd `pictures` of point spread functions, one for each blur in `at`, into `Kernels`."""
-    reach = np.array([len(picture) // 2 for picture in pictures])
-    side = 2 * reach + 1
-    ends = np.cumsum(side * (side + LANES))
-    values = np.zeros(ends[-1] + LANES, np.float32)
-    extent = np.full((len(at), side.max()), -1)
-    for n, picture in enumerate(pictures):
-        rows = values[ends[n] - side[n] * (side[n] + LANES) : ends[n]].reshape(side[n], side[n] + LANES)
-        rows[:, : side[n]] = picture / picture.sum()
-        extent[n, : side[n]] = np.where(picture != 0, np.abs(np.arange(side[n]) - reach[n]), -1).max(axis=1)
-    return Kernels(at, values, np.concatenate([[0], ends[:-1]]), reach, extent)
-
-
-def disc_kernels(largest: float) -> Kernels:
-    """Kernels of uniform discs of radius 0 to `largest`, in pixels, of a picture interpolated between its pixels.
-
-    Radii lie 0.02 px apart, from 2 px on 1 %: the nearest is wrong by half of that at most.
-    """
-    radii = np.arange(0, min(largest, 2) + 0.02, 0.02)
-    if largest > 2:
-        radii = np.concatenate([radii[radii < 2], np.geomspace(2, largest, 2 + int(100 * math.log(largest / 2)))])
-    reaches = np.where(radii < 0.01, 0, np.ceil(radii + np.where(radii < LARGE, 2, 0))).astype(int)
-    pictures = [np.zeros((2 * reach + 1, 2 * reach + 1)) for reach in reaches]
-    with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(_add_disc, radii.tolist(), pictures))
-    return kernels_of(radii, pictures)
-
-
-@_compiled
-def _add_disc(radius, picture):  # type: ignore[no-untyped-def]
-    """Add the disc, as points on rings of equal area, each shared among the pixels around by interpolation.
-
-    Small discs leave fine detail, which wants a level interpolation. Large ones take it away: linear interpolation of a
-    disc made smaller, so that the second moment stays right, is then as good, and no weight is negative.
-    """
-    reach = len(picture) // 2
-    if reach == 0:
-        picture[0, 0] = 1.0
-        return
-    large = radius >= LARGE
-    if large:
-        radius = math.sqrt(
-            radius**2 - 2 / 3
-        )  # linear interpolation spreads by 1/6 in each direction, a disc by r^2 / 4
-    rings = math.ceil(3 * radius) + 4
-    before, count = (0, 2) if large else (2, 6)  # pixels that an interpolation reaches
-    for ring in range(rings):
-        length = radius * math.sqrt((ring + 0.5) / rings)
-        spokes = math.ceil(16 * length) + 8
-        for spoke in range(spokes):
-            angle = 2 * math.pi * (spoke + 0.5 * (ring % 2)) / spokes
-            y, x = length * math.sin(angle), length * math.cos(angle)
-            top, left = math.floor(y) - before, math.floor(x) - before
-            for i in range(max(top, -reach), min(top + count, reach + 1)):
-                down = _interpolation(y - i, large) / spokes
-                for j in range(max(left, -reach), min(left + count, reach + 1)):
-                    picture[i + reach, j + reach] += down * _interpolation(x - j, large)
-
-
-@_compiled
-def _interpolation(t, linear):  # type: ignore[no-untyped-def]
-    """Linear, or Lanczos's windowed sinc over 6 pixels: level to 1 % up to 0.3 cycles a pixel."""
-    if linear:
-        return max(0.0, 1 - abs(t))
-    if abs(t) < 1e-9:
-        return 1.0
-    if abs(t) >= 3:
-        return 0.0
-    x = math.pi * t
-    return 3 * math.sin(x) * math.sin(x / 3) / (x * x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,25 +51,27 @@ class Layer:
 
 def layer_of(light: FloatImage, vergence: FloatImage, focus: float, kernels: Kernels, by_radius: bool) -> Layer:
     """Give the points of a picture the kernel of their blur: by its radius, or by their vergence itself."""
-    blur = vergence - np.float32(focus)
-    inside = np.where(vergence > NOTHING, blur, np.float32(0))
-    down, right = _gradient(vergence)
-    # As blur / blur^2, but level in focus, where it has no say.
-    pull = inside / (inside**2 + 1)
-    number = kernels.number(np.abs(inside) if by_radius else inside)
-    return Layer(light, vergence, number, down * pull, right * pull)
+    number = np.empty(vergence.shape, np.int16)
+    down, right = np.zeros(vergence.shape, np.float32), np.zeros(vergence.shape, np.float32)
+    between = (kernels.at[1:] + kernels.at[:-1]) / 2
+    share_rows(len(vergence), partial(_place, vergence, np.float32(focus), between, by_radius, number, down, right))
+    return Layer(light, vergence, number, down, right)
 
 
-@_compiled
-def _gradient(vergence):  # type: ignore[no-untyped-def]
-    """Slope down and to the right, in pixels of vergence a pixel; the flatter of both sides, none across outlines."""
+@njit(nogil=True, cache=True, error_model="numpy")
+def _place(vergence, focus, between, by_radius, number, down, right, first, last):  # type: ignore[no-untyped-def]
+    """In rows `first` to `last`: the kernel nearest to each pixel's blur, and the gradient; none across outlines."""
     height, width = vergence.shape
-    down, right = np.zeros((height, width), np.float32), np.zeros((height, width), np.float32)
-    for i in range(1, height - 1):
-        for j in range(1, width - 1):
-            down[i, j] = _flatter(vergence[i + 1, j] - vergence[i, j], vergence[i, j] - vergence[i - 1, j])
-            right[i, j] = _flatter(vergence[i, j + 1] - vergence[i, j], vergence[i, j] - vergence[i, j - 1])
-    return down, right
+    for i in range(first, last):
+        for j in range(width):
+            here = vergence[i, j]
+            blur = here - focus if here > NOTHING else np.float32(0)
+            number[i, j] = np.searchsorted(between, abs(blur) if by_radius else blur)
+            if 0 < i < height - 1 and 0 < j < width - 1:
+                # As blur / blur^2, but level in focus, where it has no say.
+                pull = blur / (blur * blur + np.float32(1))
+                down[i, j] = pull * _flatter(vergence[i + 1, j] - here, here - vergence[i - 1, j])
+                right[i, j] = pull * _flatter(vergence[i, j + 1] - here, here - vergence[i, j - 1])
 
 
 @_compiled

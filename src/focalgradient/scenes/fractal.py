@@ -8,13 +8,13 @@ it and no finer, near and far alike.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.parallel import cores
+from focalgradient.parallel import share_rows
 
 __all__ = ["fractal"]
 
@@ -58,15 +58,7 @@ def fractal(
     detail = np.ascontiguousarray(np.broadcast_to(np.asarray(finest, dtype=float), points.shape[:-1])).ravel()
     octaves = max(1, math.ceil(math.log2(coarsest / float(detail.min(initial=coarsest)))) + 1)
     values = np.empty(len(flat))
-    threads = cores()
-    edges = np.linspace(0, len(flat), threads + 1).astype(int)
-    with ThreadPoolExecutor(threads) as pool:
-        list(
-            pool.map(
-                lambda part: _fractal(flat, detail, seed, coarsest, octaves, roughness, values, *part),
-                zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True),
-            )
-        )
+    share_rows(len(flat), partial(_fractal, flat, detail, seed, coarsest, octaves, roughness, values))
     return values.reshape(points.shape[:-1])
 
 

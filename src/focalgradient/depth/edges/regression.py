@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace
 
 from focalgradient.depth.edges.steps import distance_from_arc
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 
 __all__ = ["regress_edges"]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 from focalgradient.psf import PsfName
 
 __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 
 Plane = NDArray[np.float32]
 Picture = NDArray[np.float32] | NDArray[np.uint8]

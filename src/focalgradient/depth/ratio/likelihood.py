@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.numerics import share_rows
 from focalgradient.depth.ratio.covariance import CHANNELS, STEPS, EnergyCovariance
 from focalgradient.depth.ratio.energies import CLEAR, Plane, noise_at
+from focalgradient.parallel import share_rows
 
 STRIDE = 8
 """Levels from one to the next of the first search, a power of 2; it is halved about the likeliest."""
