@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 
 __all__ = ["noise_passed", "residual_filters", "whitened_filters"]
 

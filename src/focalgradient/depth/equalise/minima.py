@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.numerics import share_rows
 from focalgradient.depth.validity import SECONDARY_MINIMUM
+from focalgradient.parallel import share_rows
 
 __all__ = ["read_minima"]
 

@@ -24,7 +24,7 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.numerics import share_rows
+from focalgradient.parallel import share_rows
 
 __all__ = ["SmallJumps", "find_small_jumps"]
 

@@ -11,7 +11,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import repeat_blocks, share_rows
+from focalgradient.depth.numerics import repeat_blocks
+from focalgradient.parallel import share_rows
 
 __all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
 
