@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from focalgradient.web.screen import CARD_M, STEP_PX, measure
+from focalgradient.display import CARD
+from focalgradient.web.screen import STEP_PX, measure
 
 REPETITIONS = 5
 
@@ -39,7 +40,7 @@ def somebody(draws: np.random.Generator, refresh_hz: float) -> Did:
         late = max(draws.normal(reaction, 0.05), 0.1) * STEP_PX * refresh_hz
         pressed = away + late if draws.random() > 0.03 else draws.uniform(0.15, 1) * away
         presses.append(STEP_PX * round(pressed / STEP_PX))
-    return Did(distance, pixel, round((CARD_M + draws.normal(0, 0.5e-3)) / pixel), presses)
+    return Did(distance, pixel, round((CARD[0] + draws.normal(0, 0.5e-3)) / pixel), presses)
 
 
 def run(people: int, refresh_hz: float, seed: int) -> tuple[float, float, float, float, float]:
@@ -53,7 +54,7 @@ def run(people: int, refresh_hz: float, seed: int) -> tuple[float, float, float,
         assert found.distance_sd_m is not None
         ours.append(found.distance_m / did.distance - 1)
         errors.append(found.distance_sd_m / did.distance)
-        own = float(np.mean(did.blind_spot_px)) * CARD_M / did.card_px / math.tan(math.radians(13.5))
+        own = float(np.mean(did.blind_spot_px)) * CARD[0] / did.card_px / math.tan(math.radians(13.5))
         plugin.append(own / did.distance - 1)
     within = np.abs(ours) / np.array(errors)
     return (

@@ -17,6 +17,7 @@ from click.testing import CliRunner, Result
 from focalgradient.cli import main
 from focalgradient.cli.blur import blur
 from focalgradient.cli.stimuli import stimuli
+from focalgradient.srgb import srgb_to_linear
 from focalgradient.stimuli import read_set
 
 CAST = ["--engine", "cast", "--samples", "4", "--size", "128", "--scenes", "1", "--seed", "2"]
@@ -110,7 +111,7 @@ def test_a_file_in_the_folders_place_is_told_before_the_work(tmp_path: Path, com
 
 
 def depth_options(command: Command) -> dict[str | None, object]:
-    shared = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
+    shared = ("depth_unit", "depth_scale", "baseline", "disparity_offset", "encoding")
     return {one.name: one.to_info_dict() for one in command.params if one.name in shared}
 
 
@@ -129,6 +130,11 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
         assert ended.exit_code == 0, ended.output
     one, other = (read_set(tmp_path / name) for name in ("metres", "disparity"))
     assert np.allclose(one.depth("scene"), other.depth("scene"), rtol=1e-6)
+    decoded = ["--depth", tmp_path / "metres.npy", *shown, "--encoding", "srgb"]
+    assert run("depth-rating", "--out", tmp_path / "decoded", *decoded).exit_code == 0
+    sharp = read_set(tmp_path / "decoded")
+    light = sharp.linear(sharp.picture("scene", "pinhole", "nearest"))[..., 0]
+    assert np.allclose(light, srgb_to_linear(picture), atol=1e-5)
     wrong = ["--depth", tmp_path / "metres.npy", *shown, "--disparity-offset", 7]
     ended = run("depth-rating", "--out", tmp_path / "wrong", *wrong)
     assert (ended.exit_code, ended.stderr.count("\n")) == (2, 1)
@@ -140,8 +146,10 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     ended = run("depth-rating", "--out", tmp_path / "wrong", *CAST, "--depth-scale", 0.001)
     assert ended.exit_code == 2
     assert "--depth-scale is for photographs" in ended.stderr
+    ended = run("depth-rating", "--out", tmp_path / "wrong", *CAST, "--encoding", "srgb")
+    assert (ended.exit_code, "--encoding is for photographs" in ended.stderr) == (2, True)
     assert not (tmp_path / "wrong").exists()
-    assert len(depth_options(blur)) == 4
+    assert len(depth_options(blur)) == 5
     assert depth_options(stimuli.commands["depth-rating"]) == depth_options(blur)
 
 

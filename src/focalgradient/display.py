@@ -18,7 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
-__all__ = ["EYE_STEP", "WEBER", "Display"]
+__all__ = ["CARD", "EYE_STEP", "WEBER", "Display"]
+
+CARD = (85.60e-3, 53.98e-3)
+"""Width and height of a bank card in metres (ISO/IEC 7810, ID-1)."""
 
 WEBER = 0.28
 """Smallest share by which blur must grow for people to see that it did, of reported 0.28 to 0.56."""

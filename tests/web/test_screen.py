@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from focalgradient.web.screen import CARD_M, measure
+from focalgradient.display import CARD
+from focalgradient.web.screen import measure
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import viewing_distance
@@ -27,7 +28,7 @@ def test_simulated_people_are_as_far_off_as_is_said(hz: float) -> None:
 def test_a_perfect_participant_is_found_where_they_sit() -> None:
     pixel, distance, hz = 0.25e-3, 0.65, 60.0
     at = distance * math.tan(math.radians(12.5)) / pixel + 0.3 * 2 * hz
-    found = measure(CARD_M / pixel, [at] * 5, hz)
+    found = measure(CARD[0] / pixel, [at] * 5, hz)
     assert found.distance_m == pytest.approx(distance, rel=1e-9)
     assert found.pixel_m == pytest.approx(pixel)
     assert found.distance_sd_m == pytest.approx(distance * math.hypot(0.074, 0.5 / 85.6), rel=1e-9)

@@ -18,7 +18,14 @@ import click
 import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import depth_file_options, gamma_of, positive, read_depth_file, screen_size
+from focalgradient.cli.options import (
+    depth_file_options,
+    gamma_of,
+    picture_encoding_option,
+    positive,
+    read_depth_file,
+    screen_size,
+)
 from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
@@ -97,9 +104,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     help="Of the camera's sensor, in micrometres.",
 )
 @depth_file_options
-@click.option(
-    "--encoding", type=click.Choice(["srgb", "linear"]), help="Of PICTURE.  [default: srgb for 8 bits, .npy linear]"
-)
+@picture_encoding_option
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
 @click.option(
     "--wavelengths",

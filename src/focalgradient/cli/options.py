@@ -30,9 +30,12 @@ __all__ = [
     "depth_file_options",
     "display_of",
     "display_options",
+    "focal_length_option",
     "gamma_of",
+    "limit_options",
     "optics_options",
     "options_named",
+    "picture_encoding_option",
     "positive",
     "read_depth_file",
     "screen_size",
@@ -164,9 +167,24 @@ def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) 
         )
 
 
+def limit_options(command: Command) -> Command:
+    """Add where depth is sought: ``near``, ``far``."""
+    return _added(command, _LIMITS)
+
+
 def search_options(command: Command) -> Command:
     """Add where depth is sought, and the shape of the blur: ``near``, ``far``, ``psf``."""
-    return _added(command, _SEARCH)
+    return _added(command, [*_LIMITS, _PSF])
+
+
+def focal_length_option(command: Command) -> Command:
+    """Add ``focal_length``, in millimetres, of the optics."""
+    return _FOCAL_LENGTH(command)
+
+
+def picture_encoding_option(command: Command) -> Command:
+    """Add ``encoding``, of pictures that are read by `photographs.read_picture`."""
+    return _PICTURE_ENCODING(command)
 
 
 def optics_options(command: Command) -> Command:
@@ -291,7 +309,11 @@ _SHARED: list[Callable[[Any], Any]] = [
     ),
 ]
 
-_SEARCH: list[Callable[[Any], Any]] = [
+_PICTURE_ENCODING: Callable[[Any], Any] = click.option(
+    "--encoding", type=click.Choice(["srgb", "linear"]), help="Of the picture.  [default: srgb for 8 bits, .npy linear]"
+)
+
+_LIMITS: list[Callable[[Any], Any]] = [
     click.option(
         "--near",
         type=float,
@@ -306,24 +328,27 @@ _SEARCH: list[Callable[[Any], Any]] = [
         callback=positive(" of metres", infinite=True, least=NEAREST),
         help="Farthest distance of the search, in metres.  [default: where blur is 16 pixels]",
     ),
-    click.option(
-        "--psf",
-        type=click.Choice(["auto", "disc", "gaussian", "blend"]),
-        default="auto",
-        show_default=True,
-        help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "
-        "blur_k in [camera] is its standard deviation over the disc's radius.",
-    ),
 ]
 
+_PSF: Callable[[Any], Any] = click.option(
+    "--psf",
+    type=click.Choice(["auto", "disc", "gaussian", "blend"]),
+    default="auto",
+    show_default=True,
+    help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "
+    "blur_k in [camera] is its standard deviation over the disc's radius.",
+)
+
+_FOCAL_LENGTH: Callable[[Any], Any] = click.option(
+    "--focal-length",
+    type=float,
+    metavar="MM",
+    callback=positive(" of millimetres"),
+    help="* Focal length, in millimetres.",
+)
+
 _OPTICS: list[Callable[[Any], Any]] = [
-    click.option(
-        "--focal-length",
-        type=float,
-        metavar="MM",
-        callback=positive(" of millimetres"),
-        help="* Focal length, in millimetres.",
-    ),
+    _FOCAL_LENGTH,
     click.option(
         "--f-number",
         "f_numbers",

@@ -15,6 +15,7 @@ from focalgradient.cli.options import (
     depth_file_options,
     display_of,
     display_options,
+    picture_encoding_option,
     positive,
     read_depth_file,
     shared_options,
@@ -103,6 +104,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
 )
 @_field("Width of the photographs, in degrees at the camera.")
 @depth_file_options
+@picture_encoding_option
 @shared_options
 @display_options
 @json_option
@@ -118,6 +120,7 @@ def depth_rating(
     pictures: tuple[Path, ...],
     depths: tuple[Path, ...],
     field: float | None,
+    encoding: Any,
     workers: int | None,
     scheduler: str | None,
     **options: Any,
@@ -152,7 +155,7 @@ def depth_rating(
         if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
             raise InputError(f"{given} is for scenes of ours: leave it out with --picture.")
         with warnings_given(), resumable(LEFT) as say, shared_work(workers, scheduler) as executor:
-            photographs, angle = _photographs(pictures, depths, field, depth_file)
+            photographs, angle = _photographs(pictures, depths, field, encoding, depth_file)
             made = make_from_photographs(
                 out,
                 photographs,
@@ -164,7 +167,7 @@ def depth_rating(
             )
         _tell(made, out)
         return
-    if given := _given("field", *DEPTH_FILE):
+    if given := _given("field", "encoding", *DEPTH_FILE):
         raise InputError(f"{given} is for photographs: give --picture and --depth too, or leave it out.")
     if seed is None:
         raise InputError("--seed is missing: give a whole number, or photographs by --picture and --depth.")
@@ -198,7 +201,7 @@ def _given(*names: str) -> str | None:
 
 
 def _photographs(
-    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, depth_file: dict[str, Any]
+    pictures: tuple[Path, ...], depths: tuple[Path, ...], field: float, encoding: Any, depth_file: dict[str, Any]
 ) -> tuple[dict[str, Any], float]:
     """Light and distances of photographs, by the names of their files, and the radians of a pixel."""
     from focalgradient.photographs.pictures import read_picture
@@ -208,7 +211,7 @@ def _photographs(
     for picture, file in zip(pictures, depths, strict=True):
         if picture.stem in found:
             raise InputError(f"two pictures are named {picture.stem!r}, which names the scene: rename one.")
-        light = read_picture(picture).light
+        light = read_picture(picture, encoding).light
         angle = 2 * math.tan(math.radians(field) / 2) / light.shape[1]
         found[picture.stem] = (light, read_depth_file(file, depth_file, angle).metres)
     return found, angle

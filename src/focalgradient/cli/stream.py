@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import click
 import numpy as np
 
-from focalgradient.cli.options import NEAREST, OPENEST, positive
+from focalgradient.cli.options import NEAREST, OPENEST, focal_length_option, limit_options, positive
 from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_given, writable
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, replacing
@@ -68,13 +68,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     metavar="FILE.npy",
     help="Also write the numbers: float32, frames x height/4 x width/4, NaN where there is no estimate.",
 )
-@click.option(
-    "--focal-length",
-    type=float,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="* Focal length, in millimetres.",
-)
+@focal_length_option
 @click.option(
     "--f-number",
     "f_numbers",
@@ -98,20 +92,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     callback=positive(" of micrometres"),
     help="* Size of a pixel of the video, in micrometres on the sensor.",
 )
-@click.option(
-    "--near",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres", least=NEAREST),
-    help="Nearest distance of the search, in metres.  [default: where blur is 16 pixels]",
-)
-@click.option(
-    "--far",
-    type=float,
-    metavar="M",
-    callback=positive(" of metres", infinite=True, least=NEAREST),
-    help="Farthest distance of the search, in metres.  [default: where blur is 16 pixels]",
-)
+@limit_options
 @click.option(
     "--psf", type=click.Choice(["disc", "gaussian"]), default="disc", show_default=True, help="Shape of the blur."
 )

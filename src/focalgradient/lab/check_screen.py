@@ -18,7 +18,7 @@ from statistics import median
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from focalgradient.display import Display
+from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import EVENTS
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen, read_markers
@@ -36,9 +36,6 @@ ENTER = ("return", "num_enter")
 
 IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
 
-
-CARD = (0.0856, 0.05398)
-"""Width and height in metres of a bank card: ID-1 of ISO/IEC 7810."""
 
 CARD_NEAR = 0.01
 """Share by which the screen's width by the card may differ from that of its calibration: half a millimetre of a card is

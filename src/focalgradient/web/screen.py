@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Measured", "measure"]
+from focalgradient.display import CARD
 
-CARD_M = 85.60e-3
-"""Width of a bank card (ISO/IEC 7810, ID-1)."""
+__all__ = ["Measured", "measure"]
 
 CARD_SD_M = 0.5e-3
 """Standard error with which two edges are matched by eye: two to three CSS pixels at either edge. Our choice."""
@@ -75,8 +74,8 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float) -
     >>> round(found.distance_m, 3), round(found.distance_sd_m, 3)
     (0.53, 0.04)
     """
-    pixel = CARD_M / card_px
-    card = CARD_SD_M / CARD_M
+    pixel = CARD[0] / card_px
+    card = CARD_SD_M / CARD[0]
     presses = np.asarray(blind_spot_px, float) - REACTION_S * STEP_PX * refresh_hz
     presses = presses[presses > 0]
     if len(presses) == 0:
