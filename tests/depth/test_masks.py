@@ -10,6 +10,7 @@ from stepped import image_of, step
 
 from focalgradient import InputError, View, recover_depth
 from focalgradient.depth.edges import measure_edges
+from focalgradient.depth.noise import noise_from_differences
 
 HOLE = np.s_[60:90, 100:150]
 AROUND = np.s_[40:110, 80:170]
@@ -53,6 +54,12 @@ def test_edges_are_measured_beside_bad_pixels_and_not_of_them() -> None:
     assert np.median(edges.radius[at_step & edges.valid]) == pytest.approx(2.0, rel=0.02)
     outline = (np.abs(edges.column - 30) < 3) & (np.abs(edges.row - 48) < 6)
     assert not edges.valid[outline].any()
+
+
+def test_the_noise_stated_of_edges_is_not_that_of_bad_pixels() -> None:
+    image = image_of(step(2.0), 0.0, (96, 96), noise=0.01)
+    image[40:56, 30:44] = 1e4
+    assert noise_from_differences(image, image < 1e3) == pytest.approx(0.01, rel=0.05)
 
 
 def test_a_saturated_photograph_says_so_by_its_mask_and_not_by_its_highest_value() -> None:

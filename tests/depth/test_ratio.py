@@ -154,6 +154,20 @@ def test_noise_is_read_in_the_emptiest_squares(sd: float) -> None:
     assert noise_floor(image) == pytest.approx(sd, rel=0.06)
 
 
+@pytest.mark.parametrize("masked", [False, True])
+def test_a_blown_out_quarter_leaves_the_rest_as_it_is(masked: bool) -> None:
+    """What is saturated, or filled in under a mask, shows no noise, and says nothing of the noise elsewhere."""
+    views = []
+    for view in wall(LENSES, 1.3, noise=0.01):
+        image, mask = view.image.copy(), np.ones(view.shape, bool)
+        image[:60], mask[:60] = image.max() + 0.01, False
+        views.append(View(image, view.optics, PIXEL, mask if masked else None))
+    depth = recover_depth(views, near=0.85, method="ratio")
+    assert depth.details["noise"] == pytest.approx([0.01] * 2, rel=0.1)
+    assert depth.valid[68:].mean() > 0.95
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.02)
+
+
 # The table.
 
 

@@ -33,7 +33,7 @@ def test_a_right_model_is_left_alone(psf, distance):
     assert np.median(inflated[depth.valid]) <= 1.03
     assert covered(depth, 1 / distance) > 0.9
     assert depth.valid.mean() > 0.95
-    assert "misfit_by_shape" not in depth.details
+    assert "fit_by_shape" not in depth.details
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def noise_from_differences(image: Image, mask: NDArray[np.bool_] | None = None) 
     """
     fine = np.abs(np.diff(np.diff(image, 2, axis=0), 2, axis=1))
     if mask is not None:
-        whole = ndimage.minimum_filter(mask, 3)[1:-1, 1:-1]
+        whole, image = ndimage.minimum_filter(mask, 3)[1:-1, 1:-1], image[mask]
         fine = fine[whole] if whole.any() else fine
     # (1, -2, 1) by (1, -2, 1) has the standard deviation 6; a normal value's median size is 0.6745 of its sd.
     return float(max(np.median(fine) / (6 * 0.6745), QUANTUM * np.ptp(image)))
@@ -72,12 +72,13 @@ def noise_from_spectrum(image: Image) -> float:
     return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
 
 
-def noise_floor(image: Image, side: int = 32) -> float:
+def noise_floor(image: Image, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
     """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
 
     The difference of differences along and across sees least of any texture and all of the noise; blur and plain
     surfaces leave it nothing else. The fifth percentile over squares of `side` pixels is taken, without the few per
-    cent by which it lies below the mean.
+    cent by which it lies below the mean. Squares are left out where less than half is `usable` (H x W): what is
+    saturated shows no noise.
 
     >>> noise = np.random.default_rng(0).standard_normal((256, 256))
     >>> round(noise_floor(100 + 0.5 * noise), 2)
@@ -87,7 +88,14 @@ def noise_floor(image: Image, side: int = 32) -> float:
     fine = values[:-2] - 2 * values[1:-1] + values[2:]
     fine = fine[:, :-2] - 2 * fine[:, 1:-1] + fine[:, 2:]
     side = min(side, *fine.shape)
-    squares = ndimage.uniform_filter(fine**2, side)[side // 2 :: side, side // 2 :: side]
+    kept = np.ones(fine.shape, np.float32)
+    if usable is not None:
+        kept = ndimage.minimum_filter(usable, 3)[1:-1, 1:-1].astype(np.float32)
+    total, share = (
+        ndimage.uniform_filter(values, side)[side // 2 :: side, side // 2 :: side] for values in (fine**2 * kept, kept)
+    )
+    some = share >= min(0.5, share.max())
+    squares = total[some] / np.maximum(share[some], 1e-6)
     # (1, -2, 1) by (1, -2, 1) has 36 times the variance of white noise; the sum over a square has the relative variance
     # 2 x (35/18)^4 / side^2 / 1, as the squared covariance (1, -4, 6, -4, 1)^2 / 36 sums to 35/18 in each direction.
     below = 1 - 1.645 * math.sqrt(2) * (35 / 18) / side if squares.size > 20 else 1.0

@@ -32,7 +32,8 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.5, "estimating noise")
     noise = settings.given_noise(2)
     if noise is None:
-        noise = np.full(2, min(noise_floor(i) * g for i, g in zip(registered.images, registered.gains, strict=True)))
+        views = zip(registered.images, registered.gains, strict=True)
+        noise = np.full(2, min(noise_floor(image, usable=registered.usable) * gain for image, gain in views))
     sds = noise / registered.gains
     settings.progress(0.6, "estimating depth")
     vergence, sd, valid = read_depth(
