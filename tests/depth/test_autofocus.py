@@ -96,6 +96,17 @@ def test_what_has_no_texture_is_refused() -> None:
     assert depth.valid[:, 210:].mean() < 0.02
 
 
+@pytest.mark.parametrize("exposures", [2, 3])
+def test_several_exposures_at_each_setting(exposures: int) -> None:
+    """Blur of the next setting is 2 pixels and more: the nearest three views are of one setting or two."""
+    settings_ = np.repeat([0.5, 0.65, 0.8, 0.95], exposures).tolist()
+    depth = recover_depth(wall(stack(*settings_, f_number=2.8), 1.4), method="autofocus")
+    assert depth.valid.mean() > 0.95
+    error = (depth.vergence - 1 / 1.4)[depth.valid]
+    assert abs(np.median(error)) < np.median(depth.vergence_sd[depth.valid])
+    assert np.mean(np.abs(error) < 2 * depth.vergence_sd[depth.valid]) > 0.9
+
+
 # --- ray-cast scenes --------------------------------------------------------------------------------------------------
 
 

@@ -97,6 +97,21 @@ def test_prints_short_and_sums_itself_up(depth: DepthMap) -> None:
     assert nothing.summary() == "Depth map of 5 x 7 pixels: 0% valid"
 
 
+def test_a_map_of_order_only_has_no_metres() -> None:
+    two = np.full((2, 3), 1.5)
+    depth = DepthMap(two, 0.1 * two, two > 0, two > 0, {"order_only": 5})
+    assert np.isnan(depth.distance).all()
+    assert np.isnan(depth.distance_sd).all()
+    assert repr(depth) == "<DepthMap of 2 x 3 pixels: order only, 100% valid>"
+    assert depth.summary() == "Depth map of 2 x 3 pixels: order only, 100% valid"
+
+
+def test_infinity_is_infinitely_uncertain() -> None:
+    vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
+    depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
+    assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
+
+
 def test_draws_itself_into_new_axes_or_given_ones(depth: DepthMap) -> None:
     ax = depth.plot()
     assert "valid" in ax.get_title(loc="left")

@@ -72,17 +72,27 @@ class DepthMap:
 
         ``nan`` where only the order of depth is known (``details["order_only"]``).
         """
-        if self.details.get("order_only"):
-            return np.full_like(self.vergence, np.nan)
         return (self._optical_distance - self.offset).astype(self.vergence.dtype)
 
     @property
     def distance_sd(self) -> NDArray[np.floating]:
-        """First-order standard deviation of `distance` in metres, H x W: vergence_sd / vergence^2."""
-        return (self.vergence_sd * self._optical_distance**2).astype(self.vergence.dtype)
+        """First-order standard deviation of `distance` in metres, H x W: vergence_sd / vergence^2.
+
+        ``inf`` and ``nan`` where the distance is.
+        """
+        distance = self._optical_distance
+        with np.errstate(invalid="ignore"):  # infinitely far, and that for sure
+            sd = self.vergence_sd * distance**2
+        return np.where(np.isinf(distance), np.inf, sd).astype(self.vergence.dtype)
+
+    @property
+    def _order_only(self) -> bool:
+        return bool(self.details.get("order_only"))
 
     @property
     def _optical_distance(self) -> NDArray[np.floating]:
+        if self._order_only:
+            return np.full_like(self.vergence, np.nan)
         with np.errstate(divide="ignore"):
             return np.where(self.vergence > 0, 1.0 / np.abs(self.vergence), np.inf)
 
@@ -93,6 +103,8 @@ class DepthMap:
     def _in_words(self) -> str:
         """Median distance and share of what is valid."""
         share = f"{self.valid.mean():.0%} valid"
+        if self._order_only:
+            return f"order only, {share}"
         if not self.valid.any():
             return share
         return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
@@ -111,7 +123,7 @@ class DepthMap:
         if "method" in self.details:
             lines[0] += f" by method {self.details['method']!r} (psf {self.details.get('psf')!r})"
         lines[0] += f": {self._in_words()}"
-        if self.valid.any():
+        if self.valid.any() and not self._order_only:
             near, far = np.percentile(self.distance[self.valid], [5, 95], method="nearest")
             sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
             lines.append(f"distance from {self.plane}: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")

@@ -45,7 +45,7 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     measure, variance
         Sharpness less the noise's own, at each setting, n x h x w; and its variance by noise.
     focus
-        Focus vergence of the n settings in dioptres, rising.
+        Focus vergence of the n settings in dioptres, rising; three different ones at least.
     reach
         Dioptres from the peak up to which settings are fitted.
 
@@ -58,8 +58,10 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     ([[0.8]], [[True]])
     """
     best = measure.argmax(axis=0)
-    least = np.minimum(focus[np.maximum(best - 1, 0)], focus[best] - reach)
-    most = np.maximum(focus[np.minimum(best + 1, len(focus) - 1)], focus[best] + reach)
+    distinct = np.unique(focus)  # of a setting there may be several views
+    place = np.searchsorted(distinct, focus[best])
+    least = np.minimum(distinct[np.maximum(place - 1, 0)], focus[best] - reach)
+    most = np.maximum(distinct[np.minimum(place + 1, len(distinct) - 1)], focus[best] + reach)
     height = np.maximum(measure, np.sqrt(variance))  # below its own sd it is not known to be less
     top = height.max(axis=0)
     height, relative = height / top, variance / top**2
@@ -67,7 +69,8 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     def vertex(about: FloatArray, power: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Vertex against `about` in units of `reach`, curvature there, and the vertex's rise with the heights."""
         offset = (focus[:, None, None] - about) / reach
-        third = np.partition(np.abs(offset), 2, axis=0)[2]  # a parabola takes three settings, however far
+        # A parabola takes three settings, however far.
+        third = np.partition(np.abs(distinct[:, None, None] - about) / reach, 2, axis=0)[2]
         near = np.maximum(1 - (offset / np.maximum(1, 1.25 * third)) ** 2, 0) ** 2
         bent = height**-power
         weight = height**2 / (relative * bent**2)
