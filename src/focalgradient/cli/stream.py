@@ -214,7 +214,7 @@ def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> t
     step = alternation(first, content)
     images = [item.image for item in first if isinstance(item, Frame)][:4]
     announce(SECONDS * source.declared * images[0].size, f"{source.declared} frames")
-    return step, min(noise_floor(image.astype(np.float32), usable=image < np.iinfo(image.dtype).max) for image in images)
+    return step, min(noise_floor(image.astype(np.float32), usable=image < 255) for image in images)  # of 8 bits
 
 
 @dataclass
