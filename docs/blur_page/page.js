@@ -54,9 +54,13 @@ function graph() {
     last = X(v);
     marks += `<line x1="${last}" x2="${last}" y1="150" y2="155" stroke="var(--line)"/><text x="${last}" y="168" text-anchor="middle">${v ? +(1 / v).toPrecision(2) : "∞"}</text>`;
   }
+  const most = 4, step = [.1, .2, .5, 1, 2, 5, 10, 20, 50, 100].find(s => top / s <= most) ?? top / 2;
+  for (let r = 0; r <= top; r += step) {
+    const y = Y(r * Math.PI / 10800);
+    marks += `<line x1="36" x2="40" y1="${y}" y2="${y}" stroke="var(--line)"/><text x="33" y="${y + 4}" text-anchor="end">${+r.toPrecision(2)}</text>`;
+  }
   $("graph").innerHTML = `<path d="M40 12V150H350" fill="none" stroke="var(--line)"/>${marks}
-    <text x="195" y="186" text-anchor="middle">distance in metres, even in dioptres</text><text x="46" y="14">radius of the disc, arcmin</text>
-    <text x="34" y="154" text-anchor="end">0</text><text x="34" y="${Y(top / 2 * Math.PI / 10800) + 4}" text-anchor="end">${Math.round(top / 2)}</text>
+    <text x="195" y="186" text-anchor="middle">distance in metres, evenly spaced in dioptres</text><text x="46" y="10">radius of the disc, arcmin</text>
     <polyline points="${line}" fill="none" stroke="var(--accent)" stroke-width="2.5"/>
     <circle cx="${X(state.vergence)}" cy="${Y(radius())}" r="5.5" fill="var(--point)" stroke="var(--panel)" stroke-width="1.5"/>`;
 }
