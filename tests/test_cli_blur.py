@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from PIL import Image, ImageCms
 
 from focalgradient import Lens
 from focalgradient.cli import main
@@ -302,6 +303,17 @@ def test_exr_files_hold_pictures_and_depth(tmp_path: Path) -> None:
     exr.File(dict(header), {"RGBA": np.dstack([colours, alpha])}).write(str(tmp_path / "a.exr"))
     with pytest.raises(InputError, match=r"a\.exr is transparent in places"):
         read_picture(tmp_path / "a.exr")
+
+
+def test_another_colour_profile_is_warned_of(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    for space in ("sRGB", "LAB"):
+        profile = ImageCms.ImageCmsProfile(ImageCms.createProfile(space)).tobytes()
+        Image.new("RGB", (3, 2), (90, 60, 30)).save(tmp_path / f"{space}.png", icc_profile=profile)
+    read_picture(tmp_path / "sRGB.png")
+    read_picture(tmp_path / "LAB.png", "linear")
+    assert not recwarn.list
+    with pytest.warns(match=r"LAB\.png has the colour profile Lab .*, but its colours are read as sRGB: convert it"):
+        read_picture(tmp_path / "LAB.png")
 
 
 @pytest.mark.parametrize("kind", [np.uint32, np.uint64, np.int16])

@@ -37,8 +37,9 @@ if TYPE_CHECKING:
 
 __all__ = ["blur"]
 
-SECONDS_PER_MEGAPIXEL = 1.1
-"""Of one picture through one lens on two cores: 1920 x 1080 pixels with a blur of 15 pixels took 2.3 s."""
+SECONDS_PER_MEGAPIXEL = 0.55
+"""Of one picture through one lens on two cores: 1920 x 1080 pixels in colour with a blur of 15 pixels took 1.1 s
+(`benchmarks/blurred_pictures.py --speed`)."""
 
 SINGLE, DISTANCE = "blurred", "distance.npy"
 """How the files begin that are made of one picture; its distances in metres, holes filled."""
@@ -143,7 +144,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     in place of the two files: every picture with the depth of the same name, into DIR/NAME-M.png and .npy. A video and
     a folder: each frame with one file of the folder, in order of name. The same command goes on where it was cut off.
 
-    Takes about 2 s for 2 megapixels and each focus on two cores, an eye three times that; longer where blur is wider
+    Takes about 1.2 s for 2 megapixels and each focus on two cores, an eye four times that; longer where blur is wider
     than 15 pixels.
 
     \b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageCms
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
@@ -67,12 +68,17 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     ------
     InputError
         If the file cannot be read, holds NaN or infinite pixels, or is transparent in places.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If it is read as sRGB but has another colour profile, which is not applied.
     """
     if path.suffix.lower() == ".exr":
         pixels, encoding = _read_exr(path), encoding or "linear"
     else:
         pixels, encoding = read_pixels(path, encoding)
-        _refuse_transparent(path)
+        _look_at_colours(path, encoding)
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
         raise InputError(
@@ -169,15 +175,30 @@ def png_of(values: NDArray[np.uint8]) -> bytes:
     return bytes(data)
 
 
-def _refuse_transparent(path: Path) -> None:
-    """Refuse a picture whose alpha channel hides a part of it: what is behind it is not known."""
+def _look_at_colours(path: Path, encoding: Encoding) -> None:
+    """Refuse a picture whose alpha channel hides a part of it, as what is behind it is not known; warn of a profile."""
     try:
         with Image.open(path) as image:
             hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
+            profile = image.info.get("icc_profile")
     except (OSError, ValueError, Image.DecompressionBombError):
-        return  # no kind of picture that has an alpha channel
+        return  # no kind of picture that has either
     if hidden:
         raise _transparent(path)
+    if profile and encoding == "srgb" and "srgb" not in (name := _profile_name(profile)).lower():
+        warnings.warn(
+            f"{printable(path)} has the colour profile {name}, but its colours are read as sRGB: convert it to sRGB if "
+            "they are to be exact.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
+
+
+def _profile_name(profile: bytes) -> str:
+    try:
+        return printable(ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).strip())
+    except (ImageCms.PyCMSError, ImportError, OSError):
+        return "of an unknown kind"
 
 
 def _transparent(path: Path) -> InputError:

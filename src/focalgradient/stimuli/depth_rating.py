@@ -6,7 +6,6 @@ one exposure and one set of rays serve all pictures of a scene: what differs is 
 
 from __future__ import annotations
 
-import io
 import math
 import platform
 import warnings
@@ -32,7 +31,7 @@ from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
 from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
@@ -254,7 +253,7 @@ class _Made:
 
 def _conditions(recipe: Recipe) -> dict[str, tuple[str, Fixation]]:
     """Aperture and fixation by the stem of the picture's files; the pinhole's picture, first, serves both fixations."""
-    return {_stem(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
+    return {stem_of(aperture, end): (aperture, end) for end in FIXATIONS for aperture in recipe.apertures}
 
 
 def _files(name: str, stem: str) -> list[str]:
@@ -305,10 +304,10 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             "clipped": float(np.mean(light > 1)),
         }
         png_file, light_file, *depth_file = _files(name, stem)
-        files = {png_file: png(display.encode(light, recipe.seed)), light_file: _npy(light)}
+        files = {png_file: png(display.encode(light, recipe.seed)), light_file: npy(light)}
         if aperture == "pinhole":
             sharp_mean = mean
-            files[depth_file[0]] = _npy(depth.astype(np.float32))
+            files[depth_file[0]] = npy(depth.astype(np.float32))
         else:
             if sharp is None:
                 # Finer than the pictures, as a pixel that sees an edge has one depth but the light of two.
@@ -385,7 +384,7 @@ def _entry(
         inside = vergence[1] <= one.focus_vergence <= vergence[0]
         discs += [0.0 if inside else float(ends.min()), float(ends.max())]
     blur = [min(discs), max(discs)]
-    stem = f"{name}/{_stem(aperture, end)}"
+    stem = f"{name}/{stem_of(aperture, end)}"
     return {
         "scene": name,
         "aperture": aperture,
@@ -415,7 +414,7 @@ def _target(mark: Mark, recipe: Recipe) -> dict[str, Any]:
     return {"name": mark.name, "distance_m": mark.distance, "position_px": [column + 0.5, row + 0.5]}
 
 
-def _stem(aperture: str, end: Fixation) -> str:
+def stem_of(aperture: str, end: Fixation) -> str:
     """Of a picture's files: that of the pinhole serves both fixations."""
     return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
 
@@ -433,12 +432,6 @@ def _plain(seed: int) -> Scene:
 
 def _part(progress: Progress, start: float, end: float, what: str) -> Callable[[float], object]:
     return lambda done: progress(start + (end - start) * done, what)
-
-
-def _npy(array: NDArray[np.float32]) -> bytes:
-    buffer = io.BytesIO()
-    np.save(buffer, array, allow_pickle=False)
-    return buffer.getvalue()
 
 
 def _engine(engine: str) -> Engine:

@@ -30,7 +30,7 @@ from focalgradient.stimuli.controls import against_discs, judged
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 
 __all__ = ["import_pictures"]
 
@@ -327,9 +327,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
                 f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: "
                 "scale or crop it."
             )
-        buffer = io.BytesIO()
-        np.save(buffer, depth)
-        made.put({f"{name}/depth.npy": buffer.getvalue()})
+        made.put({f"{name}/depth.npy": npy(depth)})
     entry: dict[str, Any] = {"seed": None, "depth": None if depth is None else f"{name}/depth.npy"}
     middle = False
     for end in ends:
@@ -362,10 +360,8 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
     """Put a picture into the set, and what its content says of it."""
     values = _values(folder, row)
     light = display.decode(values).astype(np.float32)
-    buffer = io.BytesIO()
-    np.save(buffer, light)
     if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
-        made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": buffer.getvalue()})
+        made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": npy(light)})
     for end in row.fixations:
         scene = made.content["scenes"][row.scene]
         focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]

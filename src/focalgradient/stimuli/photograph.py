@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import math
 import platform
 from collections.abc import Mapping, Sequence
@@ -24,10 +23,10 @@ from focalgradient.progress import Progress
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs, judged
-from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures
+from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, png, read_set
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["make_from_photographs"]
@@ -198,12 +197,11 @@ def _scene(
     sharp, distance = photograph
     sharp = np.asarray(sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2), np.float32)
     sharp = sharp / max(1.0, float(sharp.max()))
-    folder.put({f"{name}/depth.npy": _npy(distance.astype(np.float32))})
+    folder.put({f"{name}/depth.npy": npy(distance.astype(np.float32))})
     shown: dict[tuple[Fixation, str], tuple[str, Pupil]] = {}
     for end in FIXATIONS:
         for aperture in lenses:
-            stem = "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
-            shown[end, aperture] = stem, Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
+            shown[end, aperture] = stem_of(aperture, end), Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
     optics_of = dict(shown.values())  # the pinhole's first
     jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}
@@ -212,7 +210,7 @@ def _scene(
             ratio = measured["mean_luminance"] / known["pinhole"]["mean_luminance"]
             measured["mean_luminance_percent"] = 100 * (ratio - 1)
         known[stem] = measured
-        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": _npy(light)})
+        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
         diameters = optics.aperture_diameter * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
@@ -235,12 +233,6 @@ def _scene(
         end: {"name": end, "distance_m": metres, "position_px": list(position)}
         for end, (position, metres) in targets.items()
     }
-
-
-def _npy(array: NDArray[Any]) -> bytes:
-    buffer = io.BytesIO()
-    np.save(buffer, array)
-    return buffer.getvalue()
 
 
 def _sha256(array: NDArray[Any]) -> str:

@@ -19,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.stimuli.folder import MANIFEST
 
-__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "png", "read_set"]
+__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "npy", "png", "read_set"]
 
 LARGEST_PICTURE = 256 << 20
 """Bytes: an 8-bit PNG of the largest display has some 100 MB."""
@@ -266,6 +266,13 @@ def png(values: NDArray[np.uint8]) -> bytes:
     """8-bit values, grey or in colour, as a PNG file."""
     buffer = io.BytesIO()
     Image.fromarray(values).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def npy(array: NDArray[Any]) -> bytes:
+    """An array as a ``.npy`` file."""
+    buffer = io.BytesIO()
+    np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
 
 
