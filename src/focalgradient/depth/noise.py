@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ from focalgradient.depth.search import Blurs
 
 __all__ = [
     "LENIENCE",
+    "NOISE_SIDE",
+    "NoiseLaw",
+    "noise_by_brightness",
     "noise_floor",
     "noise_from_differences",
     "noise_from_residuals",
@@ -35,11 +39,51 @@ STORAGE = 2e-4
 QUANTUM = 5e-4
 """The same as a share of an image's range, for lone edges on plain ground: an eighth of a step of 8 bits."""
 
+NOISE_SIDE = 192
+"""Side in pixels of the part of the views in which noise is estimated."""
+
 LENIENCE = 2.0
 """Times the noise that an image can hold up to which what is left of the views is put down to noise."""
 
 UNEVEN = 0.05
 """Logarithm of the ratio of exposures from which noise before and after exposure are distinguished."""
+
+GROUPS = 8
+"""Groups of places, from the darkest to the brightest, whose noise is compared."""
+
+LEAST_GROUP = 16
+"""Places that each of them needs: fewer scatter by more than a quarter."""
+
+RISES = 1.25
+"""Noise variance in the brightest of them, over that in the darkest, from which it is said to rise."""
+
+MOST_PHOTONS = 0.99
+"""Share of the variance that may be in proportion to brightness: black keeps some noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseLaw:
+    """Noise whose variance is in part in proportion to brightness, as that of photons is.
+
+    Parameters
+    ----------
+    share
+        That part, between 0 and 1, at `brightness`.
+    brightness
+        In the registered images' unit.
+
+    Examples
+    --------
+    >>> NoiseLaw(0.5, 2.0).variance(np.array([0.0, 2.0, 6.0])).tolist()
+    [0.5, 1.0, 2.0]
+    """
+
+    share: float
+    brightness: float
+
+    def variance(self, image: Image) -> Image:
+        """Noise variance where the image is so bright, in units of that at `brightness`."""
+        return 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
 
 
 def storage(image: Image) -> float:
@@ -102,6 +146,38 @@ def noise_floor(image: Image, side: int = 32, usable: NDArray[np.bool_] | None =
     return float(np.sqrt(np.percentile(squares, 5) / 36 / below))
 
 
+def noise_by_brightness(variance: FloatArray, brightness: FloatArray, at: float) -> NoiseLaw | None:
+    """The law by which noise rises with brightness, from its variance at places of other brightness; None: it does not.
+
+    What the views show beside noise can only add to the variance: of each group of places as bright, the quarter with
+    least counts.
+
+    Parameters
+    ----------
+    variance, brightness
+        Of N places each, in any unit.
+    at
+        Brightness at which the law's variance is to be 1.
+
+    Examples
+    --------
+    >>> brightness = np.linspace(0.1, 2.0, 400)
+    >>> noise_by_brightness(0.25 + 0.75 * brightness, brightness, at=1.0)
+    NoiseLaw(share=0.75, brightness=1.0)
+    >>> noise_by_brightness(np.ones(400), brightness, at=1.0) is None
+    True
+    """
+    if len(variance) < GROUPS * LEAST_GROUP or not at > 0:
+        return None
+    groups = np.array_split(np.argsort(brightness), GROUPS)
+    least = np.log([max(float(np.quantile(variance[group], 0.25)), 1e-12) for group in groups])
+    bright = np.array([float(np.median(brightness[group])) for group in groups])
+    shares = np.linspace(0, MOST_PHOTONS, 100)
+    laws = [np.log(NoiseLaw(float(share), at).variance(bright)) for share in shares]
+    best = int(np.argmin([float((least - law).var()) for law in laws]))
+    return NoiseLaw(float(shares[best].round(4)), at) if np.ptp(laws[best]) > math.log(RISES) else None
+
+
 def noise_from_residuals(
     registered: RegisteredViews, blurs: Blurs, window: float, given: FloatArray | None
 ) -> tuple[list[float], float | None]:
@@ -111,7 +187,7 @@ def noise_from_residuals(
     """
     if given is not None:
         return [float(sd / gain) for sd, gain in zip(given, registered.gains, strict=True)], None
-    part = registered.most_textured_crop(192)
+    part = registered.most_textured_crop(NOISE_SIDE)
     floor = STORAGE * float(np.mean([image.std() for image in part.images]))
     gains = np.array(registered.gains)
     # An upper bound first: what the finest detail of the most blurred view holds.

@@ -7,7 +7,7 @@ fits best is taken; pixels whose views contradict each other at every depth are 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -32,8 +32,8 @@ from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.noise import LENIENCE, noise_from_residuals
-from focalgradient.depth.numerics import GROWTH, NODES
+from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_by_brightness, noise_from_residuals
+from focalgradient.depth.numerics import GROWTH, NODES, block_sum
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
@@ -83,6 +83,9 @@ SPECK = 3
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
+
+SMOOTH = 2.0
+"""Standard deviation in pixels of the Gaussian that takes the noise off the views where noise goes by brightness."""
 
 REACH = 2.0
 """How far into the frame the light from beyond it is felt, in radii of blur."""
@@ -147,6 +150,7 @@ def estimate(problem: Problem) -> Estimate:
         noise=[sd * gain for sd, gain in zip(noise_sd, registered.gains, strict=True)],
         details={
             **({} if gains is None else gains.stated(search.wavebands)),
+            "noise_by_brightness": None if frame.law is None else asdict(frame.law),
             "misfit": float(np.median(nodes.misfit)),
             "split_band": split.stated(),
             **({"fit_by_shape": shapes} if shapes else {}),
@@ -264,6 +268,7 @@ class _Frame:
     agrees: NDArray[np.bool_]  # H x W
     split: SplitBand
     noise_sd: list[float]  # of each view
+    law: NoiseLaw | None  # where noise rises with brightness
     outlines: Outlines | None
 
 
@@ -275,13 +280,21 @@ def _by_tiles(
     blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
     step = max(1, round(settings.window / NODES))
     parts = list(tiles(registered.shape, step))
-    power = None
+    power, law = None, None
+    # Where noise is given it is alike everywhere; photons of other wavebands are not compared.
+    at = _middle_brightness(registered) if raisable is not None and shared is None else None
     if len(parts) > 1:  # what is common to all tiles
         crop = registered.most_textured_crop(COMMON)
         power = scene_power(crop.images, noise_sd, blurs.frequencies)
         first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
         if raisable is not None:
-            scale = min(raisable, first.noise_found(first.read(crop.usable.astype(np.float32))))
+            weight = crop.usable.astype(np.float32)
+            some = first.read(weight)
+            law = _noise_law(first, some, crop, at)
+            if law is not None:
+                first.even_out(_uneven(law, crop))
+                some = first.read(weight)
+            scale = min(raisable, first.noise_found(some))
             noise_sd, raisable = [math.sqrt(scale) * sd for sd in noise_sd], None
         del first
     agrees, found, splits, outlines = np.empty(registered.shape, np.bool_), [], [], []
@@ -290,14 +303,18 @@ def _by_tiles(
             settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
         views = tile.of(registered) if len(parts) > 1 else registered
         equalised = equalise(views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        if law is not None:
+            equalised.even_out(_uneven(law, views))
         inward = tile.inward(registered.shape)
-        robust = _estimate_robustly(equalised, views, inward, settings.false_alarm, blur, levels_per_pixel, raisable)
+        args = (equalised, views, inward, settings.false_alarm, blur, levels_per_pixel, raisable)
+        robust = _estimate_robustly(*args, at if raisable is not None else None)
+        law = law or robust.law
         agrees[tile.core] = robust.agrees[tile.within]
         found.append((tile, robust.nodes))
         splits.append(robust.split)
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
-            args = (
+            rest = (
                 partial(_read_again, equalised, robust),
                 _informative(robust.nodes),
                 robust.agrees,
@@ -307,7 +324,7 @@ def _by_tiles(
                 views.images,
                 robust.split.tau,
             )
-            outlines.append((tile, find_outlines(equalised, robust.nodes, *args)))
+            outlines.append((tile, find_outlines(equalised, robust.nodes, *rest)))
     nodes = join_nodes(found, registered.shape, step)
     curved, split = np.zeros(nodes.level.shape), join_splits(splits)
     if settings.outlines and shared is None:
@@ -318,7 +335,7 @@ def _by_tiles(
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     ends = join_outlines(outlines, registered.shape)
-    return _Frame(equalised, nodes, curved, agrees, split, noise_sd, ends)
+    return _Frame(equalised, nodes, curved, agrees, split, noise_sd, law, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -328,6 +345,7 @@ class _Robust:
     nodes: Nodes
     agrees: NDArray[np.bool_]  # H x W: whether a pixel's views agree
     scale: float  # noise variance in units of the one assumed
+    law: NoiseLaw | None  # where noise was found to rise with brightness
     split: SplitBand
     used: NDArray[np.bool_]  # H x W: pixels that depth rests on
     energy: Image  # L x h x w: their squared residuals, summed over each node's block
@@ -341,11 +359,12 @@ def _estimate_robustly(
     blur: FloatArray,
     levels_per_pixel: float,
     raisable: float | None,
+    brightness: float | None,
 ) -> _Robust:
     """Estimate depth without contradicting pixels, and without what blur from beyond the frame reaches.
 
     `inward` is each pixel's distance from the frame's border (H x W); `blur` the largest blur radius in pixels at each
-    level, with `levels_per_pixel` of it.
+    level, with `levels_per_pixel` of it; `brightness` that at which the noise is known, or None where noise is even.
     Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
     """
     tolerance = BLUR_ERROR * blur * levels_per_pixel
@@ -358,6 +377,12 @@ def _estimate_robustly(
     energy = equalised.energy(weight)
     mean, support = equalised.averages(energy, weight)
     some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+    law = _noise_law(equalised, some, registered, brightness, 2)
+    if law is not None:
+        equalised.even_out(_uneven(law, registered))
+        energy = equalised.energy(weight)
+        mean, support = equalised.averages(energy, weight)
+        some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
     for _ in range(ROUNDS):
@@ -382,7 +407,39 @@ def _estimate_robustly(
     images = [(kept * value, kept * derivative) for value, derivative in images]
     split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
     summed = before if changed.mean() < SETTLED else used
-    return _Robust(nodes, agrees, scale, split, summed, energy)
+    return _Robust(nodes, agrees, scale, law, split, summed, energy)
+
+
+def _brightness(views: RegisteredViews) -> Image:
+    """Brightness of registered views, without their noise (H x W)."""
+    mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
+    return np.asarray(ndimage.gaussian_filter(mean, SMOOTH), np.float32)
+
+
+def _middle_brightness(registered: RegisteredViews) -> float:
+    """Mean brightness of the part in which noise is estimated."""
+    part = registered.most_textured_crop(NOISE_SIDE)
+    return float(np.mean([image[part.usable].mean() for image in part.images])) if part.usable.any() else 0.0
+
+
+def _uneven(law: NoiseLaw, views: RegisteredViews) -> Image:
+    """Noise of each pixel (H x W), over that which is estimated for the views."""
+    return np.sqrt(law.variance(_brightness(views))).astype(np.float32)
+
+
+def _noise_law(
+    equalised: Equalised, nodes: Nodes, views: RegisteredViews, at: float | None, every: int = 1
+) -> NoiseLaw | None:
+    """How noise rises with brightness, by what equalising leaves at `every` so many nodes; None where it does not."""
+    if at is None:
+        return None
+    step = equalised.step
+    image = _brightness(views)
+    bright = (block_sum(image, step) / block_sum(np.ones_like(image), step))[::every, ::every].astype(float)
+    some = nodes.support > 0.5
+    textured = some & (nodes.texture >= 1)
+    some = textured if textured.mean() > 0.02 else some
+    return noise_by_brightness(nodes.misfit[some], bright[some], at)
 
 
 def _with_texture_of_its_own(

@@ -122,6 +122,11 @@ class Equalised:
         """Pixels that the window is worth: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
+    def even_out(self, noise_sd: Image) -> None:
+        """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
+        for residual in self.residuals:
+            np.divide(residual.images, noise_sd, out=residual.images)
+
     def reach(self, nodes: Nodes, radii: FloatArray) -> FloatArray:
         """How far window and blur reach about each node, in nodes (h x w); `radii` are each view's in pixels, n x L."""
         return (self.window + np.interp(nodes.level, np.arange(self.levels), radii.max(axis=0))) / self.step
