@@ -195,10 +195,8 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
     result = _encoding_doubted(result, views, settings, photographs, options, limits)
     result = _referred(result, views, settings, offset)
     if not result.valid.any():
-        lacking = "no sharp edge stands alone in them" if method == "edges" else "the views show too little texture"
-        warnings.warn(
-            f"no pixel is valid: {lacking}, or they contradict each other.", FocalGradientWarning, stacklevel=1
-        )
+        why = result.details.get("rejected", "the views contradict each other")
+        warnings.warn(f"no pixel is valid: {why}.", FocalGradientWarning, stacklevel=1)
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
     options = {**options, "psf": result.details.get("psf", psf)}

@@ -128,6 +128,8 @@ class DepthMap:
             sd, sd_m = (float(np.median(values[self.valid])) for values in (self.vergence_sd, self.distance_sd))
             lines.append(f"distance from {self.plane}: {near:.3g} to {far:.3g} m (5 to 95 % of the valid pixels)")
             lines.append(f"standard deviation (median): {sd:.3g} D, {sd_m:.3g} m")
+        elif "rejected" in self.details:
+            lines.append(f"no pixel is valid: {self.details['rejected']}")
         if "side" in self.details:
             lines.append(f"side of focus: {self.details['side']}")
         return "\n".join(lines)

@@ -219,7 +219,7 @@ def _fit_noise(
         nodes = equalised.read(part.usable.astype(np.float32))
         change = math.sqrt(equalised.noise_found(nodes))
         # Of the wrong proportions the fit is uneven over the frame, and each view's residual contradicts them.
-        misfit = np.log(nodes.misfit[nodes.support > 0.5])
+        misfit = np.log(np.maximum(nodes.misfit[nodes.support > 0.5], 1e-6))
         each = equalised.noise_by_view(equalised.evaluate(nodes)) if uneven else np.ones(1)
         badness = float(misfit.std() + 0.2 * np.ptp(np.log(each)))
         noise_sd = np.maximum(floor, noise_sd * min(change, float(np.min(most / noise_sd))))

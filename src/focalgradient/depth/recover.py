@@ -152,7 +152,10 @@ def recover_depth(
         ``shift_px`` of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
         error as a share of the blur radius, by which coarse and fine detail disagree and which is part of
         ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
-        points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way.
+        points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
+        and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
+        ``brightness`` of the views, or None. Where no pixel is valid, ``rejected`` says why.
+        Where no pixel is valid, ``rejected`` says why.
 
     Raises
     ------
@@ -231,6 +234,9 @@ def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
         **estimate.details,
         "share_valid": float(estimate.valid.mean()),
     }
+    if not estimate.valid.any() and "rejected" not in details:
+        lacking = "no sharp edge that stands alone" if settings.method == "edges" else "too little texture"
+        details["rejected"] = f"the views show {lacking}, or contradict each other"
     side_known = np.full(registered.shape, search.side_known) & estimate.side_known
     return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details)
 

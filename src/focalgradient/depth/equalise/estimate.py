@@ -29,11 +29,12 @@ from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
 from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
+from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_by_brightness, noise_from_residuals
-from focalgradient.depth.numerics import GROWTH, NODES, block_sum
+from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
+from focalgradient.depth.numerics import GROWTH, NODES
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
@@ -83,9 +84,6 @@ SPECK = 3
 
 SUPPORT = 0.1
 """Share of a window that must be usable."""
-
-SMOOTH = 2.0
-"""Standard deviation in pixels of the Gaussian that takes the noise off the views where noise goes by brightness."""
 
 REACH = 2.0
 """How far into the frame the light from beyond it is felt, in radii of blur."""
@@ -158,8 +156,26 @@ def estimate(problem: Problem) -> Estimate:
             "share_of_texture_explained": explained,
             **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),
+            **({"rejected": _rejected(explained, misfit, split.tau, sound)} if textured.any() and not trusted else {}),
         },
         warnings=texts,
+    )
+
+
+def _rejected(explained: float, misfit: float, tau: float, sound: bool) -> str:
+    """Why nothing is claimed, though the views show texture."""
+    if explained < EXPLAINED:
+        why = (
+            f"at {1 - explained:.0%} of the places with texture more is left of them than noise explains "
+            f"(median: {misfit:.2g} times its power)"
+        )
+    elif sound:
+        why = "what they show in either waveband is too different"
+    else:
+        why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
+    return (
+        f"the views contradict each other, as {why}: check their optics, order and alignment; where these are right, "
+        "the noise is more than its estimate, or the blur is of another shape: give noise, or psf"
     )
 
 
@@ -282,18 +298,14 @@ def _by_tiles(
     parts = list(tiles(registered.shape, step))
     power, law = None, None
     # Where noise is given it is alike everywhere; photons of other wavebands are not compared.
-    at = _middle_brightness(registered) if raisable is not None and shared is None else None
+    at = brightness_of_noise(registered) if raisable is not None and shared is None else None
     if len(parts) > 1:  # what is common to all tiles
         crop = registered.most_textured_crop(COMMON)
         power = scene_power(crop.images, noise_sd, blurs.frequencies)
         first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
         if raisable is not None:
             weight = crop.usable.astype(np.float32)
-            some = first.read(weight)
-            law = _noise_law(first, some, crop, at)
-            if law is not None:
-                first.even_out(_uneven(law, crop))
-                some = first.read(weight)
+            law, some = even_out(first, lambda changed: first.read(weight), crop, at)
             scale = min(raisable, first.noise_found(some))
             noise_sd, raisable = [math.sqrt(scale) * sd for sd in noise_sd], None
         del first
@@ -304,7 +316,7 @@ def _by_tiles(
         views = tile.of(registered) if len(parts) > 1 else registered
         equalised = equalise(views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
         if law is not None:
-            equalised.even_out(_uneven(law, views))
+            equalised.divide(uneven_noise(law, views))
         inward = tile.inward(registered.shape)
         args = (equalised, views, inward, settings.false_alarm, blur, levels_per_pixel, raisable)
         robust = _estimate_robustly(*args, at if raisable is not None else None)
@@ -375,14 +387,15 @@ def _estimate_robustly(
     # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
     weight = used.astype(np.float32)
     energy = equalised.energy(weight)
-    mean, support = equalised.averages(energy, weight)
-    some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
-    law = _noise_law(equalised, some, registered, brightness, 2)
-    if law is not None:
-        equalised.even_out(_uneven(law, registered))
-        energy = equalised.energy(weight)
+
+    def read(changed: bool) -> Nodes:
+        if changed:
+            energy[:] = equalised.energy(weight)
         mean, support = equalised.averages(energy, weight)
-        some = equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
+
+    law, some = even_out(equalised, read, registered, brightness, 2)
+    mean, support = equalised.averages(energy, weight)
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
     nodes = equalised.minima(mean, support, scale)
     for _ in range(ROUNDS):
@@ -408,38 +421,6 @@ def _estimate_robustly(
     split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
     summed = before if changed.mean() < SETTLED else used
     return _Robust(nodes, agrees, scale, law, split, summed, energy)
-
-
-def _brightness(views: RegisteredViews) -> Image:
-    """Brightness of registered views, without their noise (H x W)."""
-    mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
-    return np.asarray(ndimage.gaussian_filter(mean, SMOOTH), np.float32)
-
-
-def _middle_brightness(registered: RegisteredViews) -> float:
-    """Mean brightness of the part in which noise is estimated."""
-    part = registered.most_textured_crop(NOISE_SIDE)
-    return float(np.mean([image[part.usable].mean() for image in part.images])) if part.usable.any() else 0.0
-
-
-def _uneven(law: NoiseLaw, views: RegisteredViews) -> Image:
-    """Noise of each pixel (H x W), over that which is estimated for the views."""
-    return np.sqrt(law.variance(_brightness(views))).astype(np.float32)
-
-
-def _noise_law(
-    equalised: Equalised, nodes: Nodes, views: RegisteredViews, at: float | None, every: int = 1
-) -> NoiseLaw | None:
-    """How noise rises with brightness, by what equalising leaves at `every` so many nodes; None where it does not."""
-    if at is None:
-        return None
-    step = equalised.step
-    image = _brightness(views)
-    bright = (block_sum(image, step) / block_sum(np.ones_like(image), step))[::every, ::every].astype(float)
-    some = nodes.support > 0.5
-    textured = some & (nodes.texture >= 1)
-    some = textured if textured.mean() > 0.02 else some
-    return noise_by_brightness(nodes.misfit[some], bright[some], at)
 
 
 def _with_texture_of_its_own(

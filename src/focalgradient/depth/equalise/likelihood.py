@@ -122,7 +122,7 @@ class Equalised:
         """Pixels that the window is worth: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
-    def even_out(self, noise_sd: Image) -> None:
+    def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
         for residual in self.residuals:
             np.divide(residual.images, noise_sd, out=residual.images)

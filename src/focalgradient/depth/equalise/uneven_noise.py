@@ -1,0 +1,82 @@
+"""Noise that rises with brightness, as that of photons does: its law, from what equalising leaves of the views.
+
+Where the views agree, what is left of them is noise, so that its power in dark and in bright places gives the law. The
+residuals of each pixel are then divided by its own noise, and all that follows takes noise to be even.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import ndimage
+
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.filters import Image
+from focalgradient.depth.noise import NOISE_SIDE, NoiseLaw, noise_by_brightness
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.registration import RegisteredViews
+
+__all__ = ["brightness_of_noise", "even_out", "uneven_noise"]
+
+SMOOTH = 2.0
+"""Standard deviation in pixels of the Gaussian that takes the noise off the views where noise goes by brightness."""
+
+ROUNDS = 4
+"""Times that the law is looked for, at most."""
+
+SETTLED = 0.02
+"""Change of its share below which it is found."""
+
+
+def _brightness(views: RegisteredViews) -> Image:
+    """Brightness of registered views, without their noise (H x W)."""
+    mean: Image = np.mean(views.images, axis=0, dtype=np.float32)
+    return np.asarray(ndimage.gaussian_filter(mean, SMOOTH), np.float32)
+
+
+def brightness_of_noise(registered: RegisteredViews) -> float:
+    """Mean brightness of the part in which noise is estimated."""
+    part = registered.most_textured_crop(NOISE_SIDE)
+    return float(np.mean([image[part.usable].mean() for image in part.images])) if part.usable.any() else 0.0
+
+
+def uneven_noise(law: NoiseLaw, views: RegisteredViews) -> Image:
+    """Noise of each pixel (H x W), over that which is estimated for the views."""
+    return np.sqrt(law.variance(_brightness(views))).astype(np.float32)
+
+
+def even_out(
+    equalised: Equalised, read: Callable[[bool], Nodes], views: RegisteredViews, at: float | None, every: int = 1
+) -> tuple[NoiseLaw | None, Nodes]:
+    """Make noise even, in place, where it rises with brightness: the law, or None where it does not, and the nodes.
+
+    Parameters
+    ----------
+    equalised, views
+        What is compared, and the views themselves.
+    read, every
+        Reads depth at nodes, `every` so many of them, from `equalised`; told whether that has changed since.
+    at
+        Brightness at which noise is as assumed. None: noise is even.
+    """
+    nodes = read(False)
+    if at is None:
+        return None, nodes
+    step, image = equalised.step, _brightness(views)
+    bright = (block_sum(image, step) / block_sum(np.ones_like(image), step))[::every, ::every].astype(float)
+    law, divided = None, np.ones_like(image)
+    for _ in range(ROUNDS):
+        # Where noise is less than assumed depth is misread, and more is left of the views: with the law both mend.
+        variance = nodes.misfit * (1 if law is None else law.variance(bright))
+        some = nodes.support > 0.5
+        textured = some & (nodes.texture >= 1)
+        some = textured if textured.mean() > 0.02 else some
+        found = noise_by_brightness(variance[some], bright[some], at)
+        if found is None or (law is not None and abs(found.share - law.share) < SETTLED):
+            break
+        noise_sd = np.sqrt(found.variance(image)).astype(np.float32)
+        equalised.divide(noise_sd / divided)
+        law, divided = found, noise_sd
+        nodes = read(True)
+    return law, nodes

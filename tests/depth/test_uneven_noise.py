@@ -1,0 +1,112 @@
+"""Noise that rises with brightness: found where it is, left alone where it is not, and covered by what is stated."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient import FocalGradientWarning, Lens, View, recover_depth
+from focalgradient.depth.equalise import tiles
+from focalgradient.depth.noise import NoiseLaw, noise_by_brightness
+from focalgradient.psf import transfer
+
+LENSES = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
+PIXEL = 8e-6 / 0.0258
+SIDE = 384
+DISTANCE = 1.4
+
+
+def views(light, sd, *, photons, seed=0):
+    """A textured wall under uneven `light` (H x W), through both apertures, with noise of `sd` where light is 1."""
+    random = np.random.default_rng(seed)
+    frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
+    texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE))
+    sharp = np.fft.rfft2(light * np.exp(0.25 * texture / texture.std()))
+    made = []
+    for lens in LENSES:
+        image = np.fft.irfft2(sharp * transfer(frequency, lens.blur_radius(DISTANCE) / PIXEL, "disc"))
+        noise = sd * np.sqrt(np.maximum(image, 0)) if photons else sd
+        made.append(View((image + noise * random.standard_normal(image.shape)).astype(np.float32), lens, PIXEL))
+    return made
+
+
+def waves(ratio):
+    """Light that goes from dark to `ratio` times that and back, down and across: 1 on average."""
+    wave = np.exp(np.log(ratio) / 2 * np.sin(2 * np.pi * np.arange(SIDE) / SIDE))
+    light = np.sqrt(np.outer(wave, np.roll(wave, SIDE // 3)))
+    return light / light.mean()
+
+
+def coverage(depth, where):
+    some = depth.valid & where
+    return float((np.abs(depth.vergence - 1 / DISTANCE)[some] < 2 * depth.vergence_sd[some]).mean())
+
+
+@pytest.mark.parametrize("sd", [0.01, 0.03])
+def test_photons_are_covered_in_the_dark_and_in_the_light(sd):
+    light = waves(30)
+    depth = recover_depth(views(light, sd, photons=True), near=0.86, far=2.4)
+    assert depth.details["noise_by_brightness"]["share"] > 0.95
+    assert depth.valid.mean() > 0.97
+    for where in (light < np.quantile(light, 0.25), light > np.quantile(light, 0.75)):
+        assert coverage(depth, where) > 0.89
+    # Bright places are known better: their contrast is larger against the noise.
+    dark, bright = (np.median(depth.vergence_sd[light < 0.5]), np.median(depth.vergence_sd[light > 1.5]))
+    assert bright < dark
+
+
+def test_even_noise_is_left_alone():
+    depth = recover_depth(views(waves(8), 0.01, photons=False), near=0.86, far=2.4)
+    assert depth.details["noise_by_brightness"] is None
+    assert depth.valid.mean() > 0.95
+
+
+def test_noise_that_is_given_is_even():
+    depth = recover_depth(views(waves(8), 0.01, photons=True), near=0.86, far=2.4, noise=0.02)
+    assert depth.details["noise_by_brightness"] is None
+
+
+def test_tiles_take_the_law_of_the_frame(monkeypatch):
+    seen = views(waves(30), 0.02, photons=True)
+    whole = recover_depth(seen, near=0.86, far=2.4)
+    monkeypatch.setattr(tiles, "CORE", SIDE // 2)
+    parts = recover_depth(seen, near=0.86, far=2.4)
+    law, other = (depth.details["noise_by_brightness"]["share"] for depth in (whole, parts))
+    assert abs(law - other) < 0.2
+    both = whole.valid & parts.valid
+    assert both.mean() > 0.85
+    apart = np.abs(whole.vergence - parts.vergence)[both] / whole.vergence_sd[both]
+    assert np.median(apart) < 0.3
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.3, 0.95), st.integers(0, 2**32 - 1))
+def test_the_law_is_recovered_beneath_what_contradicts(share, seed):
+    random = np.random.default_rng(seed)
+    brightness = random.uniform(0.05, 2.0, 4000)
+    variance = NoiseLaw(share, 1.0).variance(brightness) * random.gamma(50, 1 / 50, 4000)
+    variance[random.random(4000) < 0.3] *= 5  # outlines
+    found = noise_by_brightness(variance, brightness, at=1.0)
+    assert found is not None
+    assert abs(found.share - share) < 0.12
+
+
+def test_few_places_or_no_light_tell_nothing():
+    assert noise_by_brightness(np.arange(1.0, 20), np.arange(1.0, 20), at=1.0) is None
+    assert noise_by_brightness(np.arange(1.0, 400), np.arange(1.0, 400), at=0.0) is None
+
+
+def test_a_map_without_a_valid_pixel_says_why():
+    first, second = views(waves(2), 0.01, photons=False)
+    stained = second.image * (
+        1 + 0.3 * np.random.default_rng(1).standard_normal((SIDE // 8, SIDE // 8)).repeat(8, 0).repeat(8, 1)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FocalGradientWarning)  # stains look like a displacement
+        depth = recover_depth([first, View(stained, second.optics, PIXEL)], near=0.86, far=2.4)
+    assert not depth.valid.any()
+    assert "contradict each other" in depth.details["rejected"]
+    assert "no pixel is valid: the views contradict" in depth.summary()
+    assert "rejected" not in recover_depth([first, second], near=0.86, far=2.4).details
