@@ -121,8 +121,8 @@ def recover_depth(
         - ``"edges"``: sharp edges, from one view (Eqs. 2-6): valid on contours only;
         - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model.
     near, far
-        Limits of the search in metres. By default both sides of focus are searched, from infinity up to a blur of
-        16 pixels.
+        Limits of the search in metres. By default both sides of focus are searched, as far as a blur of 16 pixels in
+        radius; limits given extend the search, to 64 pixels at most. ``details["searched_vergence_D"]`` states it.
     psf
         Where the views' blur comes from: ``"optics"``, their own transfer (`focalgradient.optics.HasTransfer`, method
         ``"equalise"`` only); or a model of its radius, ``"disc"``, ``"gaussian"`` or, by ``"equalise"``, ``"blend"``

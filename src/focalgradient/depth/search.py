@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
 from focalgradient.depth.settings import BlurSource
+from focalgradient.errors import InputError
 from focalgradient.optics import HasThroughFocus, HasTransfer, HasWaveband, Optics
 from focalgradient.psf import transfer
 
@@ -19,6 +20,10 @@ __all__ = ["Blurs", "Search"]
 
 LARGEST_BLUR = 16.0
 """Radius in pixels, in the widest view, up to which blur is searched where the user sets no limit."""
+
+MOST_BLUR = 64.0
+"""The same whatever limits are set: on textured walls the default method is as good as with narrower limits up to
+this, and wrong from 140 on, as next to nothing passes such blur."""
 
 LEVEL_STEP = 0.125
 """Spacing of the candidate levels, in pixels of blur radius in the widest view."""
@@ -75,13 +80,24 @@ class Search:
 
     @classmethod
     def over(cls, optics: Sequence[Optics], pixel_angle: float, near: float | None, far: float | None) -> Search:
-        """The search for views through `optics`, over the limits given (m), or else as far as blur is searched."""
+        """The search for views through `optics`, over the limits given (m), or else as far as blur is searched.
+
+        Refused where the limits leave nothing to search.
+        """
         focus = np.array([one.focus_vergence for one in optics])
         # Blur is an angle, so that all views count it in the first view's pixels.
         pixels = np.array([one.aperture_diameter / 2 for one in optics]) / pixel_angle
         span = LARGEST_BLUR / pixels.max()
-        lowest = 1 / far if far is not None else max(0.0, focus.min() - span)
-        highest = 1 / near if near is not None else focus.max() + span
+        most = MOST_BLUR / pixels.max()
+        lowest = max(0.0, focus.min() - span) if far is None else max(1 / far, focus.min() - most)
+        highest = focus.max() + span if near is None else min(1 / near, focus.max() + most)
+        if lowest >= highest:
+            one = near is None or far is None
+            raise InputError(
+                f"between near and far all blur is larger than {LARGEST_BLUR if one else MOST_BLUR:g} pixels, up to "
+                f"which it is searched{' where one limit is given' * one}: "
+                f"{'give both limits' if one else 'focus nearer to what is searched, or reduce the pictures'}."
+            )
         side_known, side_text = True, "estimated from the views"
         if one_focus(focus):
             shared = float(focus[0])

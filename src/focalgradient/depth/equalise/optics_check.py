@@ -11,11 +11,13 @@ magnification may (`focalgradient.depth.registration`).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from focalgradient.depth.equalise.blur_shape import DOUBTFUL, SIDE, Shape, fit_models
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.search import Search
+from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 
 __all__ = ["judge_optics"]
@@ -53,13 +55,14 @@ def judge_optics(
     """
     if misfit < SUSPECT and explained > 0.8 and tau < DOUBTFUL:
         return {}, []
-    slips = _slips([view.optics for view in problem.views])
     search, settings = problem.search, problem.settings
-    searches = [search, *(Search.over(optics, search.pixel_angle, settings.near, settings.far) for _, optics in slips)]
+    searches = {"as stated": search}
+    for name, optics in _slips([view.optics for view in problem.views]):
+        with suppress(InputError):  # the limits leave these nothing to search
+            searches[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far)
     part = problem.registered.most_textured_crop(SIDE)
-    fits = fit_models([(one, shape) for one in searches], part, noise_sd, settings.window)
-    names = ["as stated", *(name for name, _ in slips)]
-    left = {name: fit.misfit for name, fit in zip(names, fits, strict=True)}
+    fits = fit_models([(one, shape) for one in searches.values()], part, noise_sd, settings.window)
+    left = {name: fit.misfit for name, fit in zip(searches, fits, strict=True)}
     best = min(left, key=lambda name: left[name])
     if left[best] > min(EXPLAINS, BETTER * left["as stated"]):
         return left, []

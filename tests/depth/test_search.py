@@ -1,0 +1,36 @@
+"""Limits of the search that leave too much, or nothing, to search."""
+
+import blurred
+import numpy as np
+import pytest
+from blurred import PIXEL, lens, wall
+
+from focalgradient import InputError, Lens, recover_depth
+from focalgradient.depth.search import Search
+
+
+@pytest.mark.parametrize("near", [0.1, 0.02, 1e-6])
+def test_limits_that_leave_all_open_do_no_harm(near: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blur of hundreds of pixels passes next to nothing, which any views would fit."""
+    monkeypatch.setattr(blurred, "SHAPE", (96, 128))
+    depth = recover_depth(wall([lens(4, 0.8), lens(4, 1.25)], 1.0), near=near)
+    assert depth.valid.mean() > 0.95
+    assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.0, abs=0.003)
+
+
+def test_a_limit_far_nearer_than_a_distant_focus_does_not_decide_the_side() -> None:
+    lenses = [Lens(0.05, number, 20.0) for number in (8, 2)]
+    assert not Search.over(lenses, 8e-5, 0.02, None).side_known
+    assert Search.over(lenses, 8e-5, 20.0, None).side_known
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ((None, 0.1), "blur is larger than 16 pixels, up to which it is searched where one limit is given: give both"),
+        ((0.01, 0.011), "blur is larger than 64 pixels, up to which it is searched: focus nearer"),
+    ],
+)
+def test_limits_that_leave_nothing_are_refused(limits: tuple[float | None, float | None], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Search.over([lens(16), lens(5.6)], PIXEL, *limits)
