@@ -37,6 +37,16 @@ def test_a_picture_that_moved_right_and_down(move: tuple[float, float]) -> None:
     assert seen(moved, sharp=still)["shift_px"] == pytest.approx(move, abs=0.03)
 
 
+def test_what_blur_or_noise_hides_is_left_out() -> None:
+    still = texture(6, (20, 24))
+    rng = np.random.default_rng(7)
+    assert set(seen(still)) == {"shift_px", "spectrum"}
+    assert seen(still[:14]) == {}  # too few pixels for an octave
+    noise = 3 * rng.standard_normal(still.shape)
+    sharp = Sharp(np.repeat(still[..., None], 3, axis=2), noise, np.ones(still.shape), PIXEL)
+    assert set(against_prediction(still, np.zeros(still.shape), sharp, [LENS])) == {"shift_px"}
+
+
 def test_blur_that_was_not_foreseen() -> None:
     still = texture(3, (96, 128))
     ratios = seen(ndimage.gaussian_filter(still, 0.8), sharp=still)["spectrum"]

@@ -187,11 +187,11 @@ def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: st
     percent = 100 * (depth.distance / np.where(usable, truth, 1.0) - 1)
     limit = _robust(np.abs(percent[usable]), 0, 95)[1]
     _map(ax, percent, usable, "RdBu_r", (-limit, limit), "error (%)")
-    said = _summary("Error: median size", np.abs(percent[usable]))
+    text = _summary("Error: median size", np.abs(percent[usable]))
     if usable.any():
         bias = round(float(np.median(percent[usable])), 2) + 0.0  # no negative zero
-        said += f", bias {bias:+.2g} %".replace("-", "−")
-    return _picture(ax, said if title is None else title)
+        text += f", bias {bias:+.2g} %".replace("-", "−")
+    return _picture(ax, text if title is None else title)
 
 
 def describe_optics(optics: Optics) -> str:
@@ -304,8 +304,8 @@ def _summary(text: str, percent: NDArray[np.floating]) -> str:
 
 def _side_note(depth: DepthMap) -> str | None:
     """Say which side of focus was assumed, where the views leave it open."""
-    said = str(depth.details.get("side", ""))
-    if "assumed" not in said and depth.side_known[depth.valid].all():
+    stated = str(depth.details.get("side", ""))
+    if "assumed" not in stated and depth.side_known[depth.valid].all():
         return None
-    side = [word for word in ("beyond", "nearer") if word in said]
+    side = [word for word in ("beyond", "nearer") if word in stated]
     return "side of focus assumed" + (f": {side[0]}" if side else "")

@@ -193,12 +193,12 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
                 *zip(*points, strict=True) if points else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1
             )
             drawn += [y for _, y in points]
-        told_of = (
+        intervals = (
             (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
             for mean in result.means
             if mean.fixation == fixation
         )
-        means = [(x, mean) for x, mean in told_of if isinstance(mean, Interval)]
+        means = [(x, mean) for x, mean in intervals if isinstance(mean, Interval)]
         if means:
             drawn += _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))

@@ -65,7 +65,8 @@ def against_prediction(
     -------
     dict
         ``shift_px``: right and down. ``spectrum``: ratio of the amplitudes to the prediction's, in octaves of spatial
-        frequency, the finest first. Noise has no part in either; a rim as wide as the blur is left out.
+        frequency, the finest first. Noise has no part in either; a rim as wide as the blur is left out. Empty where the
+        blur leaves too little of the picture for one octave; without ``spectrum`` where it drowns in noise.
     """
     (height, width), finer = light.shape, len(sharp.depth) // len(light)
     weights = np.array(LUMINANCE)
@@ -82,8 +83,10 @@ def against_prediction(
     rim = math.ceil(widest) + 2
     inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
     seen, noise = light[inside], residual[inside]
-    expected, doubt = halves.mean(axis=0)[inside], (halves[0] - halves[1])[inside] / 2
-    power, foreseen = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, doubt)))
+    if not _measurable(seen):
+        return {}
+    expected, uncertain = halves.mean(axis=0)[inside], (halves[0] - halves[1])[inside] / 2
+    power, predicted = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, uncertain)))
     # Not where an edge hides what the prediction would need.
     vergence = 1 / sharp.depth
     jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
@@ -92,7 +95,15 @@ def against_prediction(
     slopes = np.stack(np.gradient(expected)[::-1])[:, plain]
     # A picture moved by s is the still one less s times its slope.
     shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[plain])
-    return {"shift_px": shift.tolist(), "spectrum": np.sqrt(np.maximum(power, 0) / foreseen).tolist()}
+    found = {"shift_px": shift.tolist()}
+    if (predicted > 0).all():
+        found["spectrum"] = np.sqrt(np.maximum(power, 0) / predicted).tolist()
+    return found
+
+
+def _measurable(part: NDArray[np.floating]) -> bool:
+    """Whether a part of a picture, H x W, holds an octave of spatial frequency."""
+    return min(part.shape) >= 4 * FEWEST
 
 
 def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -149,7 +160,7 @@ def against_discs(
     jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > EDGE for axis in (0, 1)]
     plain = ~maximum_filter(jumps[0] | jumps[1], 2 * rim + 1)[inside]
     seen = light[inside]
-    if min(seen.shape) < 4 * FEWEST or plain.mean() < 0.1:
+    if not _measurable(seen) or plain.mean() < 0.1:
         return {}
     expected = np.where(plain, _by_discs(sharp, radius)[inside], seen)
     slopes = np.stack(np.gradient(expected)[::-1])[:, plain]

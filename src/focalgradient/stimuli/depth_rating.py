@@ -29,7 +29,7 @@ from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
-from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged
+from focalgradient.stimuli.controls import Sharp, against_prediction, judged
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 from focalgradient.stimuli.sheet import sheet_png
@@ -400,12 +400,16 @@ def _entry(
 
 def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
     """What the sheet says of the set."""
-    light, shift, spectrum, _ = (controls[name] for name in LIMITS)
+    words = {
+        "mean_luminance_percent": "mean luminance {:.2g} %",
+        "shift_px": "shift {:.2g} px",
+        "spectrum_percent": "amplitude in any octave {:.2g} % from what blur predicts",
+    }
+    measured = (text.format(controls[name]["worst"]) for name, text in words.items() if name in controls)
     return (
         f"Rings: what is in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
         f"{display.pixels_per_degree:.1f} pixels a degree.\n"
-        f"At most between conditions of a scene: mean luminance {light['worst']:.2g} %, shift {shift['worst']:.2g} px, "
-        f"amplitude in any octave {spectrum['worst']:.2g} % from what blur predicts."
+        f"At most between conditions of a scene: {', '.join(measured)}."
     )
 
 

@@ -276,15 +276,15 @@ def npy(array: NDArray[Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _display(said: Mapping[str, Any]) -> Display:
-    width, height = said["size_px"]
+def _display(entry: Mapping[str, Any]) -> Display:
+    width, height = entry["size_px"]
     return Display(
         (width, height),
-        said["pixel_pitch_mm"] * 1e-3,
-        said["distance_m"],
-        tuple(said["gamma"]) if isinstance(said["gamma"], list) else said["gamma"],
-        said["white_cd_m2"],
-        said["dither"],
+        entry["pixel_pitch_mm"] * 1e-3,
+        entry["distance_m"],
+        tuple(entry["gamma"]) if isinstance(entry["gamma"], list) else entry["gamma"],
+        entry["white_cd_m2"],
+        entry["dither"],
     )
 
 
