@@ -149,8 +149,7 @@ class Source:
             if missing:
                 yield Skipped(number + 1, number + missing, "could not be decoded")
             number += 1 + missing
-            if size is None:
-                size = image.shape[:2]
+            size = size or image.shape[:2]
             if image.shape[:2] != size:
                 was, is_now = (f"{width} x {height}" for height, width in (size, image.shape[:2]))
                 yield Skipped(number, number, f"is {is_now} pixels where the first was {was}")
@@ -276,16 +275,15 @@ def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], st
             before, before_level, paired = item, level, False
             continue
         change = (level - before_level) * (1 if (item.number + lost) % 2 == 0 else -1)
+        wrong = None
         if abs(step) > PLAIN and abs(change) < abs(step) / 2:
-            if not paired:
-                yield Skipped(before.number, before.number, _ALONE)
-            yield Skipped(before.number, item.number, "show one aperture, so that a frame between them was lost")
-            lost += 1
-            paired = False
+            wrong = "show one aperture, so that a frame between them was lost"
         elif abs(step) > PLAIN and change * step < 0:
+            wrong = "alternate the wrong way round, as after a loss or a cut"
+        if wrong is not None:
             if not paired:
                 yield Skipped(before.number, before.number, _ALONE)
-            yield Skipped(before.number, item.number, "alternate the wrong way round, as after a loss or a cut")
+            yield Skipped(before.number, item.number, wrong)
             lost += 1
             paired = False
         else:
@@ -371,10 +369,9 @@ class VideoFile:
     def write(self, values: NDArray[np.floating], valid: NDArray[np.bool_]) -> None:
         """Add a frame: `values` on the grid, drawn where `valid`."""
         share = (values - self._scale.dark) / (self._scale.bright - self._scale.dark)
-        height, width = self._part.shape[:2]
         place = np.where(valid, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
         colours = cv2.applyColorMap(place, self._colours[:, None])
-        self._part[:] = cv2.resize(colours, (width, height), interpolation=cv2.INTER_NEAREST)
+        self._part[:] = cv2.resize(colours, self._part.shape[1::-1], interpolation=cv2.INTER_NEAREST)
         self._writer.write(self._picture)
         self._frames += 1
 
@@ -474,7 +471,7 @@ class ValuesFile:
 
 
 def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The scale with its numbers, white on dark grey, as tall as the picture."""
+    """The scale with its numbers, white on dark grey, as tall as the picture; without numbers where that is low."""
     size = float(np.clip(height / 720, 0.35, 1.5))
     thick = max(1, round(1.5 * size))
     font = cv2.FONT_HERSHEY_SIMPLEX
@@ -486,10 +483,13 @@ def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.
     width = bar + 3 * gap + wide
     width += width % 2
     panel = np.full((height, width, 3), 40, np.uint8)
+    top, bottom = round((len(title) + 0.8) * line), height - line
+    if bottom - top < line:  # no room for words
+        panel[:, gap : gap + bar] = colours[np.linspace(255, 1, height).round().astype(int)][:, None]
+        return panel
     for number, text in enumerate(title, 1):
         cv2.putText(panel, text, (gap, number * line), font, size, (255, 255, 255), thick, cv2.LINE_AA)
-    top, bottom = round((len(title) + 0.8) * line), height - line
-    rows = np.linspace(255, 1, max(2, bottom - top)).round().astype(int)
+    rows = np.linspace(255, 1, bottom - top).round().astype(int)
     panel[top : top + len(rows), gap : gap + bar] = colours[rows][:, None]
     for value, label in scale.ticks:
         share = (value - scale.dark) / (scale.bright - scale.dark)
