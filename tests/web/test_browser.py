@@ -241,6 +241,19 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     server.end()
 
 
+def test_who_stops_is_told_why_answers_could_not_be_removed(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, DEPTH)
+    page = browser.new_page()
+    page.goto(server.address)
+    take_part(page, until="input[type=range]")
+    page.route("**/api/withdraw", lambda route: route.fulfill(status=409, json={"error": "The disk is full <b>."}))
+    page.click("#stop")
+    page.click("#stopping button:text-is('Stop, remove my answers')")
+    page.wait_for_selector("text=The disk is full <b>.")
+    page.close()
+    server.end()
+
+
 def test_texts_are_shown_and_never_run(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "consent.txt").write_text(
         "Consent <script>document.title='run'</script>\n\n<img src=x onerror=alert(1)>"

@@ -163,15 +163,20 @@ class Page {
     clearInterval(this.beat);
     this.stopping.remove();
     this.jsPsych.abortExperiment();
-    if (remove) {
-      await this.outbox.clear();
-      await this.insist("/api/withdraw");
-    } else {
-      await this.outbox.send();
-      this.study.leave({ token: this.token, tab: this.tab });
+    let text = this.words(remove ? "web.removed" : "web.kept");
+    try {
+      if (remove) {
+        await this.outbox.clear();
+        await this.insist("/api/withdraw");
+      } else {
+        await this.outbox.send();
+        this.study.leave({ token: this.token, tab: this.tab });
+      }
+    } catch (error) {
+      text = error.message; // the server's reason for refusing: the participant must know that the answers are still there
     }
     if (document.fullscreenElement) await document.exitFullscreen();
-    this.say(this.words(remove ? "web.removed" : "web.kept"));
+    this.say(text);
   }
 
   async finish() {
