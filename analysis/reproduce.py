@@ -78,8 +78,6 @@ FIGURES: tuple[
 OF_DATASET = {"fig3", "necker"}
 """Figures of answers, made of one data set: of simulated observers here, for people have not been asked."""
 
-TAKING_PART = 45.0  # seconds of the simulated observers
-
 ONLY_FULL = {"accommodation_experiments"}
 """Figures that take minutes however little data they use."""
 
@@ -112,8 +110,9 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
         bar_format = "{desc}{percentage:3.0f}%|{bar}| {elapsed} < {remaining}"
         of_dataset = any(name in OF_DATASET for name, _, _ in FIGURES)
         wanted = [one for one in FIGURES if full or one[0] not in ONLY_FULL]
-        whole = sum(seconds for _, _, seconds in wanted) + of_dataset * TAKING_PART
-        with tqdm(total=whole, bar_format=bar_format, disable=quiet) as bar:
+        taking_part = simulated.seconds(full=full)
+        whole = sum(seconds for _, _, seconds in wanted) + of_dataset * taking_part
+        with tqdm(total=whole, bar_format=bar_format, smoothing=0, disable=quiet) as bar:
             done = 0.0
 
             def run(name: str, seconds: float, make: Callable[[Progress], Any]) -> Any:
@@ -130,7 +129,7 @@ def reproduce(out: Path, *, full: bool = False, quiet: bool = False) -> None:
                 if name in OF_DATASET and not dataset.exists():
                     run(
                         "observers",
-                        TAKING_PART,
+                        taking_part,
                         lambda progress: simulated.take_part(dataset, full=full, progress=progress),
                     )
                 try:

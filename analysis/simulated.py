@@ -15,12 +15,14 @@ from focalgradient.parallel import processes
 from focalgradient.render.mitsuba_backend import variant
 from focalgradient.stimuli import StimulusSet, make_depth_rating
 
-__all__ = ["OBSERVERS", "SEED", "natural_pictures", "take_part"]
+__all__ = ["OBSERVERS", "SEED", "natural_pictures", "seconds", "take_part"]
 
 OBSERVERS = 20
 SEED = 1987
 SCENES = 5  # the standard and four more
 FULL_SCENES = 13
+TAKING_PART = 45.0  # seconds, about, that the observers take
+EACH_SCENE = 60.0  # seconds that the pictures of a scene take, which are made once
 
 
 def natural_pictures(progress: Callable[[float, str], object] | None = None, *, full: bool = False) -> StimulusSet:
@@ -37,6 +39,13 @@ def natural_pictures(progress: Callable[[float, str], object] | None = None, *, 
         samples=64,
         progress=progress,
     )
+
+
+def seconds(*, full: bool = False) -> float:
+    """How long the observers take, about; the first time with the pictures, which are kept."""
+    scenes = FULL_SCENES if full else SCENES
+    made = any((cache_folder() / f"{name}-{scenes}").exists() for name in ("natural", "spheres-512"))
+    return TAKING_PART if made else TAKING_PART + scenes * EACH_SCENE
 
 
 def take_part(out: Path, *, observer: str = "default", full: bool = False, progress: Progress | None = None) -> Path:
