@@ -1,5 +1,6 @@
 """Comparison of spectra: the line of Eq. 9 without its window's bias, and depth from it."""
 
+import blurred as blurred_walls
 import numpy as np
 import pytest
 from blurred import PIXEL, lens, texture, wall
@@ -136,6 +137,15 @@ def test_walls(lenses: list, limits: dict, distance: float, psf: str) -> None:
     assert 0.88 <= np.mean(np.abs(error) <= 2 * depth.vergence_sd[depth.valid]) <= 0.995
     assert np.isfinite(depth.vergence).all()
     assert np.isfinite(depth.vergence_sd).all()
+
+
+@pytest.mark.parametrize("near", [0.219, 0.22, 0.223])
+def test_large_blur_among_the_hypotheses_does_no_harm(near: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of blur of 30 pixels a band passes next to nothing, and of that a sliver of its frequencies only."""
+    monkeypatch.setattr(blurred_walls, "SHAPE", (96, 128))
+    depth = recover_depth(wall([lens(4, 0.8), lens(4, 1.25)], 1.0), method="spectra", noise=0.01, near=near)
+    assert depth.valid[24:-24, 24:-24].mean() > 0.75
+    assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.0, abs=0.002)
 
 
 def test_cast_wall_and_bare_wall() -> None:

@@ -369,13 +369,13 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
     # An image's amplitude falls about as 1 / frequency: there its filters must be more exact.
     fall = np.maximum(RADII, RADII[1])
     rows = (gains / fall).reshape(-1, RADIAL)
-    size = np.linalg.norm(rows[:, ::4], axis=1, keepdims=True) + 1e-30  # every fourth frequency is enough
-    inside = np.any(rows != 0, axis=0)
-    some = (rows / size)[:, ::4][:, inside[::4]]
-    values, right = np.linalg.eigh(some.T @ some)  # of few rows and columns: faster than decomposing `some`
+    # By all frequencies: large blur may pass next to nothing but a sliver between two of a coarser grid.
+    rows /= (size := np.linalg.norm(rows, axis=1, keepdims=True) + 1e-30)
+    few = len(rows) < RADIAL  # products of few rows, or of few columns: faster than decomposing `rows`
+    values, vectors = np.linalg.eigh(rows @ rows.T if few else rows.T @ rows)
     kept = values >= min(TOLERANCE**2 * len(rows), values[-1])
-    left = some @ right[:, kept] / np.sqrt(values[kept])
-    return (left.T @ (rows / size)) * fall, (size * left).reshape(*gains.shape[:-1], -1)
+    left = vectors[:, kept] if few else rows @ vectors[:, kept] / np.sqrt(values[kept])
+    return (left.T @ rows) * fall, (size * left).reshape(*gains.shape[:-1], -1)
 
 
 @dataclass(frozen=True)
