@@ -136,6 +136,31 @@ def test_several_focuses_are_found_apart() -> None:
             camera.lens(pinhole, 1.8)
 
 
+def test_of_marks_close_together_the_nearest_is_meant() -> None:
+    marks = (1.0, 1.02)
+    readings = [
+        reading for mark in marks for reading in sheet((0.6, 0.8, 1.4), stops={4.0: 4.0}, focus=mark, mark=mark)
+    ]
+    camera = calibrate(readings, F, 4.7e-6, TIGHT)
+    for mark in marks:
+        assert camera.lens(4.0, mark).focus_distance == pytest.approx(1 / camera.focus[mark])
+    assert camera.lens(4.0, 1.015).focus_distance == pytest.approx(1 / camera.focus[1.02])
+
+
+def test_a_target_in_focus_calibrates_too() -> None:
+    """Its edges may have no width at all."""
+    readings = sheet((0.6, 0.9, 1.4, 2.5), stops={4.0: 4.0}, focus=1.0, mark=1.0)
+    sharp = Reading(1.0, 4.0, 1.0, 0.0, 5e-7)
+    camera = calibrate([*readings, sharp], F, 4.7e-6, TIGHT)
+    assert 1 / camera.focus[1.0] == pytest.approx(1.0, rel=0.01)
+    assert camera.model_error == pytest.approx(calibrate(readings, F, 4.7e-6, TIGHT).model_error, rel=0.5)
+
+
+def test_a_focus_marked_as_infinite_has_no_prior_to_be_left_with() -> None:
+    camera = calibrate(sheet((1.3, 1.6, 3.0), stops={4.0: 4.0}, focus=math.inf, mark=math.inf), F, 4.7e-6, TIGHT)
+    assert camera.informed[-1] == 1
+
+
 def test_one_shaken_exposure_of_three_does_no_harm() -> None:
     readings = sheet((0.5, 0.8, 1.5), stops={10.0: 10.0}, focus=0.3)
     three = [reading for reading in readings for _ in range(3)]

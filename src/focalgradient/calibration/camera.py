@@ -19,6 +19,10 @@ __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 FloatArray = NDArray[np.float64]
 
 
+SAME_MARK = 0.03
+"""Share by which an f-number or a focus distance may differ from a mark and mean it: a quarter of a third of a stop."""
+
+
 @dataclass(frozen=True, slots=True)
 class Reading:
     """How blurred the edges of a target are in one view.
@@ -218,16 +222,17 @@ class Calibration:
         with np.errstate(all="ignore"):  # an f-number that is none is not near any
             off = np.abs(np.log(np.array(stops) / f_number))
         stop = int(np.argmin(off))
-        if not off[stop] < 0.03:
+        if not off[stop] < SAME_MARK:
             known = ", ".join(f"f/{mark:g}" for mark in stops)
             raise InputError(
                 f"f/{f_number:g} was not calibrated, only {known}: take the target's picture at that f-number too."
             )
         if len(marks) == 1 and (focus_distance is None or marks[0] is None):
             return stop, 0
-        for place, mark in enumerate(marks):
-            if mark == focus_distance or (mark and focus_distance and math.isclose(mark, focus_distance, rel_tol=0.03)):
-                return stop, place
+        apart = [_apart(mark, focus_distance) for mark in marks]
+        place = int(np.argmin(apart))
+        if apart[place] < SAME_MARK:
+            return stop, place
         known = ", ".join("no mark" if mark is None else f"{mark:g} m" for mark in marks)
         given = "no focus distance is given" if focus_distance is None else f"focus is given as {focus_distance:g} m"
         raise InputError(f"{given}, but the camera was calibrated at {known}: give the focus distance as marked then.")
@@ -313,6 +318,13 @@ class Calibration:
             jacobian = -jacobian / np.maximum(vergence, 1e-6) ** 2
             jacobian[2] -= 1.0
         return np.sqrt(np.einsum("i...,ij,j...->...", jacobian, spread, jacobian))
+
+
+def _apart(mark: float | None, given: float | None) -> float:
+    """How far apart two focus distances are, as a share; infinitely, where one is not known."""
+    if mark == given:
+        return 0.0
+    return abs(mark / given - 1) if mark and given else math.inf
 
 
 def disc_radius(

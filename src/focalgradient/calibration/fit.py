@@ -158,7 +158,8 @@ class _Fit:
             self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance], b.telecentric
         )
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
-        error = 2 * self.width * np.hypot(self.width_sd, model_error * self.width)
+        # Of edges in focus the width may be 0: its square is then known to that of its sd.
+        error = 2 * np.maximum(self.width, self.width_sd) * np.hypot(self.width_sd, model_error * self.width)
         marked = [
             (v * (mark + (theta[2] if b.focus_offset is None else b.focus_offset)) - 1) / b.focus_sd
             for v, mark in zip(vergence_focus, self.marks, strict=True)
@@ -190,18 +191,21 @@ class _Fit:
                     "the views fit a target beyond the plane of focus as well as one nearer than it: add a view at "
                     "another distance, or give focus_distance_m as marked on the lens."
                 )
-        error = b.model_error
+        error, known = b.model_error, self.width > self.width_sd
         for _ in range(8):
             _, theta, jacobian = self.converge(theta, error)
             covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
             fitted = jacobian[: len(self.width)]
             freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
-            left = self.residuals(theta, error)[: len(self.width)] * np.hypot(self.width_sd / self.width, error)
+            # A width that is not known from 0 says nothing of relative errors.
+            relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
+            left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
             error = math.sqrt(
                 (b.model_weight * b.model_error**2 + float((left**2).sum())) / (b.model_weight + max(freedom, 0.0))
             )
         marked = [
-            math.inf if mark is None else b.focus_sd * v for mark, v in zip(self.marks, theta[first:], strict=False)
+            math.inf if mark is None or math.isinf(mark) else b.focus_sd * v
+            for mark, v in zip(self.marks, theta[first:], strict=False)
         ]
         prior_sd = np.array([b.k_sd, self.own_sd, b.offset_sd, *[b.f_number_sd] * len(self.stops), *marked])
         covariance = covariance[: len(prior_sd), : len(prior_sd)]
