@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.optics import Optics, check_optics
 
-__all__ = ["LUMINANCE", "View", "check_pixel_angle"]
+__all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle"]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
@@ -85,7 +85,7 @@ class View:
             )
         check_optics(self.optics)
         check_pixel_angle(self.pixel_angle, self.optics)
-        _check_mask(self.mask, image.shape)
+        check_mask(self.mask, image.shape)
 
     def __repr__(self) -> str:
         """Size, optics and pixel, without the pixels themselves.
@@ -124,7 +124,7 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
         )
 
 
-def _check_mask(mask: object, shape: tuple[int, ...]) -> None:
+def check_mask(mask: object, shape: tuple[int, ...]) -> None:
     """Refuse what does not say of each pixel whether it can be used."""
     if mask is None:
         return

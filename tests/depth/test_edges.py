@@ -229,3 +229,5 @@ def test_images_that_cannot_be_read_are_refused():
         measure_edges(np.zeros((4, 40)))
     with pytest.raises(InputError, match="NaN"):
         measure_edges(np.full((32, 32), np.nan))
+    with pytest.raises(InputError, match="mask is list, but must be an array of booleans"):
+        measure_edges(np.zeros((32, 32)), mask=[[True]])

@@ -1,5 +1,7 @@
 """The likelihood of one depth for a whole patch: against its definition, and by simulating and estimating."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from focalgradient.depth.equalise.patch import POWERS, RINGS, WEIGHTS, vergence_
 from focalgradient.eye import Cones, Eye, Target
 
 LEVELS = np.arange(0.0, 4.0, 0.04)
+SMALL = View(np.random.default_rng(0).uniform(0, 2, (32, 32)), Lens(0.025, 4, 1.0), 3e-4)
 
 
 def seen(vergence, accommodations=(1.0,), bands=("L+M", "S"), noise=0.2, seed=0, target=None):
@@ -124,6 +127,8 @@ def test_views_that_do_not_wrap():
         ({"vergences": [1.0]}, "vergences must be a list of two"),
         ({"vergences": [1.0, np.nan]}, "vergences holds NaN"),
         ({"views": []}, "views holds 0 views"),
+        ({"views": [SMALL]}, "the patch is too small to show coarse detail.* give 40 x 40"),
+        ({"views": [replace(SMALL, mask=SMALL.image > 1)]}, "a view has masked pixels"),
     ],
 )
 def test_bad_input(change, sentence):

@@ -67,6 +67,12 @@ def test_views(views: list[View], said: str) -> None:
         ({"false_alarm": 0.0}, r"false_alarm is 0\.0, but must be a probability between 0 and 1"),
         ({"false_alarm": 1.0}, r"false_alarm is 1\.0"),
         ({"false_alarm": math.nan}, "false_alarm is nan"),
+        ({"near": "1"}, "near is '1', but must be a positive number of metres"),
+        ({"window": "8"}, "window is '8', but must be between 2 and 64"),
+        ({"noise": "x"}, "noise is 'x', but must be one positive number"),
+        ({"noise": [0.1, None]}, r"noise is \[0\.1, None\]"),
+        ({"false_alarm": None}, "false_alarm is None, but must be a probability"),
+        ({"method": ["ratio"]}, r"method is \['ratio'\], but must be one of"),
     ],
 )
 def test_settings(settings: dict[str, Any], said: str) -> None:

@@ -32,6 +32,27 @@ def blurred(one: float, other: float, *, noise: float = 0.01, slope: float = 1.0
     ]
 
 
+@pytest.mark.parametrize("fit", ["equalised", "paper"])
+def test_the_difference_of_what_shows_nothing_is_unknown(fit: str) -> None:
+    blank = [1 + 0.01 * np.random.default_rng(seed).standard_normal((96, 96)) for seed in (0, 1)]
+    difference, sd = spectral_difference(*blank, noise=0.01, fit=fit)  # type: ignore[arg-type]
+    assert np.isfinite(difference).all()
+    assert np.median(sd) > 20
+
+
+def test_blur_larger_than_the_hypotheses_is_unknown() -> None:
+    sharp, wide = blurred(0.0, 12.0, noise=1e-3)
+    assert np.isinf(spectral_difference(sharp, wide, noise=1e-3)[1][INSIDE]).mean() > 0.95
+    assert np.isinf(spectral_difference(wide, sharp, noise=1e-3)[1][INSIDE]).mean() > 0.95
+
+
+def test_images_that_are_not_finite_are_refused() -> None:
+    sharp, wide = blurred(0.0, 2.0)
+    sharp[3, 3] = np.nan
+    with pytest.raises(InputError, match="first holds NaN"):
+        spectral_difference(sharp, wide)
+
+
 # --- the bands --------------------------------------------------------------------------------------------------------
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import Optics
 from focalgradient.psf import DISC_K, PsfName, transfer
 
@@ -54,8 +54,11 @@ def edge_bound(sigma: ArrayLike, *, noise: float, contrast: float, length: float
     0.94
     """
     _positive(noise=noise, contrast=contrast, length=length)
+    widths = check_finite("sigma", sigma, "pixels")
+    if (widths < 0).any():
+        raise InputError("sigma holds negative values, but a standard deviation is 0 or more: give it in pixels.")
     with np.errstate(divide="ignore"):
-        return math.sqrt(4 * math.sqrt(math.pi)) * noise / contrast / np.sqrt(length * np.asarray(sigma, dtype=float))
+        return math.sqrt(4 * math.sqrt(math.pi)) * noise / contrast / np.sqrt(length * widths)
 
 
 def comparison_bound(
@@ -171,6 +174,7 @@ def texture_bound(
     from scipy.ndimage import gaussian_filter
 
     _positive(window=window)
+    sharp = _picture("sharp", sharp)
     height, width = sharp.shape
     wide = np.pad(sharp, ((0, height), (0, width)), mode="symmetric")
     frequency = np.hypot(np.fft.fftfreq(2 * height)[:, None], np.fft.rfftfreq(2 * width))
@@ -196,7 +200,7 @@ def _information(
     if noises.ndim > 1 or noises.size not in (1, len(optics)) or not np.all((noises > 0) & np.isfinite(noises)):
         raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
     _positive(pixel_angle=pixel_angle)
-    level = np.asarray(vergence, dtype=float)[..., None]
+    level = check_finite("vergence", vergence, "dioptres")[..., None]
     transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
         scale = one.aperture_diameter / 2 / pixel_angle
@@ -261,6 +265,7 @@ def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
     >>> bool(abs(power(np.linspace(0.1, 0.5, 9)).mean() - 1) < 0.02)
     True
     """
+    image = _picture("image", image)
     window = np.outer(*(np.hanning(n + 2)[1:-1] for n in image.shape))
     level = np.sum(image * window) / window.sum()
     spectrum = np.abs(np.fft.fft2((image - level) * window)) ** 2 / np.sum(window**2)
@@ -270,13 +275,21 @@ def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
     radial = np.bincount(ring, frequency.ravel()) / np.maximum(count, 1)
     mean = np.bincount(ring, spectrum.ravel()) / np.maximum(count, 1)
     filled = (count > 0) & (radial > 0)
-    level_of = np.log(np.maximum(mean[filled] - noise**2, 1e-12 * mean.max()))
+    level_of = np.log(np.maximum(mean[filled] - noise**2, max(1e-12 * mean.max(), np.finfo(float).tiny)))
     place = np.log(radial[filled])
 
     def power(frequency: FloatArray) -> FloatArray:
         return np.exp(np.interp(np.log(np.maximum(frequency, 1e-9)), place, level_of))
 
     return power
+
+
+def _picture(name: str, image: NDArray[np.floating]) -> FloatArray:
+    """`image` as numbers; refused unless it is H x W and finite."""
+    values = check_finite(name, image, "linear radiance")
+    if values.ndim != 2:
+        raise InputError(f"{name} has shape {values.shape}, but must be H x W: turn colour into luminance first.")
+    return values
 
 
 def _positive(**values: float) -> None:

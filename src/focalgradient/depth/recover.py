@@ -19,7 +19,7 @@ from focalgradient.view import View
 if TYPE_CHECKING:
     from focalgradient.depth.estimate import Estimate, Problem
 
-__all__ = ["METHODS", "Estimator", "Method", "MethodName", "check_usable", "recover_depth"]
+__all__ = ["METHODS", "Estimator", "Method", "MethodName", "check_usable", "checked_views", "recover_depth"]
 
 SATURATED = 0.5
 """Share of a view's pixels, at its ceiling or masked, above which it is refused."""
@@ -187,18 +187,13 @@ def recover_depth(
     >>> round(float(np.median(depth.distance[depth.valid])), 2)
     1.25
     """
-    views = _checked_views(views)
-    if method not in METHODS:
+    views = checked_views(views)
+    if method not in tuple(METHODS):
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
     say = progress or (lambda share, words: None)
     settings = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say, outlines)
     settings.check(len(views))
-    check_usable(views, method)
-    if window > min(views[0].shape) / 4:
-        raise InputError(
-            f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
-            f"{min(views[0].shape)} pixels: give a smaller window."
-        )
+    check_usable(views, method, window)
     # Imported here, for `import focalgradient` to stay light.
     from focalgradient.depth.estimate import Problem
     from focalgradient.depth.registration import RegisteredViews
@@ -252,7 +247,7 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
     return texts + list(estimate.warnings)
 
 
-def _checked_views(views: Sequence[View]) -> list[View]:
+def checked_views(views: Sequence[View]) -> list[View]:
     """The views as a list; refused unless all are views."""
     if isinstance(views, View | str | bytes) or not isinstance(views, Iterable):
         what = "one View" if isinstance(views, View) else f"a {type(views).__name__}"
@@ -272,8 +267,8 @@ def _remedy(given: object) -> str:
     return "make one of its image and its optics"
 
 
-def check_usable(views: Sequence[View], method: MethodName) -> None:
-    """Refuse views that the method cannot use, or that are uninformative about depth."""
+def check_usable(views: Sequence[View], method: MethodName, window: float) -> None:
+    """Refuse views that the method cannot use in this window (pixels), or that are uninformative about depth."""
     least, most = METHODS[method].least, METHODS[method].most
     if len(views) < least:
         raise InputError(
@@ -296,6 +291,11 @@ def check_usable(views: Sequence[View], method: MethodName) -> None:
         raise InputError(
             "all views are blurred alike (same aperture and focus, or pinholes all), which is uninformative about "
             "depth: change the aperture or the focus of one."
+        )
+    if window > min(views[0].shape) / 4:
+        raise InputError(
+            f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
+            f"{min(views[0].shape)} pixels: give a smaller window."
         )
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, is_number
 from focalgradient.optics import HasTransfer, Optics
 from focalgradient.progress import Progress
 from focalgradient.psf import PsfName
@@ -76,14 +76,15 @@ class RecoverySettings:
         """Refuse settings out of range, for `count` views."""
         self._check_limits()
         self._check_blur()
-        if not (np.ndim(self.window) == 0 and 2 <= self.window <= 64):
+        if not (is_number(self.window) and 2 <= self.window <= 64):
             raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
-        values = np.asarray(1.0 if self.noise is None else self.noise, dtype=float)
-        if values.ndim > 1 or values.size not in (1, count) or not np.all((values > 0) & np.isfinite(values)):
+        values = np.asarray(1.0 if self.noise is None else self.noise)
+        numbers = values.dtype.kind in "iuf" and values.ndim < 2 and values.size in (1, count)
+        if not (numbers and np.all((values > 0) & np.isfinite(values))):
             raise InputError(
                 f"noise is {self.noise!r}, but must be one positive number, or one for each of the {count} views."
             )
-        if not 0 < self.false_alarm < 1:
+        if not (is_number(self.false_alarm) and 0 < self.false_alarm < 1):
             raise InputError(f"false_alarm is {self.false_alarm!r}, but must be a probability between 0 and 1.")
 
     def _check_limits(self) -> None:
@@ -112,5 +113,5 @@ class RecoverySettings:
 
 
 def _check_positive(name: str, value: Any, unit: str) -> None:
-    if not (np.ndim(value) == 0 and value > 0):
+    if not (is_number(value) and value > 0):
         raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")

@@ -24,6 +24,7 @@ from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, PsfName
+from focalgradient.view import check_mask
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
@@ -104,7 +105,6 @@ def measure_edges(
     false_alarm
         Probability with which a sharp edge that stands alone is rejected. It is less where a misfit of 1 % of the
         edge's contrast, which is granted to real lenses, exceeds the noise.
-
     mask
         H x W, True where a pixel can be used; others are left out of the fits. None: all can be used.
 
@@ -116,7 +116,7 @@ def measure_edges(
     Raises
     ------
     InputError
-        If the image is not H x W and finite, or a setting is out of range.
+        If the image is not H x W and finite, the mask does not fit it, or a setting is out of range.
 
     Notes
     -----
@@ -287,6 +287,5 @@ def _checked(
         raise InputError(f"image has shape {pixels.shape}, but must be H x W, of 8 pixels or more each way.")
     if not np.isfinite(pixels).all():
         raise InputError("image holds NaN or infinite pixels, but every pixel must be finite: repair or crop it.")
-    if mask is not None and not (mask.shape == pixels.shape and mask.dtype == np.bool_ and mask.any()):
-        raise InputError(f"mask must be an array of booleans of the image's shape {pixels.shape}, True somewhere.")
+    check_mask(mask, pixels.shape)
     return pixels

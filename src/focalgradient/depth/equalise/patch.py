@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.filters import FINEST
+from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import HasTransfer, HasWaveband
 from focalgradient.psf import pixel_transfer, transfer
@@ -51,7 +51,8 @@ def vergence_likelihood(
     Parameters
     ----------
     views
-        One or more views of the patch, H x W, of one pixel angle, registered and of one exposure.
+        One or more views of the patch, H x W, of one pixel angle, registered, of one exposure and without masked
+        pixels; of about 40 x 40 pixels or more, or of 13 x 13 where the patch `wraps`.
     vergences
         L candidates in dioptres.
     noise
@@ -70,7 +71,7 @@ def vergence_likelihood(
     Raises
     ------
     InputError
-        If the views are of several sizes, or a number is out of range.
+        If the views are of several sizes, too small or masked, or a number is out of range.
 
     Examples
     --------
@@ -126,7 +127,12 @@ def _marginal(met: FloatArray, size: FloatArray, power: FloatArray, counts: Floa
 
 def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatArray:
     """Power at frequency 1 of each view's scene, were it sharp, over the noise's."""
-    low = (radii < 0.08) & (counts > 0)  # no moderate blur takes anything there
+    low = (radii < LOW[1]) & (counts > 0)  # no moderate blur takes anything there
+    if not low.any():
+        raise InputError(
+            "the patch is too small to show coarse detail, which gives the strength of its texture: give 40 x 40 "
+            "pixels or more, or 13 x 13 of a texture that goes on at the opposite side (wraps=True)."
+        )
     own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** 2
     found: FloatArray = np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9)
     return found
@@ -186,6 +192,8 @@ def _checked(
         raise InputError("views are in three wavebands or more, but two at most can be compared: leave one out.")
     if len(views) < 1 or len({(view.shape, view.pixel_angle) for view in views}) > 1:
         raise InputError(f"views holds {len(views)} views, but must hold one or more of one size and pixel angle.")
+    if any(view.mask is not None and not view.mask.all() for view in views):
+        raise InputError("a view has masked pixels, but all of a patch is compared: crop it to where none is masked.")
     levels = check_finite("vergences", vergences, "dioptres")
     if levels.ndim != 1 or levels.size < 2:
         raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.noise import noise_from_residuals
-from focalgradient.depth.recover import check_usable
+from focalgradient.depth.recover import check_usable, checked_views
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.settings import BlurSource, RecoverySettings
 from focalgradient.depth.spectra.pairs import Differences, Pair
 from focalgradient.errors import FocalGradientWarning
-from focalgradient.psf import DISC_K, PsfName
+from focalgradient.psf import DISC_K
 from focalgradient.view import View
 
 __all__ = ["Check", "Pair", "check_views"]
@@ -50,7 +50,7 @@ def check_views(
     *,
     near: float | None = None,
     far: float | None = None,
-    psf: PsfName = "disc",
+    psf: BlurSource = "disc",
     k: float = DISC_K,
     window: float = 8.0,
     noise: float | Sequence[float] | None = None,
@@ -71,6 +71,11 @@ def check_views(
     InputError
         If the views cannot be compared, or a setting is out of range.
 
+    Warns
+    -----
+    FocalGradientWarning
+        If the views are shifted by more than 0.25 pixel, or leave the side of focus open.
+
     Examples
     --------
     A wall 1.25 m away through three apertures focused at 1 m: each pair gives its depth.
@@ -86,16 +91,17 @@ def check_views(
     >>> [round(float(np.median(pair.vergence)), 1) for pair in check.pairs]
     [0.8, 0.8, 0.8]
     """
-    views = list(views)
+    views = checked_views(views)
     settings = RecoverySettings(
         "spectra", near, far, psf, k, window, noise, align, false_alarm, lambda share, words: None
     )
     settings.check(len(views))
-    check_usable(views, "spectra")
+    check_usable(views, "spectra", window)
     search = Search.over([view.optics for view in views], views[0].pixel_angle, near, far)
     registered = RegisteredViews.of(views, align)
-    for text in registered.warnings:
+    for text in (*registered.warnings, *([] if search.side_known else [search.side_text])):
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
+    psf = settings.model
     blurs = search.blurs(psf, k)
     noise_sd, _ = noise_from_residuals(registered, blurs, window, settings.given_noise(len(views)))
     joint = Differences.of(registered, search, noise_sd, psf, k, window).estimate()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.filters import RADIAL, RADII, FloatArray
 from focalgradient.depth.spectra.bands import Bands, Hypothesis, Patches, compare, scene_level
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_finite
 from focalgradient.psf import gaussian_transfer
 
 __all__ = ["spectral_difference"]
@@ -60,12 +60,14 @@ def spectral_difference(
     Returns
     -------
     difference, sd
-        One for each patch, h x w: patches lie in the middles of blocks of `Patches.of(window).step` pixels.
+        One for each patch, h x w: patches lie in the middles of blocks of `Patches.of(window).step` pixels. The sd is
+        ``inf`` where nothing is known: by the paper's fit where fewer than three rings stand out of the noise, by the
+        other where one image is blurred more than the other by a sigma of over 8 pixels.
 
     Raises
     ------
     InputError
-        If the images differ in shape or are smaller than 32 pixels, or a setting is out of range.
+        If the images differ in shape, are smaller than 32 pixels or not finite, or a setting is out of range.
 
     Examples
     --------
@@ -86,6 +88,8 @@ def spectral_difference(
             f"the images have shapes {first.shape} and {second.shape}, but must be of one shape, H x W, of 32 pixels "
             "at least: crop them alike."
         )
+    for name, image in (("first", first), ("second", second)):
+        check_finite(name, image, "linear radiance")
     if not (np.ndim(window) == 0 and 2 <= window <= 64):
         raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
     if not (np.ndim(noise) == 0 and 0 <= noise < np.inf):
@@ -108,7 +112,8 @@ def _paper(
     clear = np.minimum(one, other) > 2 * floor
     tiny = np.finfo(np.float32).tiny
     ratio = np.log((one + tiny) / (other + tiny))
-    count = np.maximum(clear.sum(axis=-1), 1)
+    rings = clear.sum(axis=-1)
+    count = np.maximum(rings, 1)
     squared = np.where(clear, patches.frequency**2, 0)
     lever = np.where(clear, squared - squared.sum(axis=-1, keepdims=True) / count[..., None], 0)
     spread = np.maximum((lever**2).sum(axis=-1), 1e-12)
@@ -116,7 +121,8 @@ def _paper(
     height = np.where(clear, ratio, 0).sum(axis=-1) / count
     left = np.where(clear, ratio - height[..., None] - slope[..., None] * lever, 0)
     variance = (left**2).sum(axis=-1) / np.maximum(count - 2, 1) / spread
-    return slope / (2 * np.pi**2), np.sqrt(variance) / (2 * np.pi**2)
+    # Two points lie on a line whatever they are.
+    return slope / (2 * np.pi**2), np.where(rings < 3, np.inf, np.sqrt(variance) / (2 * np.pi**2))
 
 
 def _equalised(
@@ -146,11 +152,14 @@ def _equalised(
     )
     # Between two hypotheses, next to the one that fits best, nothing is left: there lies the estimate.
     crosses = (off[:-1] >= 0) & (off[1:] < 0)
-    far = np.abs(np.arange(len(crosses))[:, None, None] + 0.5 - misfit.argmin(axis=0))
+    best = misfit.argmin(axis=0)
+    far = np.abs(np.arange(len(crosses))[:, None, None] + 0.5 - best)
     low = np.where(crosses, far, far + len(far)).argmin(axis=0)[None]
     before, after = (np.take_along_axis(off, low + n, axis=0)[0] for n in (0, 1))
     share = np.clip(before / np.where(before == after, 1, before - after), 0, 1)
     place = low[0] + share
     values = np.interp(place, np.arange(len(blurs)), np.array(blurs) * np.abs(blurs))
     sd = np.sqrt(np.take_along_axis(variance, np.rint(place).astype(int)[None], axis=0)[0]) / (4 * np.pi**2)
-    return values, sd
+    # The difference lies beyond the hypotheses where the last one fits best, or something is left under all of them.
+    within = (best > 0) & (best < len(blurs) - 1) & crosses.any(axis=0)
+    return values, np.where(within, sd, np.inf)
