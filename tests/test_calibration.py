@@ -267,6 +267,37 @@ def test_a_view_without_edges_is_refused_with_the_remedy() -> None:
         read_target(View(noise, Lens(FOCAL_LENGTH, 4, 1.0), 3e-4))
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"distance": -1.0}, "distance is -1, but must be a positive finite number|distance is -1.0"),
+        ({"width": math.nan}, "width is nan"),
+        ({"width_sd": 0.0}, "width_sd is 0"),
+        ({"f_number": math.inf}, "f_number is inf"),
+        ({"focus_distance": 0.0}, "focus_distance is 0"),
+        ({"focus_distance": 0.01}, "lies within the focal length"),
+    ],
+)
+def test_readings_that_no_lens_gave_are_refused(change: dict[str, float], said: str) -> None:
+    reading = sheet((1.3,), stops={4.0: 4.0}, focus=1.0, mark=1.0)[0]
+    with pytest.raises(InputError, match=said):
+        calibrate([replace(reading, **change)], F, 4.7e-6)
+
+
+def test_lengths_in_millimetres_are_refused() -> None:
+    with pytest.raises(InputError, match="focal_length is 18 m, longer than any camera's"):
+        calibrate(sheet((1.3,), stops={4.0: 4.0}, focus=1.0), 18.0, 4.7e-6)
+    with pytest.raises(InputError, match="pixel_pitch is 0"):
+        calibrate(sheet((1.3,), stops={4.0: 4.0}, focus=1.0), F, 0.0)
+
+
+def test_the_calibrations_error_does_not_vanish_in_exact_focus() -> None:
+    camera = sure_camera()
+    settings, focus = [(10.0, 0.3), (16.0, 0.3)], camera.focus[0.3]
+    at, beside = camera.systematic_sd(settings, [focus, focus + 0.01], "disc")
+    assert at == pytest.approx(beside, rel=0.1)
+
+
 def test_no_reading_is_refused() -> None:
     with pytest.raises(InputError, match="no view of a target"):
         calibrate([], F, 4.7e-6)

@@ -306,8 +306,15 @@ class Calibration:
         spread = np.zeros((joint.size, joint.size))
         spread[: -len(places), : -len(places)] = self.covariance
         spread[range(-len(places), 0), range(-len(places), 0)] = self.model_error**2
-        step = 1e-4
-        slope = (measured(joint, vergence + step) - measured(joint, vergence - step)) / (2 * step)
+        step = 1e-4  # D
+
+        def slope_at(at: FloatArray) -> FloatArray:
+            return (measured(joint, at + step) - measured(joint, at - step)) / (2 * step)
+
+        # In exact focus blur does not change to first order, and nothing would follow: what follows beside it is taken.
+        flat = (slope_at(vergence) ** 2).sum(axis=0) < 1e-12
+        vergence = np.where(flat, vergence + 10 * step, vergence)
+        slope = slope_at(vergence)
         gain = slope / np.maximum((slope**2).sum(axis=0), 1e-12)
         moved = []
         for shift in np.diag(np.maximum(1e-4 * np.abs(joint), 1e-5)):

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Prediction, Reading, disc_radius
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
+from focalgradient.optics import Lens
 
 __all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate"]
 
@@ -88,7 +89,7 @@ def calibrate(
     Raises
     ------
     InputError
-        If there is no reading, or the readings fit no lens, or fit both sides of focus.
+        If there is no reading, a length is out of range, or the readings fit no lens, or fit both sides of focus.
 
     Examples
     --------
@@ -103,8 +104,22 @@ def calibrate(
     priors = priors or Priors()
     if not readings:
         raise InputError("there is no view of a target, but calibration needs one or more: add views.")
+    check_number("pixel_pitch", pixel_pitch, "metres", positive=True)
+    for reading in readings:
+        _check(reading, focal_length)
     camera = _Fit.of(readings, focal_length, pixel_pitch, priors).best(pixel_pitch)
     return replace(camera, edge_scatter=float(np.sqrt(np.mean([reading.scatter**2 for reading in readings]))))
+
+
+def _check(reading: Reading, focal_length: float) -> None:
+    """Refuse what no lens of this focal length can have shown."""
+    mark = reading.focus_distance
+    Lens(focal_length, reading.f_number, math.inf if mark is None else mark)  # refuses what is none
+    check_number("f_number", reading.f_number, "f-stops", positive=True)
+    check_number("distance", reading.distance, "metres", positive=True)
+    check_number("width", reading.width, "metres", least=0)
+    check_number("width_sd", reading.width_sd, "metres", positive=True)
+    check_number("scatter", reading.scatter, "metres", least=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,35 +165,39 @@ class _Fit:
 
     def residuals(self, theta: FloatArray, model_error: float) -> FloatArray:
         """How far the law lies from the cells, and the parameters from the priors, in standard deviations."""
-        b, first = self.priors, 3 + len(self.stops)
+        priors, first = self.priors, 3 + len(self.stops)
         distance, stop, focus = self.place
         vergence_focus, slip = theta[first : first + len(self.marks)], theta[first + len(self.marks) :]
         optical = np.maximum(self.distances + theta[2] + slip, 1e-3)
         radius = disc_radius(
-            self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance], b.telecentric
+            self.focal_length, np.exp(theta[3 + stop]), vergence_focus[focus], 1 / optical[distance], priors.telecentric
         )
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
         # Of edges in focus the width may be 0: its square is then known to that of its sd.
         error = 2 * np.maximum(self.width, self.width_sd) * np.hypot(self.width_sd, model_error * self.width)
         marked = [
-            (v * (mark + (theta[2] if b.focus_offset is None else b.focus_offset)) - 1) / b.focus_sd
+            (v * (mark + (theta[2] if priors.focus_offset is None else priors.focus_offset)) - 1) / priors.focus_sd
             for v, mark in zip(vergence_focus, self.marks, strict=True)
             if mark is not None and math.isfinite(mark)
         ]
         return np.concatenate(
             [
                 (square - self.width**2) / error,
-                [(theta[0] - math.log(b.k)) / b.k_sd, theta[1] / self.own_sd, (theta[2] - b.offset) / b.offset_sd],
-                (theta[3:first] - np.log(self.stops)) / b.f_number_sd,
+                [
+                    (theta[0] - math.log(priors.k)) / priors.k_sd,
+                    theta[1] / self.own_sd,
+                    (theta[2] - priors.offset) / priors.offset_sd,
+                ],
+                (theta[3:first] - np.log(self.stops)) / priors.f_number_sd,
                 marked,
-                slip / b.distance_sd,
+                slip / priors.distance_sd,
             ]
         )
 
     def best(self, pixel_pitch: float) -> Calibration:
         """The most probable camera; refused where one on the other side of focus explains the readings as well."""
-        b, first = self.priors, 3 + len(self.stops)
-        found = sorted(self.minima(b.model_error), key=lambda minimum: minimum[0])
+        priors, first = self.priors, 3 + len(self.stops)
+        found = sorted(self.minima(priors.model_error), key=lambda minimum: minimum[0])
         marked_sides = self.marked_sides()
         if marked_sides is not None:  # the mark decides what the views leave open
             agreeing = [one for one in found if (self.sides(one[1]) == marked_sides).all()]
@@ -191,7 +210,7 @@ class _Fit:
                     "the views fit a target beyond the plane of focus as well as one nearer than it: add a view at "
                     "another distance, or give focus_distance_m as marked on the lens."
                 )
-        error, known = b.model_error, self.width > self.width_sd
+        error, known = priors.model_error, self.width > self.width_sd
         for _ in range(8):
             _, theta, jacobian = self.converge(theta, error)
             covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
@@ -201,13 +220,16 @@ class _Fit:
             relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
             left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
             error = math.sqrt(
-                (b.model_weight * b.model_error**2 + float((left**2).sum())) / (b.model_weight + max(freedom, 0.0))
+                (priors.model_weight * priors.model_error**2 + float((left**2).sum()))
+                / (priors.model_weight + max(freedom, 0.0))
             )
         marked = [
-            math.inf if mark is None or math.isinf(mark) else b.focus_sd * v
+            math.inf if mark is None or math.isinf(mark) else priors.focus_sd * v
             for mark, v in zip(self.marks, theta[first:], strict=False)
         ]
-        prior_sd = np.array([b.k_sd, self.own_sd, b.offset_sd, *[b.f_number_sd] * len(self.stops), *marked])
+        prior_sd = np.array(
+            [priors.k_sd, self.own_sd, priors.offset_sd, *[priors.f_number_sd] * len(self.stops), *marked]
+        )
         covariance = covariance[: len(prior_sd), : len(prior_sd)]
         return Calibration(
             focal_length=self.focal_length,
@@ -220,7 +242,7 @@ class _Fit:
             model_error=error,
             covariance=covariance,
             informed=np.clip(1 - np.diag(covariance) / prior_sd**2, 0, 1),
-            telecentric=b.telecentric,
+            telecentric=priors.telecentric,
         )
 
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
