@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from blurred import SHAPE, Camera, lens, wall
+from blurred import PIXEL, SHAPE, Camera, lens, texture, wall
 
-from focalgradient import FocalGradientWarning, recover_depth
+from focalgradient import FocalGradientWarning, View, recover_depth
 from focalgradient.depth.registration import Placement, resample
 
 LENSES = [lens(16), lens(5.6)]
@@ -91,6 +91,20 @@ def test_a_region_that_differs_does_not_pull_the_rest() -> None:
     views[1].image[60:150, 100:210] = wall(LENSES, DISTANCE, seed=9)[1].image[60:150, 100:210]
     found = recover_depth(views, near=0.85, align=True).details["shift_px"][1]
     assert found == pytest.approx([0.6, -0.4], abs=0.05)
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_what_is_blown_out_displaces_nothing(masked: bool) -> None:
+    """Blur makes a clipped sky larger in one view than in the other, all on one side."""
+    field = texture(0)
+    field[:200] += 2.5  # an eighth of the frame and more
+    views = []
+    for view in wall(LENSES, DISTANCE, field=field):
+        image = np.minimum(view.image, np.float32(2.0))
+        views.append(View(image, view.optics, PIXEL, image < 1.999 if masked else None))
+    depth = recover_depth(views, near=0.85)  # and says nothing
+    assert np.hypot(*depth.details["shift_px"][1]) < 0.1
+    assert depth.details["scale"][1] == pytest.approx(1, abs=1e-3)
 
 
 def test_what_a_shift_does_when_left_in() -> None:

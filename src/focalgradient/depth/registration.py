@@ -23,6 +23,12 @@ SHIFT_WARNING = 0.25
 ALIKE = 0.3
 """How far, as a share, the scale that is left may be from that of reversed foci to be taken for it: a choice."""
 
+BESIDE = 5
+"""Pixels of the smoothed images, whose Gaussian has an sd of 1.5, over which what cannot be used reaches: 3.3 sd."""
+
+ENOUGH = 0.25
+"""Share of the frame clear of that, from which views are compared there alone: a choice."""
+
 LEAST_MASKED = 0.05
 """Share of a resampled pixel that may come from masked ones."""
 
@@ -91,12 +97,15 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
     return matrix, (place >= -0.5) & (place <= count - 0.5)
 
 
-def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tuple[Placement, float]:
+def measure_placement(
+    reference: Image, image: Image, usable: NDArray[np.bool_] | None = None, *, steps: int = 12
+) -> tuple[Placement, float]:
     """Where `image` lies against `reference` (both H x W): translation and scale, to a few hundredths of a pixel.
 
     Least squares on smoothed images, robust to regions that differ. Blur is symmetric: a difference in blur between
-    the images leaves translation and scale unbiased. Also returns the standard deviation, in pixels, of the
-    displacement that the placement makes at most.
+    the images leaves translation and scale unbiased. Not so where light is clipped: where pixels are not `usable`
+    (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the displacement that
+    the placement makes at most.
     """
     factor = max(2, min(reference.shape) // 120)
     small = [_shrink(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
@@ -106,6 +115,10 @@ def measure_placement(reference: Image, image: Image, *, steps: int = 12) -> tup
     margin = min(4, height // 8, width // 8)
     frame = np.zeros((height, width), np.bool_)
     frame[margin : height - margin, margin : width - margin] = True
+    if usable is not None and not usable.all():
+        whole = _shrink(usable.astype(np.float32), factor) > 1 - 1e-3
+        clear = frame & ndimage.minimum_filter(whole, 2 * BESIDE + 1)
+        frame = clear if clear.mean() > ENOUGH else frame
     for _ in range(steps):
         step, variance = _placement_step(smooth[0], smooth[1], placement, frame)
         placement = placement.then(step)
@@ -192,21 +205,20 @@ class RegisteredViews:
     @classmethod
     def of(cls, views: Sequence[View], align: bool) -> RegisteredViews:
         """Bring `views` to one magnification; measure what shift is left, and remove it if `align`."""
-        first, usable = _image_and_mask(views[0])
+        first, shown = _image_and_mask(views[0])
+        usable = shown
         images, placements, warnings = [first], [Placement()], []
         for number, view in enumerate(views[1:], 2):
             image, mask = _image_and_mask(view)
             placement = Placement(views[0].pixel_angle / view.pixel_angle)
             moved, covered = resample(image, placement)
-            shift, error = measure_placement(first, moved)
+            shift, error = measure_placement(first, moved, shown & _shown(mask, placement))
             warnings.append(_displacement_warning(number, shift, error, view.shape, align))
             warnings.append(_order_warning(number, shift, error, view.shape, placement.scale))
             if align:
                 placement = placement.then(shift)
                 moved, covered = resample(image, placement)
-            if not mask.all():
-                covered &= resample((~mask).astype(np.float32), placement)[0] < LEAST_MASKED
-            usable = usable & covered
+            usable = usable & covered & _shown(mask, placement)
             images.append(moved)
             placements.append(shift)
         if usable.mean() < LEAST_USABLE:
@@ -279,6 +291,11 @@ def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
     if view.mask is None:
         return image, ~_at_ceiling(image)
     return filled(image, view.mask), view.mask
+
+
+def _shown(mask: NDArray[np.bool_], placement: Placement) -> NDArray[np.bool_]:
+    """A view's `mask` on the reference's grid."""
+    return mask if mask.all() else resample((~mask).astype(np.float32), placement)[0] < LEAST_MASKED
 
 
 def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image:
