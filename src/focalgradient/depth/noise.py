@@ -48,14 +48,17 @@ LENIENCE = 2.0
 UNEVEN = 0.05
 """Logarithm of the ratio of exposures from which noise before and after exposure are distinguished."""
 
-GROUPS = 8
-"""Groups of places, from the darkest to the brightest, whose noise is compared."""
+QUARTER = 0.25
+"""Share of the places as bright whose noise lies below the law: what the views show beside noise adds to the rest."""
 
-LEAST_GROUP = 16
-"""Places that each of them needs: fewer scatter by more than a quarter."""
+LEAST_PLACES = 128
+"""Places from which the law is sought: of fewer chance could make it."""
+
+MOST_PLACES = 4096
+"""Places that are looked at, at most: more tell nothing new."""
 
 RISES = 1.25
-"""Noise variance in the brightest of them, over that in the darkest, from which it is said to rise."""
+"""Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness."""
 
 MOST_PHOTONS = 0.99
 """Share of the variance that may be in proportion to brightness: black keeps some noise."""
@@ -149,8 +152,8 @@ def noise_floor(image: Image, side: int = 32, usable: NDArray[np.bool_] | None =
 def noise_by_brightness(variance: FloatArray, brightness: FloatArray, at: float) -> NoiseLaw | None:
     """The law by which noise rises with brightness, from its variance at places of other brightness; None: it does not.
 
-    What the views show beside noise can only add to the variance: of each group of places as bright, the quarter with
-    least counts.
+    What the views show beside noise can only add to the variance: of the places as bright, the quarter with least
+    counts.
 
     Parameters
     ----------
@@ -167,15 +170,19 @@ def noise_by_brightness(variance: FloatArray, brightness: FloatArray, at: float)
     >>> noise_by_brightness(np.ones(400), brightness, at=1.0) is None
     True
     """
-    if len(variance) < GROUPS * LEAST_GROUP or not at > 0:
+    if len(variance) < LEAST_PLACES or not at > 0:
         return None
-    groups = np.array_split(np.argsort(brightness), GROUPS)
-    least = np.log([max(float(np.quantile(variance[group], 0.25)), 1e-12) for group in groups])
-    bright = np.array([float(np.median(brightness[group])) for group in groups])
+    every = -(-len(variance) // MOST_PLACES)
+    seen, bright = np.log(np.maximum(variance[::every], 1e-12)), brightness[::every]
     shares = np.linspace(0, MOST_PHOTONS, 100)
-    laws = [np.log(NoiseLaw(float(share), at).variance(bright)) for share in shares]
-    best = int(np.argmin([float((least - law).var()) for law in laws]))
-    return NoiseLaw(float(shares[best].round(4)), at) if np.ptp(laws[best]) > math.log(RISES) else None
+    losses = []
+    for share in shares.tolist():  # regression of that quantile, by its level and the share
+        left = seen - np.log(NoiseLaw(share, at).variance(bright))
+        left -= np.quantile(left, QUARTER)
+        losses.append(float(np.mean(left * (QUARTER - (left < 0)))))
+    law = NoiseLaw(float(shares[np.argmin(losses)].round(4)), at)
+    dark, light = law.variance(np.quantile(bright, [0.05, 0.95]))
+    return law if light > RISES * dark else None
 
 
 def noise_from_residuals(
