@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import Image, ImageCms
+from PIL.PngImagePlugin import PngInfo
 
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
@@ -89,6 +90,49 @@ def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expecte
 def test_arrays_are_linear(tmp_path, pixels, expected):
     np.save(tmp_path / "a.npy", pixels)
     np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
+
+
+def _with_gamma(gamma: float) -> bytes:
+    """A colour profile like that of sRGB, but with this gamma: type 0 of the curves that ICC.1 calls parametric."""
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    curve = b"para" + bytes(4) + (3).to_bytes(2) + bytes(2)
+    assert curve in profile
+    at = profile.index(curve) + len(curve)
+    return profile.replace(curve + profile[at : at + 4], curve[:8] + bytes(4) + round(gamma * 65536).to_bytes(4))
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+@pytest.mark.parametrize(
+    ("chunk", "profile", "expected"),
+    [
+        ((b"sRGB", bytes(1)), None, "srgb"),
+        ((b"gAMA", (45455).to_bytes(4)), None, "srgb"),
+        ((b"gAMA", (100000).to_bytes(4)), None, "linear"),
+        (None, _with_gamma(2.2), "srgb"),
+        (None, _with_gamma(1.0), "linear"),
+    ],
+)
+def test_files_that_say_their_encoding_are_read_by_it(tmp_path, bits, chunk, profile, expected):
+    pixels = RGB16[..., 0] if bits == 16 else RGB8[..., 0]
+    word = PngInfo()
+    if chunk:
+        word.add(*chunk)
+    Image.fromarray(pixels).save(tmp_path / "said.png", pnginfo=word, icc_profile=profile)
+    read = read_photograph(tmp_path / "said.png")
+    assert (read.encoding, read.assumed) == (expected, False)
+    share = pixels / (2**bits - 1)
+    np.testing.assert_allclose(read.luminance, decode(share) if expected == "srgb" else share, atol=1e-6)
+    other = "linear" if expected == "srgb" else "srgb"
+    assert read_photograph(tmp_path / "said.png", other).encoding == other  # who gives it knows better
+
+
+def test_a_tone_curve_that_is_neither_is_warned_of(tmp_path):
+    Image.fromarray(RGB16[..., 0]).save(tmp_path / "16.tif", icc_profile=_with_gamma(1.8))
+    with pytest.warns(FocalGradientWarning, match="tone curve is neither sRGB nor linear; it is read as srgb"):
+        assert read_photograph(tmp_path / "16.tif").encoding == "srgb"
+    Image.fromarray(RGB16[..., 0]).save(tmp_path / "none.tif")
+    silent = read_photograph(tmp_path / "none.tif")
+    assert (silent.encoding, silent.assumed) == ("linear", True)
 
 
 @pytest.mark.parametrize("suffix", ["jpg", "tif"])

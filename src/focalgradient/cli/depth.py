@@ -133,7 +133,7 @@ def depth(
       [camera]
       focal_length_mm = 25.0
       pixel_pitch_um = 8.0
-      encoding = "linear"        # or "srgb", the default for 8-bit files
+      encoding = "linear"        # or "srgb"; may be left out where the files say it
       telecentric = false
       calibration = "CAMERA.toml"  # may be left out; gives all that is above, and the focus if there is but one
       [[view]]                   # one such table for each view, two or more
@@ -248,13 +248,13 @@ def _encoding_doubted(
     options: Mapping[str, Any],
     limits: tuple[float | None, float | None],
 ) -> DepthMap:
-    """`result` with how much depth would differ were 8-bit files linear, where nobody states how they are encoded."""
+    """`result` with how depth would differ were the files of the other encoding, where nobody says which they are."""
     from focalgradient.photographs.encoding_doubt import encoding_doubt
 
-    assumed = settings.camera.encoding is None and {photo.pixel_type for photo in photographs} == {"uint8"}
-    if not assumed or options["method"] != "equalise":
+    kinds = {photograph.encoding for photograph in photographs}
+    if len(kinds) > 1 or not all(photo.assumed for photo in photographs) or options["method"] != "equalise":
         return result
-    doubt = encoding_doubt(views, result, *limits, options["align"])
+    doubt = encoding_doubt(views, result, photographs[0].encoding, *limits, options["align"])
     return result if doubt is None else replace(result, details=result.details | {"encoding_doubt_D": doubt})
 
 
@@ -278,9 +278,11 @@ def _middle(settings: Settings, result: DepthMap, summary: Mapping[str, Any], co
         place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (count - 1)
         middle = f"Median place in the stack: {place:.2f} of {count} (order only)"
     if (doubt := result.details.get("encoding_doubt_D")) is not None:
+        srgb = summary["settings"]["views"][0]["encoding"] == "srgb"
+        taken, other = ("sRGB", "linear") if srgb else ("linear", "sRGB")
         middle += (
-            f"\nThe 8-bit files are taken for sRGB; were they linear, depth would read {doubt:+.2g} D "
-            "(give --encoding, or encoding under [camera], where you know)"
+            f"\nThe files do not say how they encode light and are taken for {taken}; were they {other}, depth would "
+            f"read {doubt:+.2g} D (give --encoding, or encoding under [camera], where you know)"
         )
     return middle
 

@@ -310,7 +310,9 @@ _SHARED: list[Callable[[Any], Any]] = [
 ]
 
 _PICTURE_ENCODING: Callable[[Any], Any] = click.option(
-    "--encoding", type=click.Choice(["srgb", "linear"]), help="Of the picture.  [default: srgb for 8 bits, .npy linear]"
+    "--encoding",
+    type=click.Choice(["srgb", "linear"]),
+    help="Of the picture.  [default: as the file says; else srgb for 8 bits, linear for more]",
 )
 
 _LIMITS: list[Callable[[Any], Any]] = [
@@ -377,7 +379,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
     click.option(
         "--encoding",
         type=click.Choice(["linear", "srgb"]),
-        help="* How pixel values encode light.  [default: srgb for 8-bit image files, linear for others]",
+        help="* How pixel values encode light.  [default: as the files say; else srgb for 8 bits, linear for more]",
     ),
     click.option("--telecentric", is_flag=True, help="* Magnification does not change with focus (image side)."),
     click.option(

@@ -182,7 +182,7 @@ def announce(seconds: float, work: str) -> None:
 
 @contextmanager
 def warnings_given() -> Iterator[list[str]]:
-    """Print focalgradient's warnings above the bar, a line each, and collect them; others go their way."""
+    """Print focalgradient's warnings above the bar, a line each and once, and collect them; others go their way."""
     from tqdm import tqdm
 
     given: list[str] = []
@@ -190,7 +190,7 @@ def warnings_given() -> Iterator[list[str]]:
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
         if not issubclass(category, FocalGradientWarning):
             otherwise(message, category, *place, **more)
-        else:
+        elif str(message) not in given:
             given.append(str(message))
             tqdm.write(f"Warning: {' '.join(str(message).split())}", file=sys.stderr)
 

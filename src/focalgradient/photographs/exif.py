@@ -16,7 +16,8 @@ from PIL import ExifTags, Image
 
 from focalgradient.errors import InputError
 from focalgradient.photographs.cameras import Calibrated
-from focalgradient.photographs.images import Encoding, read_image_bytes
+from focalgradient.photographs.encodings import Encoding
+from focalgradient.photographs.images import read_image_bytes
 from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings

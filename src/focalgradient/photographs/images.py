@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 # Of compressed TIFF files, as many as Pillow takes of the others; OpenCV reads this once.
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
@@ -25,13 +25,12 @@ from PIL import Image, ImageOps
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
+from focalgradient.photographs.encodings import Encoding, stated_encoding
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
 from focalgradient.srgb import srgb_to_linear
 from focalgradient.view import LUMINANCE
 
-__all__ = ["Encoding", "Photograph", "read_photograph", "read_photographs"]
-
-Encoding = Literal["linear", "srgb"]
+__all__ = ["Photograph", "read_photograph", "read_photographs"]
 
 _UNUSABLE = 0.5
 """Share of pixels that are saturated, or NaN or infinite, above which an image is refused."""
@@ -75,6 +74,8 @@ class Photograph:
     mask
         H x W, True where a pixel can be used: no channel lies at the maximum of an integer `pixel_type`, and all are
         finite. None where all can be used.
+    assumed
+        True where neither the caller nor the file says how its values are encoded.
     """
 
     path: Path
@@ -84,6 +85,7 @@ class Photograph:
     saturated: float
     binning: int = 1
     mask: NDArray[np.bool_] | None = None
+    assumed: bool = False
 
     def __repr__(self) -> str:
         """Name, size and encoding, without the pixels themselves."""
@@ -106,8 +108,8 @@ def read_photograph(
         an H x W or H x W x 3 (red, green, blue) array; or a camera raw file, of which the green light is read (see
         `focalgradient.photographs.raw`). An alpha channel is dropped; an orientation tag is obeyed.
     encoding
-        How the values are encoded: ``"linear"`` or ``"srgb"``. None: sRGB for 8-bit image files, linear for all others.
-        Camera raw files are always linear.
+        How the values are encoded: ``"linear"`` or ``"srgb"``. None: as the file says (`stated_encoding`), or else sRGB
+        for 8-bit image files, linear for all others. Camera raw files are always linear.
     flat
         Picture of an evenly lit, blank surface by the same lens at the same aperture and focus, out of focus or not, to
         divide out vignetting: its smooth fall-off is taken, relative to its mean, not its noise.
@@ -126,7 +128,7 @@ def read_photograph(
         If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out.
     """
     path = Path(path)
-    pixels, encoding = read_pixels(path, encoding)
+    pixels, encoding, assumed = read_pixels(path, encoding)
     mask = _usable(path, pixels)
     saturated = _check(path, pixels, mask)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
@@ -137,6 +139,7 @@ def read_photograph(
     return Photograph(
         *(path, luminance, encoding, pixels.dtype.name, saturated, CELL if is_raw(path) else 1),
         mask=None if mask.all() else mask,
+        assumed=assumed,
     )
 
 
@@ -176,13 +179,16 @@ def read_photographs(
     return photographs
 
 
-def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding]:
-    """The file's pixels and how they are encoded."""
+def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding, bool]:
+    """The file's pixels, how they are encoded, and whether that is only assumed."""
     if is_raw(path):
-        return read_raw(path, read_image_bytes(path)), "linear"
-    array = path.suffix.lower() == ".npy"
-    pixels = _read_array(path) if array else _read_image(path)
-    return pixels, encoding or ("srgb" if pixels.dtype == np.uint8 and not array else "linear")
+        return read_raw(path, read_image_bytes(path)), "linear", False
+    if path.suffix.lower() == ".npy":
+        return _read_array(path), encoding or "linear", False
+    data = read_image_bytes(path)
+    pixels = _decode(path, data)
+    found = encoding or stated_encoding(data, path)
+    return pixels, found or ("srgb" if pixels.dtype == np.uint8 else "linear"), found is None
 
 
 def _flattened(
@@ -224,9 +230,8 @@ def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
     return smooth.astype(np.float32)
 
 
-def _read_image(path: Path) -> NDArray[Any]:
-    """Read the file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
-    data = read_image_bytes(path)
+def _decode(path: Path, data: bytes) -> NDArray[Any]:
+    """An image file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
     try:
         with _quiet():
             if data.startswith(b"\xff\xd8\xff"):

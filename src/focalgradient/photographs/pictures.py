@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +10,12 @@ from typing import Any, Literal
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageCms
+from PIL import Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
-from focalgradient.photographs.images import Encoding, decoded, filled, read_pixels
+from focalgradient.photographs.encodings import Encoding, profile_name
+from focalgradient.photographs.images import decoded, filled, read_pixels
 
 __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
 
@@ -62,7 +62,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
         An 8- or 16-bit PNG, TIFF (also 32- and 64-bit floating point) or JPEG; EXR (with the extra ``exr``); a .npy
         file with an H x W or H x W x 3 array; or a camera raw file, of which the green light is read.
     encoding
-        ``"linear"`` or ``"srgb"``. None: sRGB for 8-bit image files, linear for all others.
+        ``"linear"`` or ``"srgb"``. None: as the file says, or else sRGB for 8-bit image files, linear for all others.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     if path.suffix.lower() == ".exr":
         pixels, encoding = _read_exr(path), encoding or "linear"
     else:
-        pixels, encoding = read_pixels(path, encoding)
+        pixels, encoding, _ = read_pixels(path, encoding)
         _look_at_colours(path, encoding)
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
@@ -185,20 +185,13 @@ def _look_at_colours(path: Path, encoding: Encoding) -> None:
         return  # no kind of picture that has either
     if hidden:
         raise _transparent(path)
-    if profile and encoding == "srgb" and "srgb" not in (name := _profile_name(profile)).lower():
+    if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
         warnings.warn(
             f"{printable(path)} has the colour profile {name}, but its colours are read as sRGB: convert it to sRGB if "
             "they are to be exact.",
             FocalGradientWarning,
             stacklevel=3,
         )
-
-
-def _profile_name(profile: bytes) -> str:
-    try:
-        return printable(ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(io.BytesIO(profile))).strip())
-    except (ImageCms.PyCMSError, ImportError, OSError):
-        return "of an unknown kind"
 
 
 def _transparent(path: Path) -> InputError:
@@ -212,7 +205,7 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     elif suffix == ".pfm":
         values = _read_pfm(path)
     else:
-        values, _ = read_pixels(path, "linear")
+        values, *_ = read_pixels(path, "linear")
     if values.ndim == 3 and (values[..., :1] == values).all():
         values = values[..., 0]
     if values.ndim != 2:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
-from focalgradient.photographs.images import Encoding
+from focalgradient.photographs.encodings import Encoding
 from focalgradient.photographs.planes import Body, Plane
 from focalgradient.tables import Table
 
@@ -34,7 +34,7 @@ class Sensor(Table):
     ]
     """Of the sensor's pixels, also for camera raw files."""
     encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
-    """None: sRGB for 8-bit image files, linear for all others."""
+    """None: as the files say, or else sRGB for 8-bit image files, linear for all others."""
     telecentric: Annotated[bool, Field(description="true or false")] = False
     """On the image side: focus does not change magnification, and a pixel's angle is pitch / focal length."""
     distances_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
