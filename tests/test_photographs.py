@@ -1,4 +1,5 @@
 import math
+import warnings
 from pathlib import Path
 
 import cv2
@@ -90,6 +91,15 @@ def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expecte
 def test_arrays_are_linear(tmp_path, pixels, expected):
     np.save(tmp_path / "a.npy", pixels)
     np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("quality", [50, 75, 85, 90, 95])
+def test_strong_compression_is_warned_of_with_its_quality(tmp_path, quality):
+    Image.fromarray(RGB8 // 2 + 32).save(tmp_path / "a.jpg", quality=quality)
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        read_photograph(tmp_path / "a.jpg")
+    assert [f"about quality {quality}:" in str(one.message) for one in given] == ([True] if quality < 90 else [])
 
 
 def _with_gamma(gamma: float) -> bytes:

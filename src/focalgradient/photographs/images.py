@@ -41,7 +41,16 @@ _SATURATED_WORTH_SAYING = 1e-3
 _BYTES_KEPT, _BYTES_MADE = 5, 40
 """Bytes a pixel that a photograph keeps (luminance and mask), and that are taken beside while one is decoded."""
 
+_QUALITY = 89
+"""Quality of JPEG below which what compression takes away is not covered: at 90 it mostly is, at 85 and 75 it is not
+(`benchmarks/stored_photographs.py`)."""
+
+_STEP_OF_QUALITY_50 = 57.625
+"""Mean step of quantisation of luminance at quality 50: the example table of the JPEG standard (T.81, Annex K)."""
+
 _SMALLER = "crop or reduce the images, or give fewer of them"
+
+_JPEG = b"\xff\xd8\xff"
 
 _ARRAY = "an array of an image"
 
@@ -125,12 +134,14 @@ def read_photograph(
     Warns
     -----
     FocalGradientWarning
-        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out.
+        If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out;
+        and if it is a JPEG of less than about quality 90.
     """
     path = Path(path)
     pixels, encoding, assumed = read_pixels(path, encoding)
     mask = _usable(path, pixels)
     saturated = _check(path, pixels, mask)
+    _look_at_quality(path)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
         pixels = filled(pixels, mask)
     luminance = _luminance(pixels, encoding)
@@ -234,7 +245,7 @@ def _decode(path: Path, data: bytes) -> NDArray[Any]:
     """An image file's own pixels, H x W grey or H x W x 3 RGB, turned upright."""
     try:
         with _quiet():
-            if data.startswith(b"\xff\xd8\xff"):
+            if data.startswith(_JPEG):
                 # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
                 return _read_jpeg(data)
             if data.startswith(b"\x89PNG"):
@@ -267,6 +278,27 @@ def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
     with Image.open(io.BytesIO(data)) as image:
         upright = ImageOps.exif_transpose(image)
         return np.asarray(upright if upright.mode == "L" else upright.convert("RGB"))
+
+
+def _look_at_quality(path: Path) -> None:
+    """Warn of JPEG compression that is too strong for depth; `path` is an image that could be read."""
+    if is_raw(path) or path.suffix.lower() == ".npy":
+        return
+    try:
+        with opened(path, "an image file") as file, _quiet(), Image.open(file) as image:
+            tables: dict[int, list[int]] = getattr(image, "quantization", {})
+    except Exception:  # no kind of image that Pillow knows: no JPEG
+        return
+    step = float(np.mean(tables[0])) / _STEP_OF_QUALITY_50 if 0 in tables else 0.0
+    quality = 100 - 50 * step if step <= 1 else 50 / step
+    if quality < _QUALITY:
+        warnings.warn(
+            f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression took away fine detail that depth "
+            "rests on, which the stated uncertainty covers from quality 90 on only: use camera raw files, or quality "
+            "95.",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
 
 
 def _read_array(path: Path) -> NDArray[Any]:

@@ -156,26 +156,34 @@ def estimate(problem: Problem) -> Estimate:
             "share_of_texture_explained": explained,
             **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),
-            **({"rejected": _rejected(explained, misfit, split.tau, sound)} if textured.any() and not trusted else {}),
+            **({"rejected": _rejected(nodes, explained, split.tau, sound)} if textured.any() and not trusted else {}),
         },
         warnings=texts,
     )
 
 
-def _rejected(explained: float, misfit: float, tau: float, sound: bool) -> str:
+def _rejected(nodes: Nodes, explained: float, tau: float, sound: bool) -> str:
     """Why nothing is claimed, though the views show texture."""
-    if explained < EXPLAINED:
-        why = (
-            f"at {1 - explained:.0%} of the places with texture more is left of them than noise explains "
-            f"(median: {misfit:.2g} times its power)"
-        )
-    elif sound:
-        why = "what they show in either waveband is too different"
-    else:
+    remedy = (
+        "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
+        "blur is of another shape: give noise, or psf"
+    )
+    if explained >= EXPLAINED:
         why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
+        why = "what they show in either waveband is too different" if sound else why
+        return f"the views contradict each other, as {why}: {remedy}"
+    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+    clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
+    if np.sum(clear & weak) > np.sum(textured & ~clear):
+        return (
+            f"at {np.sum(clear & weak) / textured.sum():.0%} of the places with texture it is not clear of noise, "
+            f"which is {_unevenness(nodes):.2g} times as strong in some places as in others, as compression or a "
+            "rendering with few rays makes it: store the views without loss, or with less noise"
+        )
+    misfit = float(np.median(nodes.misfit[textured]))
     return (
-        f"the views contradict each other, as {why}: check their optics, order and alignment; where these are right, "
-        "the noise is more than its estimate, or the blur is of another shape: give noise, or psf"
+        f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of them "
+        f"than noise explains (median: {misfit:.2g} times its power): {remedy}"
     )
 
 
@@ -455,12 +463,26 @@ def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
     must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
     nature.
     """
-    residual = nodes.misfit[nodes.support > 0.5]
-    uneven = 1.0
-    if residual.size and one_waveband:
-        weak, strong = np.quantile(residual, [0.05, 0.95])
-        uneven = float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
-    textured = nodes.texture >= uneven * np.maximum(1, nodes.misfit)
+    textured = _clear_of_noise(nodes) if one_waveband else nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
-        textured &= nodes.texture >= OVER_ERROR * (nodes.misfit - BY_CHANCE)
+        textured &= ~_contradicts(nodes)
     return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
+
+
+def _unevenness(nodes: Nodes) -> float:
+    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2."""
+    residual = nodes.misfit[nodes.support > 0.5]
+    if not residual.size:
+        return 1.0
+    weak, strong = np.quantile(residual, [0.05, 0.95])
+    return float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
+
+
+def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes whose texture is clear of noise, and of how uneven that is."""
+    return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
+
+
+def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes whose texture is not clear of what the model's error leaves."""
+    return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))
