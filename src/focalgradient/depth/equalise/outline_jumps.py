@@ -158,47 +158,29 @@ def _surfaces(
     [False, False]
     """
     found = np.zeros((3, *level.shape))
-    share_rows(len(level), lambda first, last: _find(level, sd, good, reach, least, first, last, found))
+    known = np.where(good, 1 / (sd**2 + LEAST_SD**2), 0.0)
+    share_rows(len(level), lambda first, last: _find(level, known, reach, least, first, last, found))
     return found[0], found[1], found[2]
 
 
 @njit(nogil=True, cache=True)
-def _find(level, sd, good, reach, least, first, last, found):  # type: ignore[no-untyped-def]
-    rows, columns = level.shape
-    a, b, term, sums = np.empty((4, 5)), np.empty((4, 5)), np.empty(4), np.empty((2, 3))
+def _find(level, known, reach, least, first, last, found):  # type: ignore[no-untyped-def]
+    a, b = np.empty((4, 5)), np.empty((4, 5))
     for i in range(first, last):
-        for j in range(columns):
-            if not good[i, j]:
+        for j in range(level.shape[1]):
+            if known[i, j] == 0:
                 continue
-            far, most = FARTHEST * reach[i, j], 0.0
+            most = 0.0
             for direction in range(DIRECTIONS):
                 down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
-                a[:] = 0
-                sums[:] = 0
-                for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
-                    for m in range(max(0, j - int(far)), min(columns, j + int(far) + 1)):
-                        along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
-                        if not good[k, m] or not reach[i, j] <= abs(along) <= far:
-                            continue
-                        if abs(across) > ACROSS * reach[i, j]:
-                            continue
-                        weight, off = 1 / (sd[k, m] ** 2 + LEAST_SD**2), level[k, m] - level[i, j]
-                        side = 1 if along > 0 else 0
-                        sums[side, 0] += 1
-                        sums[side, 1] += weight
-                        sums[side, 2] += weight * off
-                        term[0], term[1], term[2], term[3] = 1.0, along, across, side - 0.5
-                        for p in range(4):
-                            for q in range(4):
-                                a[p, q] += weight * term[p] * term[q]
-                            a[p, 4] += weight * term[p] * off
-                if min(sums[0, 0], sums[1, 0]) < max(5, FEWEST * reach[i, j] ** 2):
+                count, weights, low, high = _sides(level, known, reach[i, j], i, j, down, right)
+                if count < max(5, FEWEST * reach[i, j] ** 2):
                     continue
-                low, high = sums[0, 2] / sums[0, 1], sums[1, 2] / sums[1, 1]
                 rise = high - low
-                sure = abs(rise) / np.sqrt((sums[0, 0] / sums[0, 1] + sums[1, 0] / sums[1, 1]) / 2)
+                sure = abs(rise) / np.sqrt((1 / weights[0] + 1 / weights[1]) / 2)
                 if sure < SURE or min(-low / rise, high / rise) < BETWEEN:
                     continue
+                _equations(level, known, reach[i, j], i, j, down, right, a)
                 for p in range(4):
                     for q in range(5):
                         b[p, q] = a[p, q]  # as b[:] = a, which takes numba five seconds to compile
@@ -211,8 +193,57 @@ def _find(level, sd, good, reach, least, first, last, found):  # type: ignore[no
                     found[0, i, j] = level[i, j] + middle - abs(jump) / 2
                     found[1, i, j] = level[i, j] + middle + abs(jump) / 2
                     # Windows give the mean of both sides, weighted by their information.
-                    one, two = sums[0, 1] / sums[0, 0], sums[1, 1] / sums[1, 0]
+                    one, two = weights
                     found[2, i, j] = level[i, j] + middle + jump * (two - one) / (two + one) / 2
+
+
+@njit(nogil=True, cache=True)
+def _sides(level, known, reach, i, j, down, right):  # type: ignore[no-untyped-def]
+    """Nodes on the side of a node that has fewer, the mean weight on either, and how far their mean lies from it."""
+    rows, columns = level.shape
+    far, here = FARTHEST * reach, level[i, j]
+    count0 = count1 = weight0 = weight1 = off0 = off1 = 0.0
+    for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
+        left, end = max(0, j - int(far)), min(columns, j + int(far) + 1)
+        if down > 1e-6:  # what lies across is a strip, and little of the square
+            middle, half = j + (k - i) * right / down, ACROSS * reach / down + 1
+            left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
+        for m in range(left, end):
+            along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
+            away = abs(along)
+            if known[k, m] == 0 or away < reach or away > far or abs(across) > ACROSS * reach:
+                continue
+            weight, off = known[k, m], known[k, m] * (level[k, m] - here)
+            if along > 0:
+                count1 += 1
+                weight1 += weight
+                off1 += off
+            else:
+                count0 += 1
+                weight0 += weight
+                off0 += off
+    if min(count0, count1) == 0:
+        return 0.0, (0.0, 0.0), 0.0, 0.0
+    return min(count0, count1), (weight0 / count0, weight1 / count1), off0 / weight0, off1 / weight1
+
+
+@njit(nogil=True, cache=True)
+def _equations(level, known, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
+    """Normal equations (4 x 5) of a plane with a jump through the nodes on either side of a node."""
+    rows, columns = level.shape
+    far, term = FARTHEST * reach, np.empty(4)
+    a[:] = 0
+    for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
+        for m in range(max(0, j - int(far)), min(columns, j + int(far) + 1)):
+            along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
+            if known[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > ACROSS * reach:
+                continue
+            weight = known[k, m]
+            term[0], term[1], term[2], term[3] = 1.0, along, across, 0.5 if along > 0 else -0.5
+            for p in range(4):
+                for q in range(4):
+                    a[p, q] += weight * term[p] * term[q]
+                a[p, 4] += weight * term[p] * (level[k, m] - level[i, j])
 
 
 @njit(nogil=True, cache=True)

@@ -71,60 +71,65 @@ def planes(level: FloatArray, sd: FloatArray, good: NDArray[np.bool_], gap: floa
     down, slope right (by node), and the nodes over which it is continued for its variance to double.
     """
     found = np.zeros((4, *level.shape))
-    share_rows(len(level), lambda first, last: _planes(level, sd, good, gap / 2, first, last, found))
+    # A node's weight, and the window's: worked out once, as every node is in some hundred windows.
+    known = np.where(good, 1 / (sd**2 + LEAST_SD**2), 0.0)
+    widths = WIDTH * 2 ** np.arange(round(np.log2(WIDEST / WIDTH)) + 1)
+    side = np.arange(int(REACH * WIDEST / WIDTH) + 1.0)
+    window = np.exp(-(side[:, None] ** 2 + side**2) / (2 * widths[:, None, None] ** 2))
+    share_rows(len(level), lambda first, last: _planes(level, sd, known, window, gap / 2, first, last, found))
     return found
 
 
 @njit(nogil=True, cache=True)
-def _planes(level, sd, good, off, first, last, found):  # type: ignore[no-untyped-def]
-    rows, columns = level.shape
-    a, b, term = np.empty((3, 3)), np.empty(3), np.empty(3)
+def _planes(level, sd, known, window, off, first, last, found):  # type: ignore[no-untyped-def]
     for i in range(first, last):
-        for j in range(columns):
-            if not good[i, j]:
+        for j in range(level.shape[1]):
+            if known[i, j] == 0:
                 continue
-            value, down, right, width = level[i, j], 0.0, 0.0, WIDTH
-            while True:
-                total = squares = 0.0
-                new, new_down, new_right = value, down, right
-                for narrow in (True, False):
-                    if narrow and width > WIDTH:
-                        continue
-                    reach = 1.5 if narrow else REACH * width / WIDTH
-                    a[:] = 0
-                    b[:] = 0
-                    a[1, 1] = a[2, 2] = STEEP**-2
-                    total = squares = 0.0
-                    for k in range(max(0, i - int(reach)), min(rows, i + int(reach) + 1)):
-                        for m in range(max(0, j - int(reach)), min(columns, j + int(reach) + 1)):
-                            y, x = float(k - i), float(m - j)
-                            apart = y * y + x * x
-                            if not good[k, m] or apart > reach * reach:
-                                continue
-                            error = level[k, m] - new - new_down * y - new_right * x
-                            if abs(error) > off + 3 * sd[k, m]:
-                                continue
-                            weight = np.exp(-apart / (2 * width**2)) / (sd[k, m] ** 2 + LEAST_SD**2)
-                            total += np.exp(-apart / (2 * width**2))
-                            term[0], term[1], term[2] = 1.0, y, x
-                            for p in range(3):
-                                b[p] += weight * term[p] * (level[k, m] - level[i, j])
-                                for q in range(3):
-                                    a[p, q] += weight * term[p] * term[q]
-                            squares += weight * (level[k, m] - level[i, j]) ** 2
-                    fitted = _solved(a, b)
-                    squares -= fitted[0] * b[0] + fitted[1] * b[1] + fitted[2] * b[2]
-                    new, new_down, new_right = level[i, j] + fitted[0], fitted[1], fitted[2]
-                if width > WIDTH and (
-                    squares > FITS * total or (new - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2)
-                ):
-                    width /= 2
+            plane, _, _ = _plane(level, sd, known, window[0], 1.5, i, j, (level[i, j], 0.0, 0.0), off)
+            plane, _, _ = _plane(level, sd, known, window[0], REACH, i, j, plane, off)
+            width = WIDTH
+            for wider in window[1:]:
+                reach = REACH * 2 * width / WIDTH
+                new, squares, total = _plane(level, sd, known, wider, reach, i, j, plane, off)
+                if squares > FITS * total or (new[0] - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2):
                     break
-                value, down, right = new, new_down, new_right
-                if width >= WIDEST:
-                    break
-                width *= 2
-            found[0, i, j], found[1, i, j], found[2, i, j], found[3, i, j] = value, down, right, width / 2
+                plane, width = new, 2 * width
+            found[0, i, j], found[1, i, j], found[2, i, j], found[3, i, j] = plane[0], plane[1], plane[2], width / 2
+
+
+@njit(nogil=True, cache=True)
+def _plane(level, sd, known, window, reach, i, j, plane, off):  # type: ignore[no-untyped-def]
+    """A plane through the nodes about one that lie near `plane`, what is left of their squares, and their weight."""
+    rows, columns = level.shape
+    value, down, right = plane
+    far = int(reach)
+    here = level[i, j]
+    total = squares = one = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
+    for k in range(max(0, i - far), min(rows, i + far + 1)):
+        y = float(k - i)
+        wide = int(np.sqrt(reach * reach - y * y))
+        for m in range(max(0, j - wide), min(columns, j + wide + 1)):
+            x = float(m - j)
+            on = abs(level[k, m] - value - down * y - right * x) <= off + 3 * sd[k, m]
+            share = window[abs(k - i), abs(m - j)] if on and known[k, m] > 0 else 0.0
+            weight, rise = share * known[k, m], level[k, m] - here
+            total += share
+            one += weight
+            y1 += weight * y
+            x1 += weight * x
+            yy += weight * y * y
+            yx += weight * y * x
+            xx += weight * x * x
+            r1 += weight * rise
+            ry += weight * rise * y
+            rx += weight * rise * x
+            squares += weight * rise * rise
+    a = np.array([[one, y1, x1], [y1, yy + STEEP**-2, yx], [x1, yx, xx + STEEP**-2]])
+    b = np.array([r1, ry, rx])
+    fitted = _solved(a, b)
+    squares -= fitted[0] * b[0] + fitted[1] * b[1] + fitted[2] * b[2]
+    return (level[i, j] + fitted[0], fitted[1], fitted[2]), squares, total
 
 
 @njit(nogil=True, cache=True)
@@ -172,35 +177,35 @@ def curvature_variance(
 @njit(nogil=True, cache=True)
 def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
     rows, columns = level.shape
-    a, b, term = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(first, last):
         for j in range(columns):
             if not good[i, j]:
                 continue
-            reach = int(2 * width[i, j])
-            a[:] = 0
-            b[:] = 0
-            a[1, 1] = a[2, 2] = 1e-3  # for a line of nodes to be enough
-            squares = total = noise = 0.0
+            reach, narrow = int(2 * width[i, j]), -1 / (2 * width[i, j] ** 2)
+            squares = total = noise = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
             for k in range(max(0, i - reach), min(rows, i + reach + 1)):
-                for m in range(max(0, j - reach), min(columns, j + reach + 1)):
-                    y, x = float(k - i), float(m - j)
-                    apart, off = y * y + x * x, level[k, m] - level[i, j]
-                    if not good[k, m] or apart > reach * reach:
+                y = float(k - i)
+                wide = int(np.sqrt(reach * reach - y * y))
+                for m in range(max(0, j - wide), min(columns, j + wide + 1)):
+                    x, off = float(m - j), level[k, m] - level[i, j]
+                    if not good[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
                         continue
-                    if abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
-                        continue
-                    weight = np.exp(-apart / (2 * width[i, j] ** 2)) / (sd[k, m] ** 2 + EVEN_SD**2)
-                    term[0], term[1], term[2] = 1.0, y, x
-                    for p in range(3):
-                        b[p] += weight * term[p] * off
-                        for q in range(3):
-                            a[p, q] += weight * term[p] * term[q]
-                    squares += weight * off * off
+                    weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + EVEN_SD**2)
                     total += weight
+                    y1 += weight * y
+                    x1 += weight * x
+                    yy += weight * y * y
+                    yx += weight * y * x
+                    xx += weight * x * x
+                    r1 += weight * off
+                    ry += weight * off * y
+                    rx += weight * off * x
+                    squares += weight * off * off
                     noise += weight * sd[k, m] ** 2
-            fitted = _solved(a, b)
-            left = squares - fitted[0] * b[0] - fitted[1] * b[1] - fitted[2] * b[2]
+            # Slopes have a weak prior, for a line of nodes to be enough.
+            a = np.array([[total, y1, x1], [y1, yy + 1e-3, yx], [x1, yx, xx + 1e-3]])
+            fitted = _solved(a, np.array([r1, ry, rx]))
+            left = squares - fitted[0] * r1 - fitted[1] * ry - fitted[2] * rx
             if left > CLEARLY * noise:
                 variance[i, j] = (left - noise) / total
 
