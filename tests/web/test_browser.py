@@ -168,6 +168,53 @@ def test_the_cube_in_the_browser_is_ours_to_one_value_of_255(browser: Browser, t
     server.end()
 
 
+MATCH = (".match", "#board", "input[type=range]", "#jspsych-html-slider-response-next")
+
+
+def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER, "--gamma")
+    page = browser.new_page(viewport={"width": 1024, "height": 768})
+    page.goto(server.address)
+    levels = []
+    for number, of in enumerate((2, 4, 2, 4), 1):
+        take_part(page, until="#board")
+        page.wait_for_selector(f"text=({number} of 4)")
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+        rows = page.evaluate(
+            """() => {
+                const board = document.getElementById("board");
+                const data = board.getContext("2d").getImageData(0, 0, 1, board.height).data;
+                return [...data].filter((_, n) => n % 4 === 0);
+            }"""
+        )
+        level = int(page.input_value("input[type=range]"))
+        striped, even = rows[:32], rows[32:64]  # of the first column: a cell of either kind
+        assert striped == [0 if row % of else 255 for row in range(32)]
+        assert even == [level] * 32
+        assert page.get_attribute("input[type=range]", "aria-label") == "Brightness of the grey squares"
+        text, board, slider, done = (page.locator(one).bounding_box() for one in MATCH)
+        assert text
+        assert board
+        assert slider
+        assert done
+        assert text["y"] + text["height"] < board["y"] < board["y"] + board["height"] < slider["y"]
+        assert slider["y"] + slider["height"] < done["y"]
+        if LOOK:
+            page.screenshot(path=str(Path(LOOK, f"gamma-{number}.png")))
+        levels.append([1 / of, level])
+        page.keyboard.press("Enter")
+    take_part(page, until="#cube")
+    page.close()
+    server.end()
+    log = read_journal(journal(tmp_path))
+    (sitting,) = (note for note in log.of("note") if note["kind"] == "sitting")
+    assert sitting["gamma_matches"] == levels
+    each = [np.log(share) / np.log(level / 255) for share, level in levels]
+    assert log.head["apparatus"]["gamma_seen"][0] == pytest.approx(np.mean(each))
+    assert log.head["apparatus"]["gamma"] is None  # nothing was corrected by it
+
+
 @pytest.mark.slow
 def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, DEPTH)

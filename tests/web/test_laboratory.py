@@ -32,7 +32,7 @@ def test_places_are_a_factor_and_screens_have_errors(tmp_path: Path, task: str) 
     with client_of(made) as client:
         for _ in range(3):
             someone = Participant(client)
-            someone.begin()
+            someone.begin(gamma_matches=[[0.5, 186], [0.25, 136], [0.5, 190], [0.25, 132]])
             for number in range(len(someone.trials)):
                 given = someone.message(someone.trials[number], number)
                 if task == "necker":
@@ -68,6 +68,9 @@ def test_places_are_a_factor_and_screens_have_errors(tmp_path: Path, task: str) 
     assert (browser["distance_sd_cm"] / browser["distance_cm"]).between(0.07, 0.09).all()
     # Of the angle of a pixel the card is no part: blind spot and picture are counted in the same pixels.
     assert (browser["pixel_arcmin_sd"] / browser["pixel_arcmin"]).between(0.07, 0.085).all()
+    assert browser["gamma"].to_numpy() == pytest.approx(2.22, abs=0.01)
+    assert browser["gamma_sd"].to_numpy() == pytest.approx(0.08, abs=0.01)
+    assert "gamma by matching greys" in files["report.md"].decode()
     laboratory = screens[screens["place"] == "laboratory"]
     assert laboratory["pixel_arcmin"].to_numpy() == pytest.approx(60 * np.degrees(np.arctan(0.53 / 1920 / 0.57)))
     assert (laboratory["pixel_arcmin_sd"] == 0).all()

@@ -6,10 +6,11 @@ import math
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from focalgradient.display import CARD
-from focalgradient.web.screen import measure
+from focalgradient.display import CARD, Display
+from focalgradient.web.screen import gamma_of, measure
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import viewing_distance
@@ -38,3 +39,36 @@ def test_presses_before_the_ball_has_moved_are_no_distance() -> None:
     found = measure(320.0, [10.0, -5.0], 60.0)
     assert found.distance_m is None
     assert found.distance_sd_m is None
+
+
+@pytest.mark.parametrize("gamma", [1.8, 2.2, 2.6])
+def test_two_standard_errors_of_a_matched_gamma_cover_nineteen_of_twenty(gamma: float) -> None:
+    draws = np.random.default_rng(8)
+    errors, off = [], []
+    for _ in range(2000):
+        matches = []
+        for share in (0.5, 0.25, 0.5, 0.25):
+            level = 255 * share ** (1 / gamma)
+            matches.append((share, round(level * draws.normal(1, 0.02))))
+        found = gamma_of(matches)
+        assert found
+        errors.append(found[0] - gamma)
+        off.append(abs(errors[-1]) / found[1])
+    assert abs(np.mean(errors)) < 0.02
+    assert 0.93 < np.mean(np.array(off) < 2) < 0.97
+
+
+def test_a_gamma_takes_two_matches_and_is_never_without_error() -> None:
+    assert gamma_of([]) is None
+    assert gamma_of([(0.5, 186)]) is None
+    gamma, sd = gamma_of([(0.5, 186)] * 4) or (0, 0)
+    assert gamma == pytest.approx(math.log(0.5) / math.log(186 / 255))
+    assert 0.005 < sd < 0.05
+
+
+def test_the_light_of_a_match_is_that_of_its_rows() -> None:
+    """Against the package's own curve of a display, which knows nothing of matches."""
+    display = Display(gamma=2.4)
+    for share in (0.5, 0.25):
+        level = int(display.encode(share))
+        assert (gamma_of([(share, level)] * 2) or (0, 0))[0] == pytest.approx(2.4, abs=0.03)

@@ -19,7 +19,7 @@ from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
     from focalgradient.design import Design
-    from focalgradient.web import Consent, Study
+    from focalgradient.web import Consent, Lists, Study
 
 __all__ = ["serve"]
 
@@ -49,6 +49,9 @@ __all__ = ["serve"]
 @click.option("--invite", type=click.IntRange(1, 10_000), metavar="N", help="Print so many new links, one a person.")
 @click.option("--no-open-link", is_flag=True, help="Only people with an invitation take part.")
 @click.option("--consent", type=click.Path(path_type=Path), metavar="FILE", help="Text to agree to before all else.")
+@click.option(
+    "--gamma", is_flag=True, help="Let participants match greys with black and white lines, for their screen's gamma."
+)
 @click.option("--completion", metavar="URL", help="Where a participant goes at the end, as Prolific or SONA give it.")
 @click.option(
     "--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links."
@@ -78,6 +81,7 @@ def serve(
     invite: int | None,
     no_open_link: bool,
     consent: Path | None,
+    gamma: bool,
     completion: str | None,
     public: str | None,
     export: Path | None,
@@ -108,7 +112,7 @@ def serve(
       focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     check_installed(*SERVER)
-    from focalgradient.web import page_is_built
+    from focalgradient.web import Lists, page_is_built
 
     if not page_is_built():
         raise InputError(
@@ -117,7 +121,8 @@ def serve(
     agreed = _consent(consent, completion)
     if export is not None:
         _refuse_serving(data, links, store, invite, public, no_open_link=no_open_link)
-        _export(design, stimuli, agreed, completion, export, participants, datapipe)
+        lists = Lists(_design(design), stimuli, agreed, gamma=gamma)
+        _export(lists, completion, export, participants, datapipe)
         return
     if data is None and store is None:
         raise InputError("--data is missing: give the folder of the data set, or --export to write the study as files.")
@@ -125,7 +130,8 @@ def serve(
         raise InputError("--store keeps journals and links itself: leave out --data and --links.")
     if datapipe is not None:
         raise InputError("--datapipe belongs to --export: give both.")
-    options = {"stimuli": stimuli, "consent": agreed, "completion": completion, "open_link": not no_open_link}
+    options = {"stimuli": stimuli, "consent": agreed, "completion": completion, "gamma": gamma}
+    options["open_link"] = not no_open_link
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
     with ExitStack() as opened:
         if data is not None:
@@ -182,21 +188,12 @@ def _labels(participants: str) -> list[str]:
     return [f"{number:03}" for number in range(first, last + 1)]
 
 
-def _export(
-    design: Path,
-    stimuli: Path | None,
-    agreed: Consent | None,
-    completion: str | None,
-    folder: Path,
-    participants: str,
-    datapipe: str | None,
-) -> None:
-    from focalgradient.web import Lists, export
+def _export(lists: Lists, completion: str | None, folder: Path, participants: str, datapipe: str | None) -> None:
+    from focalgradient.web import export
 
     labels = _labels(participants)
     if datapipe is not None and not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", datapipe):
         raise InputError(f"--datapipe is {datapipe!r}, but must be an ID of letters and digits.")
-    lists = Lists(_design(design), stimuli, agreed)
     pictures = export(lists, folder, labels, completion=completion, datapipe=datapipe)
     click.echo(
         f"Written: {folder}, with {len(labels)} trial lists ({labels[0]} to {labels[-1]}) and {pictures} pictures."

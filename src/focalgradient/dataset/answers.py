@@ -34,6 +34,8 @@ class Apparatus:
         That the screen was corrected for; None where it was not.
     gamma_channels
         Measured, of red, green and blue; None where they were not.
+    gamma_seen
+        The screen's own and its standard error, where a participant matched greys by eye; it was not corrected for.
     white_cd_m2
         Luminance of white, measured.
     versions
@@ -49,6 +51,7 @@ class Apparatus:
     refresh_hz: float | None = None
     gamma: float | None = None
     gamma_channels: tuple[float, float, float] | None = None
+    gamma_seen: tuple[float, float] | None = None
     white_cd_m2: float | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
 

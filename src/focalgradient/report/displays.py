@@ -47,6 +47,8 @@ class ViewedScreen:
         From the eye to the screen; None where it is not known. The error is 0 where the laboratory states a distance.
     arcmin, arcmin_sd
         Of one pixel of the display, in minutes of arc.
+    gamma, gamma_sd
+        Measured by the laboratory, with an error of 0, or by the participant's matches; None where neither was done.
     manifest
         SHA-256 of the manifest of the pictures.
     """
@@ -58,6 +60,8 @@ class ViewedScreen:
     distance_sd_m: float
     arcmin: float | None
     arcmin_sd: float
+    gamma: float | None
+    gamma_sd: float
     manifest: str | None
 
 
@@ -69,9 +73,10 @@ def screens(data: DataSet) -> list[ViewedScreen]:
         if sidecar.get("Simulated") or not isinstance(sitting, dict):
             continue
         place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
-        angles = _angles(sitting.get("Apparatus") or {})
+        apparatus = sitting.get("Apparatus") or {}
+        seen = (*_angles(apparatus), *(apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)))
         shown = sidecar.get("StimuliSHA256")
-        found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *angles, manifest=shown))
+        found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *seen, manifest=shown))
     return found
 
 
@@ -94,18 +99,27 @@ def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> Sheet | None:
     if all(one.arcmin is None for one in seen):
         return None
     rows, digits = [], []
+    matched = any(one.gamma_sd for one in seen)
     for one in seen:
         degree = None if one.arcmin is None else 60 / one.arcmin
         degree_sd = 0.0 if one.arcmin is None else 60 * one.arcmin_sd / one.arcmin**2
         distance = None if one.distance_m is None else 100 * one.distance_m
-        values = ((distance, 100 * one.distance_sd_m), (degree, degree_sd), (one.arcmin, one.arcmin_sd))
+        values = [(distance, 100 * one.distance_sd_m), (degree, degree_sd), (one.arcmin, one.arcmin_sd)]
+        if matched:
+            values.append((one.gamma, one.gamma_sd))
         who = [one.participant_id, one.session, one.place]
         rows.append([*who, *(_with_error(value, sd) for value, sd in values)])
         digits.append([*who, *(part for pair in values for part in pair)])
     header = ["subject", "session", "place", "distance (cm)", "pixels a degree", "pixel (arcmin)"]
     names = ["participant_id", "session", "place", "distance_cm", "distance_sd_cm", "pixels_per_degree"]
-    table = pd.DataFrame(digits, columns=[*names, "pixels_per_degree_sd", "pixel_arcmin", "pixel_arcmin_sd"])
+    names += ["pixels_per_degree_sd", "pixel_arcmin", "pixel_arcmin_sd"]
+    if matched:
+        header.append("gamma")
+        names += ["gamma", "gamma_sd"]
+    table = pd.DataFrame(digits, columns=names)
     caption = "Screens, first sitting: ± standard error where size and distance were estimated by card and blind spot"
+    if matched:
+        caption += ", gamma by matching greys (sRGB, for which pictures are made by default, is like 2.2)"
     return Sheet(
         f"{name}_screens.csv", Table(caption, header, rows, csv=f"{name}_screens.csv", folded=len(rows) > 12), table
     )

@@ -15,7 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
-from focalgradient.web.screen import measure
+from focalgradient.web.screen import gamma_of, measure
 
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
@@ -42,6 +42,7 @@ def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
         viewing_distance_sd_m=distance_sd,
         refresh_hz=given.refresh_hz,
         gamma=None,
+        gamma_seen=gamma_of(given.gamma_matches),
         versions={**versions, "browser": given.browser},
     )
 
@@ -51,6 +52,8 @@ def about_sitting(given: Sitting) -> dict[str, Any]:
     about: dict[str, Any] = {"browser": given.browser, "pixel_ratio": given.pixel_ratio}
     if given.card_px is not None:
         about |= {"card_px": given.card_px, "blind_spot_px": given.blind_spot_px}
+    if given.gamma_matches:
+        about["gamma_matches"] = given.gamma_matches
     return about
 
 

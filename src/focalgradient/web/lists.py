@@ -42,6 +42,8 @@ class Lists:
         Folder of the pictures, which depth rating needs.
     consent
         To be agreed to, where there is one.
+    gamma
+        Whether participants match greys, for the gamma of their displays.
 
     Raises
     ------
@@ -49,8 +51,10 @@ class Lists:
         If the design cannot be run in a browser, or the pictures are missing or have changed.
     """
 
-    def __init__(self, design: Design, stimuli: Path | None = None, consent: Consent | None = None):
-        self.design, self.folder, self.consent = design, stimuli, consent
+    def __init__(
+        self, design: Design, stimuli: Path | None = None, consent: Consent | None = None, *, gamma: bool = False
+    ):
+        self.design, self.folder, self.consent, self.gamma = design, stimuli, consent, gamma
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
@@ -74,11 +78,12 @@ class Lists:
         self._display = self.pictures.display if self.pictures else Display()
 
     def opening(self) -> dict[str, Any]:
-        """What the page needs before a session begins: words and consent."""
+        """What the page needs before a session begins: words, consent, and what is to be measured."""
         return {
             "language": self.words.language if len(self.words.language) == 2 else "en",
             "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
             "consent": self.consent and {"text": self.consent.text, "sha256": self.consent.sha256},
+            "gamma": self.gamma,
             "dark": isinstance(self.design, NeckerDesign),
         }
 

@@ -48,7 +48,10 @@ class Who(Message):
 
 
 class Sitting(Message):
-    """The participant agrees, the screen is measured: by `card_px` and `blind_spot_px`, or given in metres."""
+    """The participant agrees, the screen is measured.
+
+    Its size and distance by `card_px` and `blind_spot_px`, or given in metres; its gamma by matches of greys.
+    """
 
     consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
@@ -60,6 +63,9 @@ class Sitting(Message):
     card_px: Annotated[float, Field(gt=1, le=20_000, allow_inf_nan=False)] | None = None
     blind_spot_px: Annotated[
         list[Annotated[float, Field(ge=-20_000, le=20_000, allow_inf_nan=False)]], Field(max_length=100)
+    ] = []
+    gamma_matches: Annotated[
+        list[tuple[Annotated[float, Field(gt=0, lt=1)], Annotated[int, Field(ge=1, le=254)]]], Field(max_length=100)
     ] = []
     pixel_ratio: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)]
     refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]

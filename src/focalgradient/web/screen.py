@@ -1,4 +1,4 @@
-"""Size of a participant's screen from a card held against it, viewing distance from the blind spot; both with errors.
+"""A participant's screen: size from a card, viewing distance from the blind spot, gamma from matches; all with errors.
 
 The procedure is that of Li, Joo, Yeatman & Reinecke (2020, Scientific Reports 10, 904): a drawn card is made as large
 as a bank card; then a ball moves away from a square that one eye looks at, and a key is pressed when it disappears, at
@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from focalgradient.display import CARD
 
-__all__ = ["Measured", "measure"]
+__all__ = ["Measured", "gamma_of", "measure"]
 
 CARD_SD_M = 0.5e-3
 """Standard error with which two edges are matched by eye: two to three CSS pixels at either edge. Our choice."""
@@ -85,3 +86,38 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float) -
     # The median of a few normal values scatters 1.25 times as much as their mean.
     spread = 1.25 * float(presses.std(ddof=1)) / math.sqrt(len(presses)) / middle if len(presses) > 1 else PERSON_SD
     return Measured(pixel, card * pixel, distance, distance * math.hypot(PERSON_SD, card, spread))
+
+
+def gamma_of(matches: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
+    """Estimate a display's gamma from matches of grey with black and white rows, and its standard error.
+
+    Where a share s of the rows is white, grey of level v looks as bright as they do if (v / 255) ** gamma = s (Colombo
+    & Derrington 2001, Displays 22, 87; To, Woods, Goldstein & Peli 2013, Vision Research 90, 15). Light at level 0 is
+    taken for none. The standard error comes from the scatter of so few matches, and is made larger until two of them
+    cover 95 %.
+
+    Parameters
+    ----------
+    matches
+        Of each the share of white rows, between 0 and 1, and the level, from 1 to 254.
+
+    Returns
+    -------
+    tuple of float, or None
+        None for fewer than two matches.
+
+    Examples
+    --------
+    >>> gamma, sd = gamma_of([(0.5, 186), (0.25, 136), (0.5, 190), (0.25, 132)])
+    >>> round(gamma, 2), round(sd, 2)
+    (2.22, 0.08)
+    """
+    if len(matches) < 2:
+        return None
+    shares, levels = np.asarray(matches, float).T
+    each = np.log(shares) / np.log(levels / 255)
+    # A level is a whole number: an error of one part in sqrt(12) of the change from one to the next.
+    step = each / (levels * np.abs(np.log(levels / 255))) / math.sqrt(12)
+    scatter = max(float(each.std(ddof=1)), float(np.sqrt(np.mean(step**2))))
+    wider = float(stdtrit(len(each) - 1, 0.975)) / 2
+    return float(each.mean()), wider * scatter / math.sqrt(len(each))

@@ -50,6 +50,8 @@ class Study:
         To be agreed to, where there is one.
     completion
         Address that a participant is sent to when the last answer is on the disk.
+    gamma
+        Whether participants match greys, for the gamma of their displays.
     open_link
         Whether new people may come without an invitation.
 
@@ -69,12 +71,13 @@ class Study:
         stimuli: Path | None = None,
         consent: Consent | None = None,
         completion: str | None = None,
+        gamma: bool = False,
         open_link: bool = True,
     ):
         self.design, self.data, self.people = design, data, people
         self.completion, self.open_link = completion, open_link
         self.store: Store = Local(data) if store is None else store
-        self.lists = Lists(design, stimuli, consent)
+        self.lists = Lists(design, stimuli, consent, gamma=gamma)
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
         self._places: dict[str, Place] = {}
         self._guard = threading.Lock()

@@ -6,21 +6,21 @@ import Call from "@jspsych/plugin-call-function";
 import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import Keyboard from "@jspsych/plugin-html-keyboard-response";
-import Slider from "@jspsych/plugin-html-slider-response";
 import CubePlugin, { Cube } from "./cube.js";
 import { measurement } from "./distance.js";
 import { Exported } from "./exported.js";
 import { measureFrame } from "./frames.js";
+import { gammaMatches } from "./gamma.js";
 import { significant } from "./numbers.js";
 import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
+import { ratioSlider } from "./slider.js";
 import { stopButton } from "./stopping.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
 const AWAY_MS = 1000; // between two attempts to reach a server that is away
 const FORGOTTEN_MS = 3600e3; // after which instructions are shown again
-const STEPS = 1000; // of the slider
 
 const escaped = (text) => {
   const span = document.createElement("span");
@@ -232,7 +232,10 @@ class Page {
       message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
       button_label: this.words("web.go_on"),
     });
-    timeline.push(measurement(about, (name, values) => this.words(name, values), html));
+    const words = (name, values) => this.words(name, values);
+    timeline.push(measurement(about, words, html));
+    const matches = [];
+    if (this.state.gamma) timeline.push(gammaMatches(matches, words, html));
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
     const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
@@ -241,6 +244,7 @@ class Page {
       screen_px: pixels,
       card_px: about.card_px,
       blind_spot_px: about.pressed.map((place) => Math.round(10 * place) / 10),
+      gamma_matches: matches,
       pixel_ratio: devicePixelRatio,
       refresh_hz: 1000 / this.frame,
       browser: navigator.userAgent,
@@ -359,7 +363,8 @@ class Page {
         },
       };
     }
-    return scale.kind === "steps" ? this.steps(scale, keep) : this.slider(scale, keep);
+    if (scale.kind === "steps") return this.steps(scale, keep);
+    return ratioSlider(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
   }
 
   steps(scale, keep) {
@@ -378,56 +383,6 @@ class Page {
         removeEventListener("keydown", listen);
         keep({ rating: scale.steps[response].value, response_time: rt / 1000 });
       },
-    };
-  }
-
-  // The slider shows no marker until it is first moved: that puts it at a random place, so that none is suggested.
-  slider(scale, keep) {
-    const value = (place) => scale.least * (scale.most / scale.least) ** (place / STEPS);
-    const start = Math.floor(Math.random() * (STEPS + 1));
-    let moved = false;
-    let finish;
-    return {
-      type: Slider,
-      stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
-      labels: scale.ticks.map((tick) => this.number(tick)),
-      prompt: `<p class="ends ask"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
-      min: 0,
-      max: STEPS,
-      step: 1,
-      slider_start: start,
-      slider_width: 640,
-      require_movement: true,
-      button_label: this.words("web.done"),
-      on_load: () => {
-        const slider = document.querySelector("input[type=range]");
-        const shown = document.querySelector("output");
-        slider.classList.add("unset");
-        slider.setAttribute("aria-label", scale.question);
-        slider.focus();
-        const tell = () => {
-          const now = this.number(value(Number(slider.value)));
-          shown.textContent = now;
-          slider.setAttribute("aria-valuetext", now);
-        };
-        slider.addEventListener("input", () => {
-          slider.classList.remove("unset");
-          tell();
-        });
-        slider.addEventListener("keydown", (event) => {
-          if (event.key === "Enter") {
-            finish = true;
-            document.querySelector("#jspsych-html-slider-response-next").click();
-          } else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
-            moved = true;
-            event.preventDefault();
-            slider.dispatchEvent(new Event("input"));
-            slider.dispatchEvent(new Event("change"));
-          }
-        });
-        slider.addEventListener("pointerdown", () => (moved = true));
-      },
-      on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: value(start) }),
     };
   }
 

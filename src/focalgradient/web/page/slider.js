@@ -1,0 +1,49 @@
+// A scale of ratios on a slider, which shows no marker until it is first moved: that puts it at a random place, so that none
+// is suggested.
+
+import Slider from "@jspsych/plugin-html-slider-response";
+
+const STEPS = 1000;
+
+// `number` and `escaped` write numbers and texts, `done` is the button's label, `keep` takes the answer.
+export function ratioSlider(scale, { number, escaped, done, keep }) {
+  const value = (place) => scale.least * (scale.most / scale.least) ** (place / STEPS);
+  const start = Math.floor(Math.random() * (STEPS + 1));
+  let moved = false;
+  return {
+    type: Slider,
+    stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
+    labels: scale.ticks.map(number),
+    prompt: `<p class="ends ask"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
+    min: 0,
+    max: STEPS,
+    step: 1,
+    slider_start: start,
+    slider_width: 640,
+    require_movement: true,
+    button_label: done,
+    on_load: () => {
+      const slider = document.querySelector("input[type=range]");
+      const shown = document.querySelector("output");
+      slider.classList.add("unset");
+      slider.setAttribute("aria-label", scale.question);
+      slider.focus();
+      slider.addEventListener("input", () => {
+        slider.classList.remove("unset");
+        shown.textContent = number(value(Number(slider.value)));
+        slider.setAttribute("aria-valuetext", shown.textContent);
+      });
+      slider.addEventListener("keydown", (event) => {
+        if (event.key === "Enter") document.querySelector("#jspsych-html-slider-response-next").click();
+        else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
+          moved = true;
+          event.preventDefault();
+          slider.dispatchEvent(new Event("input"));
+          slider.dispatchEvent(new Event("change"));
+        }
+      });
+      slider.addEventListener("pointerdown", () => (moved = true));
+    },
+    on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: value(start) }),
+  };
+}
