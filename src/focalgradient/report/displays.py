@@ -74,9 +74,9 @@ def screens(data: DataSet) -> list[ViewedScreen]:
             continue
         place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
         apparatus = sitting.get("Apparatus") or {}
-        seen = (*_angles(apparatus), *(apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)))
-        shown = sidecar.get("StimuliSHA256")
-        found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *seen, manifest=shown))
+        gamma, gamma_sd = apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)
+        who = (f"sub-{files.participant}", files.session or "", place)
+        found.append(ViewedScreen(*who, *_angles(apparatus), gamma, gamma_sd, sidecar.get("StimuliSHA256")))
     return found
 
 
