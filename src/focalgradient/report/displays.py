@@ -74,10 +74,15 @@ def screens(data: DataSet) -> list[ViewedScreen]:
             continue
         place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
         apparatus = sitting.get("Apparatus") or {}
-        gamma, gamma_sd = apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)
-        who = (f"sub-{files.participant}", files.session or "", place)
-        found.append(ViewedScreen(*who, *_angles(apparatus), gamma, gamma_sd, sidecar.get("StimuliSHA256")))
+        seen = (*_angles(apparatus), *_gamma(apparatus), sidecar.get("StimuliSHA256"))
+        found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *seen))
     return found
+
+
+def _gamma(apparatus: Mapping[str, Any]) -> tuple[float | None, float]:
+    """Gamma and its standard error, by a participant's matches or as the laboratory has it."""
+    gamma, sd = apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)
+    return gamma, sd
 
 
 def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | None, float]:
