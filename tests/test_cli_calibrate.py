@@ -102,6 +102,19 @@ def test_two_distances_do_not_determine_the_offset(tmp_path, camera):
     assert load_camera(tmp_path / "camera.toml").calibration.sd[2] > 1.5 * load_camera(camera[0]).calibration.sd[2]
 
 
+def test_edges_with_a_camera_calibrated_by_equalising_are_warned_of(camera, tmp_path):
+    text = camera[0].read_text()
+    assert "psf =" not in text
+    (tmp_path / "camera.toml").write_text(text.replace("[camera]", '[camera]\npsf = "disc"', 1))
+    photographs = [picture(tmp_path / f"{mark}.png", 0.9, true, seed=7) for mark, true in STOPS.items()]
+    marks = ("--f-number", 8, "--f-number", 16, "--near", 0.45, "--far", 3, "--out", tmp_path / "out")
+    said = [
+        run("depth", *photographs, *marks, "--calibration", path, "--method", "edges").stderr
+        for path in (camera[0], tmp_path / "camera.toml")
+    ]
+    assert ["does not measure the blur along edges" in one for one in said] == [False, True]
+
+
 def test_edges_give_the_distance_from_the_users_plane(camera, tmp_path):
     photographs = [picture(tmp_path / f"{mark}.png", 0.9, true, seed=7) for mark, true in STOPS.items()]
     result = run(

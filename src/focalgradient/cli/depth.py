@@ -305,6 +305,13 @@ def _shape(psf: BlurSource, method: MethodName, camera: Calibration | None) -> B
         return psf
     if camera.psf is None:
         return "gaussian" if method == "edges" else psf  # as the edges of the target were measured
+    if method == "edges":
+        warnings.warn(
+            "the camera was calibrated by equalising, which does not measure the blur along edges: depth by edges may "
+            "err by more than is stated; calibrate it by edges, too (focalgradient calibrate --method edges).",
+            FocalGradientWarning,
+            stacklevel=1,
+        )
     return "disc" if camera.psf == "blend" and method != "equalise" else camera.psf
 
 

@@ -49,6 +49,9 @@ JSON = "focalgradient.json"
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+OPTIONS = {"(align=True)": "(--align)", "(near, far)": "(--near, --far)"}
+"""What the library's warnings call parameters, and the command's options for them."""
+
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
 
 
@@ -192,7 +195,10 @@ def warnings_given() -> Iterator[list[str]]:
             otherwise(message, category, *place, **more)
         elif str(message) not in given:
             given.append(str(message))
-            tqdm.write(f"Warning: {' '.join(str(message).split())}", file=sys.stderr)
+            words = " ".join(str(message).split())
+            for parameter, option in OPTIONS.items():
+                words = words.replace(parameter, option)
+            tqdm.write(f"Warning: {words}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", FocalGradientWarning)

@@ -51,6 +51,10 @@ EXPLAINED = 0.5
 """Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
 power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
 
+BARE = 0.3
+"""Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
+0.16)."""
+
 LARGEST_TAU = 0.25
 """Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
 
@@ -181,6 +185,8 @@ def _rejected(nodes: Nodes, explained: float, tau: float, sound: bool) -> str:
             "rendering with few rays makes it: store the views without loss, or with less noise"
         )
     misfit = float(np.median(nodes.misfit[textured]))
+    if textured.mean() < BARE:
+        remedy += "; hard edges on a blank surface, such as printed squares, are for method edges"
     return (
         f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of them "
         f"than noise explains (median: {misfit:.2g} times its power): {remedy}"
