@@ -27,8 +27,12 @@ HALF_WIDTH = 0.012
 
 def pair(shape: tuple[int, int], samples: int, progress: Progress | None = None) -> list[Rendered]:
     """Render the bottle through the small and the large aperture."""
+    report = progress or (lambda share: None)
     return render_series(
-        bottle(SEED), [SMALL, LARGE], shape, FIELD / shape[0], engine="path", samples=samples, progress=progress
+        *(bottle(SEED), [SMALL, LARGE], shape, FIELD / shape[0]),
+        engine="path",
+        samples=samples,
+        progress=lambda share, what: report(share),
     )
 
 
@@ -57,8 +61,12 @@ def sweep(
     """
     height, width = 2 * round((WINDOW[1] + 0.004) / pixel_angle), 2 * round((HALF_WIDTH + 0.004) / pixel_angle)
     lenses = [Lens(focal_length=0.05, f_number=4, focus_distance=1 / focus) for focus in foci.tolist()]
+    report = progress or (lambda share: None)
     rendered = render_series(
-        bottle(SEED), lenses, (height, width), pixel_angle, engine="path", samples=samples, progress=progress
+        *(bottle(SEED), lenses, (height, width), pixel_angle),
+        engine="path",
+        samples=samples,
+        progress=lambda share, what: report(share),
     )
     rows = slice(*(height // 2 + round(tangent / pixel_angle) for tangent in WINDOW))
     columns = slice(width // 2 - round(HALF_WIDTH / pixel_angle), width // 2 + round(HALF_WIDTH / pixel_angle))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from report import Progress, Shown, alone
 
-from focalgradient import DepthMap, Lens, recover_depth
+from focalgradient import DepthMap, FocalGradientWarning, Lens, recover_depth
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane
@@ -52,8 +53,8 @@ def measure(
     dict of ndarray
         By distance. Over valid pixels: ``rms_m``, root mean square error of distance; ``relative_error``, the same
         of the size of the blur, which goes as |V - V_focus|; ``bias``, its mean; ``predicted_m``, what `vergence_sd`
-        makes the first; ``coverage``, share within 2 `vergence_sd`. ``valid``: their share. Where no pixel is valid
-        all but the last are NaN.
+        makes the first; ``coverage``, share within 2 `vergence_sd`. Where no pixel is valid these are NaN. ``valid``:
+        the share of valid pixels. ``warned``: 1 where `recover_depth` warned that the views do not fit the optics.
     """
     rows = []
     for index, distance in enumerate(distances):
@@ -64,8 +65,10 @@ def measure(
         first, second = noisy(sharp, noise, 2 * (seed + index)), noisy(blurred, noise, 2 * (seed + index) + 1)
         # Two apertures leave the side of focus open: say it, as whoever set up the camera could.
         near, far = (FOCUS, None) if distance > FOCUS else (None, FOCUS)
-        depth = recover_depth([first, replace(second, optics=BLURRED)], near=near, far=far)
-        rows.append(_score(depth, distance))
+        with warnings.catch_warnings(record=True) as given:  # right where `blur` is False: the optics told are not true
+            warnings.simplefilter("always", FocalGradientWarning)
+            depth = recover_depth([first, replace(second, optics=BLURRED)], near=near, far=far)
+        rows.append(_score(depth, distance) | {"warned": float(bool(given))})
         if progress is not None:
             progress((index + 1) / len(distances))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -114,7 +117,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"radius of at least {CLEAR:g} pixels; near focus blur is smaller than a pixel and its relative error "
             "rises, so that the error of distance does not fall to the curve’s zero.",
             "Crosses: both views rendered through the small aperture, and the depth core given the optics of two. "
-            "The curve disappears: it comes from the blur.",
+            "The curve disappears: it comes from the blur. "
+            f"The depth core warned that the views do not fit the optics at {off['warned'].sum():.0f} of these walls, "
+            f"and at {on['warned'].sum():.0f} with the true optics.",
         ),
         figure=_draw(distances, on, off, clear, relative),
         summary={
@@ -128,6 +133,8 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "valid_pixels_mean_over_walls_percent": 100 * float(on["valid"].mean()),
             "without_blur_relative_error_median_percent": 100 * float(np.nanmedian(off["relative_error"])),
             "without_blur_error_at_10_m_m": float(off["rms_m"][-1]),
+            "walls_warned_of": int(on["warned"].sum()),
+            "without_blur_walls_warned_of": int(off["warned"].sum()),
         },
         plotted={"distance_m": distances, "blur_radius_px": radius, "blur": on, "no_blur": off},
     )

@@ -40,7 +40,7 @@ def views_and_truth(
         *(scene, [SMALL, LARGE], shape, pixel),
         engine="shaded",
         samples=samples,
-        progress=lambda share: report(0.67 * share),
+        progress=lambda share, what: report(0.67 * share),
     )
     again = render(scene, SMALL, shape, pixel, engine="shaded", samples=samples, seed=1)
     report(1.0)

@@ -107,7 +107,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
     pictures = natural_pictures(lambda share, what: report(0.4 * share), full=full)
     with processes(os.cpu_count() or 1) as pool:
-        found = encoded_stimuli(pictures, pool, lambda share: report(0.4 + 0.3 * share))
+        found = encoded_stimuli(pictures, pool, lambda share, what: report(0.4 + 0.3 * share))
     rules, constants = rows({key: stimulus for key, (_, stimulus) in found.items()})
     steps = min(row.smallest_step for row in constants)
     return Shown(

@@ -72,7 +72,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
     rating = DepthRatingDesign(scenes=pictures.scenes[1:], standard_scene=pictures.scenes[0])
     turning = NeckerDesign()
     with processes(os.cpu_count() or 1) as pool:
-        encoded = encoded_stimuli(pictures, pool, lambda share: report(0.5 + 0.2 * share))
+        encoded = encoded_stimuli(pictures, pool, lambda share, what: report(0.5 + 0.2 * share))
         simulate(
             *(rating, out),
             observers=OBSERVERS,
@@ -81,7 +81,7 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             encoded=encoded,
             stimuli=pictures.folder,
             executor=pool,
-            progress=lambda share: report(0.7 + 0.15 * share),
+            progress=lambda share, what: report(0.7 + 0.15 * share),
         )
         simulate(
             *(turning, out),
@@ -90,6 +90,6 @@ def take_part(out: Path, *, observer: str = "default", full: bool = False, progr
             observer=observer,
             encoded=encoded_cubes(turning, pool),
             executor=pool,
-            progress=lambda share: report(0.85 + 0.15 * share),
+            progress=lambda share, what: report(0.85 + 0.15 * share),
         )
     return out

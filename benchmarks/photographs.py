@@ -115,8 +115,8 @@ def squares(folder: Path) -> dict[str, Map]:
         for cm in (50, 150):
             found = camera.predict(readings[cm, left_out])
             error = found.vergence - 1 / (cm / 100 + camera.offset)
-            doubt = f"(sd {found.vergence_sd:.3f})"
-            print(f"  calibrated without exposure {left_out}, {cm} cm is off by {error:+.3f} D {doubt}")
+            stated = f"(sd {found.vergence_sd:.3f})"
+            print(f"  calibrated without exposure {left_out}, {cm} cm is off by {error:+.3f} D {stated}")
     by_commands(folder)
     return maps
 

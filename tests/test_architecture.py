@@ -41,7 +41,8 @@ ROOMS = {
     "design": {"errors", "files", "tables"},
     "dataset": {"design", "errors", "files", "parallel"},
     "observers": {
-        *("dataset", "depth", "design", "errors", "files", "eye", "parallel", "render", "scenes", "stimuli", "display"),
+        *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
+        *("render", "scenes", "stimuli"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {"calibration", "depth", "errors", "files", "memory", "optics", "psf", "srgb", "tables", "view"},
@@ -49,7 +50,7 @@ ROOMS = {
     "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "progress"},
-    "power": {"design", "errors", "files", "parallel", "statistics"},
+    "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {

@@ -118,16 +118,16 @@ def test_all_keys_that_are_missing_are_named_at_once(tmp_path):
         load_settings(tmp_path / "v.toml")
 
 
-def test_the_doubt_of_a_supposed_encoding_is_stated(tmp_path):
+def test_what_an_assumed_encoding_leaves_open_is_stated(tmp_path):
     camera = RealCamera(scale=1.0, focus=1.0, tilt=0.0, curvature=0.0)
     paths = [camera.take(tmp_path / f"{mark}.png", 0.7, mark, seed=1) for mark in (11, 4)]
     result = run("depth", *paths, "--out", tmp_path / "out", *OPTICS, *STOPS, "--far", 1)
     assert result.exit_code == 0, result.output
-    assert "were they linear, depth would read" in result.stdout
-    doubt = json.loads((tmp_path / "out" / "summary.json").read_text())["details"]["encoding_doubt_D"]
+    assert "were they linear, depth would differ by" in result.stdout
+    stated = json.loads((tmp_path / "out" / "summary.json").read_text())["details"]["encoding_difference_D"]
     # What it says is what reading them as linear gives.
     given = run("depth", *paths, "--out", tmp_path / "linear", *OPTICS, *STOPS, "--far", 1, "--encoding", "linear")
     assert "were they linear" not in given.stdout
     as_srgb, as_linear = (DepthMap.load(tmp_path / name / "depth.npz") for name in ("out", "linear"))
     both = as_srgb.valid & as_linear.valid
-    assert doubt == pytest.approx(np.median((as_linear.vergence - as_srgb.vergence)[both]), abs=0.005)
+    assert stated == pytest.approx(np.median((as_linear.vergence - as_srgb.vergence)[both]), abs=0.005)

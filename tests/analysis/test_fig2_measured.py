@@ -19,6 +19,7 @@ def test_errors_follow_the_curve_and_collapse_without_blur():
     assert np.all(np.abs(np.log(on["rms_m"] / curve)) < np.log(2))
     assert on["valid"].min() > 0.5
     assert 0.5 < np.median(on["rms_m"] / on["predicted_m"]) < 2
+    assert not on["warned"].any()
     # Views that were blurred alike read as in focus, wherever the wall is.
     assert np.nanmin(off["relative_error"]) > 0.5
     assert off["rms_m"][-1] > 0.5 * (DISTANCES[-1] - FOCUS)

@@ -228,7 +228,12 @@ def test_sky_stands_where_it_should() -> None:
 def test_progress_goes_from_nothing_to_all() -> None:
     shares: list[float] = []
     render_series(
-        plane(1.0), [Pupil(0.0, 1.0), Pupil(0.0, 1.0)], (8, 8), PIXEL, engine="shaded", progress=shares.append
+        plane(1.0),
+        [Pupil(0.0, 1.0), Pupil(0.0, 1.0)],
+        (8, 8),
+        PIXEL,
+        engine="shaded",
+        progress=lambda share, _: shares.append(share),
     )
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

@@ -222,7 +222,9 @@ def test_noise_of_sampling(blur: float, most: float) -> None:
 
 def test_progress_and_odd_shapes() -> None:
     shares: list[float] = []
-    rendered = cast(plane(1.0), Lens(0.025, 4, 1.0), (19, 1), PIXEL, samples=3, progress=shares.append)
+    rendered = cast(
+        plane(1.0), Lens(0.025, 4, 1.0), (19, 1), PIXEL, samples=3, progress=lambda share, _: shares.append(share)
+    )
     assert isinstance(rendered, Rendered)
     assert rendered.view.shape == rendered.distance.shape == (19, 1)
     assert shares == sorted(shares)

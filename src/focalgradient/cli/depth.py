@@ -192,7 +192,7 @@ def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> 
         offset = settings.offset
     psf, limits = _shape(options["psf"], method, settings.calibration), _limits(settings, options, offset)
     result = _estimated(views, settings, options, psf, limits, say)
-    result = _encoding_doubted(result, views, settings, photographs, options, limits)
+    result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
     result = _referred(result, views, settings, offset)
     if not result.valid.any():
         why = result.details.get("rejected", "the views contradict each other")
@@ -240,22 +240,21 @@ def _limits(settings: Settings, options: Mapping[str, Any], offset: float) -> tu
     return _beside_focus(near, far, settings)
 
 
-def _encoding_doubted(
+def _compared_with_the_other_encoding(
     result: DepthMap,
     views: Sequence[View],
-    settings: Settings,
     photographs: Sequence[Photograph],
     options: Mapping[str, Any],
     limits: tuple[float | None, float | None],
 ) -> DepthMap:
     """`result` with how depth would differ were the files of the other encoding, where nobody says which they are."""
-    from focalgradient.photographs.encoding_doubt import encoding_doubt
+    from focalgradient.photographs.other_encoding import encoding_difference
 
     kinds = {photograph.encoding for photograph in photographs}
     if len(kinds) > 1 or not all(photo.assumed for photo in photographs) or options["method"] != "equalise":
         return result
-    doubt = encoding_doubt(views, result, photographs[0].encoding, *limits, options["align"])
-    return result if doubt is None else replace(result, details=result.details | {"encoding_doubt_D": doubt})
+    found = encoding_difference(views, result, photographs[0].encoding, *limits, options["align"])
+    return result if found is None else replace(result, details=result.details | {"encoding_difference_D": found})
 
 
 def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offset: float) -> DepthMap:
@@ -271,18 +270,18 @@ def _referred(result: DepthMap, views: Sequence[View], settings: Settings, offse
 
 
 def _middle(settings: Settings, result: DepthMap, summary: Mapping[str, Any], count: int) -> str:
-    """The median depth in words; of the encoding's doubt, too."""
+    """The median depth in words, and how it would differ were the files encoded otherwise."""
     distance = summary["medians"]["distance_m"]
     middle = f"Median distance: {'unknown' if math.isnan(distance) else f'{distance:.4g} m from {settings.plane}'}"
     if settings.relative:
         place = 1 + (summary["medians"]["vergence_dioptres"] - 1) * (count - 1)
         middle = f"Median place in the stack: {place:.2f} of {count} (order only)"
-    if (doubt := result.details.get("encoding_doubt_D")) is not None:
+    if (difference := result.details.get("encoding_difference_D")) is not None:
         srgb = summary["settings"]["views"][0]["encoding"] == "srgb"
         taken, other = ("sRGB", "linear") if srgb else ("linear", "sRGB")
         middle += (
             f"\nThe files do not say how they encode light and are taken for {taken}; were they {other}, depth would "
-            f"read {doubt:+.2g} D (give --encoding, or encoding under [camera], where you know)"
+            f"differ by {difference:+.2g} D (give --encoding, or encoding under [camera], where you know)"
         )
     return middle
 
@@ -325,15 +324,15 @@ def _beside_focus(near: float | None, far: float | None, settings: Settings) -> 
     if camera is None or len(foci) > 1:
         return near, far
     focus = foci.pop()
-    doubt = max(2 * float(camera.sd[-1]), 0.02 / focus)  # D
+    error = max(2 * float(camera.sd[-1]), 0.02 / focus)  # D
     if near is not None and far is not None and near < focus < far:
         inside = [abs(1 / limit - 1 / focus) for limit in (near, far)]
-        if min(inside) > doubt or min(inside) > 0.25 * max(inside):
+        if min(inside) > error or min(inside) > 0.25 * max(inside):
             return near, far
         return (focus, far) if inside[0] < inside[1] else (near, focus)
-    if far is not None and near is None and far > focus and 1 / focus - 1 / far < doubt:
+    if far is not None and near is None and far > focus and 1 / focus - 1 / far < error:
         far = focus
-    if near is not None and far is None and near < focus and 1 / near - 1 / focus < doubt:
+    if near is not None and far is None and near < focus and 1 / near - 1 / focus < error:
         near = focus
     return near, far
 

@@ -116,14 +116,7 @@ def power(
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on."
     with resumable(left) as say, shared_work(workers, scheduler, 2 * seconds) as executor:
-        table = run(
-            study,
-            subjects,
-            experiments,
-            out / "experiments.jsonl",
-            executor=executor,
-            progress=lambda done: say(done / total, f"{done} of {total} experiments"),
-        )
+        table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
     found = sum_up(table)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found)).items()}
     files["power.csv"] = as_table(found).assign(simulated=True).to_csv(index=False, lineterminator="\n").encode()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from focalgradient.cli.options import shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -27,8 +27,6 @@ OBSERVER_S = {"depth-rating": 0.5, "necker": 0.05, "blur-threshold": 1.5}
 """Seconds that an observer's experiment takes about, on one core."""
 
 LEFT = "what is recorded stays, and the same command goes on from it."
-
-Say = Callable[[float, str], object]
 
 
 @click.command(short_help="Let simulated observers take part in an experiment.")
@@ -112,13 +110,13 @@ def _run(
     out: Path,
     stimuli: Path | None,
     pool: Executor | None,
-    say: Say,
+    say: Progress,
     run: dict[str, Any],
 ) -> int:
     from focalgradient.observers import check_pictures, encoded_cubes, encoded_stimuli, simulate, small_set
     from focalgradient.stimuli import read_set
 
-    run["progress"] = lambda share: say(share, "simulating observers")
+    run["progress"] = say
     if design.task == "blurthreshold":
         return simulate(design, out, **run)
     if design.task == "necker":
@@ -126,7 +124,7 @@ def _run(
         return simulate(design, out, encoded=encoded_cubes(design, pool), **run)
     pictures = read_set(stimuli) if stimuli is not None else small_set(_scenes(design), say)
     check_pictures(design, pictures)
-    encoded = encoded_stimuli(pictures, pool, lambda share: say(share, "encoding pictures"))
+    encoded = encoded_stimuli(pictures, pool, say)
     return simulate(design, out, encoded=encoded, stimuli=pictures.folder, **run)
 
 

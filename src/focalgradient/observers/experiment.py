@@ -6,7 +6,6 @@ when, or beside what. They are recorded here, in order, by one process.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_na
 from focalgradient.observers.rotation import EncodedCubes
 from focalgradient.observers.thresholds import choose, known_threshold
 from focalgradient.parallel import in_order
+from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet
 
 __all__ = ["check_pictures", "labels", "simulate"]
@@ -81,7 +81,7 @@ def simulate(
     encoded: EncodedPictures | EncodedCubes | None = None,
     stimuli: Path | None = None,
     executor: Executor | None = None,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> int:
     """Simulate observers and record them in a data set; those that it has already are left as they are.
 
@@ -105,7 +105,7 @@ def simulate(
     executor
         What computes the answers; the same whatever it is. None: this process.
     progress
-        Called with the share done, 0 to 1.
+        Called with the share done, 0 to 1, and what is being done.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def simulate(
             for trial, answer in zip(remaining, answers[-len(remaining) :], strict=True):
                 session.record(trial, answer)
         if progress is not None:
-            progress(number / len(wanted))
+            progress(number / len(wanted), "simulating observers")
     return len(wanted)
 
 

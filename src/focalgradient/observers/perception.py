@@ -89,7 +89,7 @@ def response(amplitude: float | FloatArray, observer: Observer) -> FloatArray:
     """Amplitude of depth by blur on a scale where its error has unit standard deviation.
 
     Blur of an amplitude a is p a on average, p being the prior, with the variance z^2 + (weber^2 + 1 - p^2) a^2: by
-    intrinsic blur, Weber's law and the doubt about the side. The scale is p times the integral of da over its root:
+    intrinsic blur, Weber's law and uncertainty about the side. The scale is p times the integral of da over its root:
     linear below the depth z of the intrinsic blur, logarithmic far above it, and nothing without a prior.
 
     >>> observer = Observer(weber=0.5, prior=1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, read_arrays, write_whole
 from focalgradient.observers.answers import EncodedPictures, PictureKey
 from focalgradient.observers.encoding import EncodedStimulus, encode
+from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
 __all__ = ["CACHE", "cache_folder", "encoded_stimuli", "natural_set", "small_set"]
@@ -37,7 +38,7 @@ def cache_folder() -> Path:
     return Path(given) if given else platformdirs.user_cache_path("focalgradient", appauthor=False)
 
 
-def small_set(scenes: int, progress: Callable[[float, str], object] | None = None) -> StimulusSet:
+def small_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
     """A set of small pictures of plain spheres, made once and kept; ray cast, so that every machine can make it."""
     return make_depth_rating(
         cache_folder() / f"pictures-{scenes}",
@@ -50,7 +51,7 @@ def small_set(scenes: int, progress: Callable[[float, str], object] | None = Non
     )
 
 
-def natural_set(scenes: int, progress: Callable[[float, str], object] | None = None) -> StimulusSet:
+def natural_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
     """A set of path-traced natural scenes, 512 pixels wide, made once and kept: some minutes, and Mitsuba, are needed.
 
     Raises
@@ -70,7 +71,7 @@ def natural_set(scenes: int, progress: Callable[[float, str], object] | None = N
 
 
 def encoded_stimuli(
-    stimuli: StimulusSet, executor: Executor | None = None, progress: Callable[[float], object] | None = None
+    stimuli: StimulusSet, executor: Executor | None = None, progress: Progress | None = None
 ) -> EncodedPictures:
     """Encode every picture of a set, fixating what it has in focus; kept by the hash of the set's manifest.
 
@@ -81,7 +82,7 @@ def encoded_stimuli(
     executor
         Where several pictures are encoded at once; it must be able to read the set's folder. None: here.
     progress
-        Called with the share done, 0 to 1.
+        Called with the share done, 0 to 1, and what is being done.
 
     Raises
     ------
@@ -100,7 +101,7 @@ def encoded_stimuli(
     for number, (keys, stimuli_of_file) in enumerate(zip(files.values(), encoded, strict=True), start=1):
         found.update(zip(keys, stimuli_of_file, strict=True))
         if progress is not None:
-            progress(number / len(files))
+            progress(number / len(files), "encoding pictures")
     arrays = _arrays(stimuli, found)
     _keep(arrays, kept)
     return _by_key(stimuli, arrays)

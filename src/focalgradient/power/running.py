@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -17,6 +17,7 @@ from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.parallel import completed
 from focalgradient.power.cube import CUBE_TESTS, CubeStudy
 from focalgradient.power.ratings import TESTS, Study
+from focalgradient.progress import Progress
 
 __all__ = ["AnyStudy", "Power", "power", "run"]
 
@@ -60,7 +61,7 @@ def run(
     file: Path,
     *,
     executor: Executor | None = None,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Progress | None = None,
 ) -> pd.DataFrame:
     """Simulate experiments that a file does not hold yet, each put there as soon as it is done.
 
@@ -75,7 +76,7 @@ def run(
     executor
         What simulates them: the numbers do not depend on it. None: this process.
     progress
-        Called with the number of experiments done.
+        Called with the share done, 0 to 1, and how many experiments that is.
 
     Returns
     -------
@@ -90,7 +91,12 @@ def run(
     done = _begun(study, file)
     wanted = [(count, number) for number in range(experiments) for count in sorted(set(subjects))]
     missing = [task for task in wanted if task not in done]
-    progress(len(wanted) - len(missing))
+
+    def tell(finished: int) -> None:
+        if progress is not None:
+            progress(finished / len(wanted), f"{finished} of {len(wanted)} experiments")
+
+    tell(len(wanted) - len(missing))
     jobs = [(study, *task) for task in missing]
     with file.open("a", encoding="utf-8") as lines:
         for finished, (job, outcome) in enumerate(
@@ -100,7 +106,7 @@ def run(
             done[count, number] = outcome
             lines.write(json.dumps({"subjects": count, "number": number} | outcome) + "\n")
             lines.flush()
-            progress(finished)
+            tell(finished)
     rows = [{"subjects": count, "number": number} | done[count, number] for count, number in sorted(wanted)]
     return pd.DataFrame(rows)
 

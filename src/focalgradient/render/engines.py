@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_list
 from focalgradient.optics import Optics
+from focalgradient.progress import Progress
 from focalgradient.render import pathtrace
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import LLVM, REMEDY, variant
@@ -49,7 +50,7 @@ def render(
     engine: Engine = "auto",
     samples: int = 64,
     seed: int = 0,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> Rendered:
     """Render a scene through a finite thin lens, with the truth about it and the noise of its sampling.
 
@@ -75,7 +76,7 @@ def render(
         Seed of the rays. With the same seed two optics are sampled alike, so that a change of focus changes nothing
         else.
     progress
-        Called now and then with the share done, 0 to 1.
+        Called now and then with the share done, 0 to 1, and what is being done.
 
     Returns
     -------
@@ -111,7 +112,7 @@ def render_series(
     engine: Engine = "auto",
     samples: int = 64,
     seed: int = 0,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> list[Rendered]:
     """Render a scene through several optics, such as an eye that accommodates, all with the same rays.
 
@@ -140,7 +141,7 @@ def render_series(
 
         def share(done: float, before: int = len(results)) -> None:
             if progress is not None:
-                progress((before + done) / len(optics))
+                progress((before + done) / len(optics), "rendering")
 
         if chosen == "cast":
             results.append(_cast(scene, one, shape, pixel_angle, samples, seed, share))
@@ -175,7 +176,7 @@ def render_bands(
     engine: Engine = "auto",
     samples: int = 64,
     seed: int = 0,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> list[Rendered]:
     """Render a scene in red, green and blue light, each with its own optics: longitudinal chromatic aberration.
 
@@ -247,7 +248,7 @@ def _cast(
     halves = []
     for half in (0, 1):
 
-        def share(done: float, half: int = half) -> None:
+        def share(done: float, words: str, half: int = half) -> None:
             progress((half + done) / 2)
 
         part = cast(scene, optics, shape, pixel_angle, samples=samples // 2, seed=2 * seed + half, progress=share)

@@ -12,7 +12,7 @@ geometry of rays: no blur formula and no convolution is used, so such views can 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
 
@@ -24,6 +24,7 @@ from scipy.stats import qmc
 from focalgradient.errors import InputError, check_seed, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
+from focalgradient.progress import Progress
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -49,7 +50,7 @@ def cast(
     *,
     samples: int = 64,
     seed: int = 0,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> Rendered:
     """Render a scene through a finite thin lens.
 
@@ -72,7 +73,7 @@ def cast(
     seed
         Seed of the rays; with the same seed two optics are sampled alike.
     progress
-        Called now and then with the share done, 0 to 1.
+        Called now and then with the share done, 0 to 1, and what is being done.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def cast_without(
     pixel_angle: float,
     samples: int,
     seed: int,
-    progress: Callable[[float], object] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow."""
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
@@ -124,7 +125,7 @@ def cast_without(
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
             if progress is not None:
-                progress(done / len(starts))
+                progress(done / len(starts), "casting rays")
     return image, distance
 
 

@@ -22,6 +22,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, staged
 from focalgradient.parallel import in_order
+from focalgradient.progress import Progress
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
@@ -53,7 +54,7 @@ def make_necker(
     focus: Focus = "near",
     display: Display | None = None,
     executor: Executor | None = None,
-    progress: Callable[[float, str], object] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Make the frames and videos, or go on with what was interrupted, or verify what is finished.
 

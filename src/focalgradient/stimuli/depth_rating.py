@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import platform
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -205,7 +205,7 @@ class Recipe:
         return tuple(Pupil(diameter, focus - less) for less in chromatic_difference(LIGHTS, REFERENCE).tolist())
 
     def render(
-        self, world: Scene, optics: Sequence[Pupil], progress: Callable[[float], object]
+        self, world: Scene, optics: Sequence[Pupil], progress: Progress
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
         """Radiance, H x W x 3; depth in metres, H x W; and the noise of the luminance, H x W."""
         how: dict[str, Any] = {"engine": self.engine, "samples": self.samples, "seed": self.seed, "progress": progress}
@@ -312,7 +312,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             if sharp is None:
                 # Finer than the pictures, as a pixel that sees an edge has one depth but the light of two.
                 fine = recipe.finer()
-                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done: None)
+                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done, words: None)
                 sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
             assert sharp_mean is not None
             measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
@@ -434,8 +434,8 @@ def _plain(seed: int) -> Scene:
     return replace(made, marks=tuple(marks))
 
 
-def _part(progress: Progress, start: float, end: float, what: str) -> Callable[[float], object]:
-    return lambda done: progress(start + (end - start) * done, what)
+def _part(progress: Progress, start: float, end: float, what: str) -> Progress:
+    return lambda done, words: progress(start + (end - start) * done, what)
 
 
 def _engine(engine: str) -> Engine:

@@ -109,14 +109,14 @@ def split_band_test(
         return SplitBand(0.0, (), (), (), int(use.sum()))
     radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
     share = np.maximum(LEAST_BLUR, blurs[use]) * levels_per_pixel  # an error of the whole blur, in levels
-    doubt = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
+    widening = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
     spectra = _spectra(at_pixels)
     taus, differences = [], []
     for cut in CUTS:
         low, low_variance, high, high_variance = _halves(
             equalised, nodes, spectra, at_pixels, weight, cut / radius, noise
         )
-        difference, variance = (low - high)[use], (doubt * (low_variance + high_variance))[use]
+        difference, variance = (low - high)[use], (widening * (low_variance + high_variance))[use]
         ratio = difference**2 / variance
         kept = ratio <= np.quantile(ratio, 1 - TRIMMED)
         excess = (ratio[kept] - 1).sum() / (share[kept] ** 2 / variance[kept]).sum()

@@ -20,7 +20,7 @@ from focalgradient.photographs.encodings import Encoding
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 from focalgradient.view import View
 
-__all__ = ["encoding_doubt"]
+__all__ = ["encoding_difference"]
 
 SIDE = 320
 """Side in pixels of the part."""
@@ -29,7 +29,7 @@ LEAST = 400
 """Pixels that must be valid both ways."""
 
 
-def encoding_doubt(
+def encoding_difference(
     views: Sequence[View], depth: DepthMap, encoding: Encoding, near: float | None, far: float | None, align: bool
 ) -> float | None:
     """Median change of vergence (D), as read, were the views' files of the other encoding; None where it is not known.
