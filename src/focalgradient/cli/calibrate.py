@@ -282,8 +282,8 @@ def _camera_lines(camera: Calibration, distances: int) -> list[str]:
         lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
     if distances < 3:
         lines.append(
-            f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset alone: it rests on the "
-            "priors of it, of k and of the f-numbers. Three distances or more would determine it."
+            f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset alone: it rests on "
+            "the priors of it, of k and of the f-numbers. Three distances or more would determine it."
         )
     lines.append(f"Model error of the blur's width: {camera.model_error:.1%}")
     return lines
