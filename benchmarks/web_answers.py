@@ -1,8 +1,12 @@
 """Many participants at once against one server: how long an answer takes to be acknowledged, and the server's memory.
 
-`python benchmarks/web_answers.py [--people 200] [--every 8]`: each of so many people answers every so many seconds, as
-in depth rating, until all trials are done. An answer is acknowledged when it is on the disk. Beside it, as a peer in
-the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain program.
+`python benchmarks/web_answers.py [--people 200] [--every 8] [--sessions 1]`: each of so many people answers every so
+many seconds, as in depth rating, until all trials are done. An answer is acknowledged when it is on the disk. Beside
+it, as a peer in the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain program.
+
+With `--sessions` somebody new follows whoever is done, at each place; with `--every 0` answers come as fast as they are
+acknowledged. So the server's memory over an hour is measured in less: 50 people who answer every 8 s give 22,500
+answers in an hour, as `--people 50 --sessions 32 --every 0` does. Its memory is printed by tenths of all answers.
 """
 
 from __future__ import annotations
@@ -31,13 +35,15 @@ catch_trials = 0
 strengths_mm = [4.0]
 break_every = 0
 """
+ANSWERS = 14
+"""Of a session of this design, with practice."""
+
 SCREEN = {"screen_px": [1920, 1080], "pixel_ratio": 1.0, "refresh_hz": 60.0, "browser": "benchmark", "now_ms": 0.0}
 FRAMES = [round(16.67 * n, 2) for n in range(120)]
 
 
-async def person(client: httpx2.AsyncClient, number: int, every: float, waits: list[float]) -> None:
+async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -> None:
     """One participant, from the link to the end."""
-    await asyncio.sleep(every * number / 200)
     token = (await client.post("/api/join", json={"platform": {}})).json()["token"]
     who = {"token": token, "tab": "tab"}
     trials = (await client.post("/api/begin", json={**who, **SCREEN})).json()["trials"]
@@ -54,15 +60,33 @@ async def person(client: httpx2.AsyncClient, number: int, every: float, waits: l
         waits.append(time.perf_counter() - start)
         assert reply.json()["done"] == index + 1, reply.text
         await asyncio.sleep(every)
+    assert (await client.post("/api/finish", json=who)).status_code == 200
 
 
-async def everybody(address: str, people: int, every: float) -> list[float]:
-    """All of them at once; gives the time that each answer took, in seconds."""
+async def place(client: httpx2.AsyncClient, number: int, options: argparse.Namespace, waits: list[float]) -> None:
+    """So many people, one after the other."""
+    await asyncio.sleep(options.every * number / options.people)
+    for _ in range(options.sessions):
+        await person(client, options.every, waits)
+
+
+async def everybody(address: str, server: int, options: argparse.Namespace) -> tuple[list[float], list[float]]:
+    """All of them at once; gives the time that each answer took, in seconds, and the server's memory by tenths."""
     waits: list[float] = []
+    memory: list[float] = []
+
+    async def watch() -> None:
+        while True:
+            tenths = len(waits) * 10 // (options.people * options.sessions * ANSWERS)
+            memory.extend([memory_mb(server)] * (tenths - len(memory)))
+            await asyncio.sleep(0.1)
+
     limits = httpx2.Limits(max_connections=None)
     async with httpx2.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
-        await asyncio.gather(*(person(client, number, every, waits) for number in range(people)))
-    return waits
+        watching = asyncio.create_task(watch())
+        await asyncio.gather(*(place(client, number, options, waits) for number in range(options.people)))
+        watching.cancel()
+    return waits, memory
 
 
 def plain_writes(folder: Path, count: int, rate: float) -> list[float]:
@@ -92,6 +116,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--people", type=int, default=200)
     parser.add_argument("--every", type=float, default=8.0)
+    parser.add_argument("--sessions", type=int, default=1)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -106,21 +131,21 @@ def main() -> None:
             if line.startswith("Ctrl-C"):
                 break
         before = memory_mb(server.pid)
-        waits = asyncio.run(everybody(address, options.people, options.every))
+        waits, memory = asyncio.run(everybody(address, server.pid, options))
         after = memory_mb(server.pid)
         server.terminate()
         server.communicate()
         journals = list((folder / "data").rglob("*.jsonl"))
         kept = sum(path.read_text().count('"event": "trial"') for path in journals)
         assert kept == len(waits), (kept, len(waits))
-        peer = plain_writes(folder, 200, options.people / options.every)
+        peer = plain_writes(folder, 200, options.people / options.every if options.every else 100)
     ms = [1e3 * float(value) for value in np.percentile(waits, [50, 99, 100])]
     least = 1e3 * float(np.percentile(peer, 99))
     print(
         f"{options.people} people, an answer every {options.every:g} s: {len(waits)} answers, all kept; "
         f"acknowledged in {ms[0]:.0f} ms (median), {ms[1]:.0f} ms (99th percentile), {ms[2]:.0f} ms (most); a plain "
         f"flushed write {least:.0f} ms (99th percentile), ratio {ms[1] / least:.1f}; the server's memory "
-        f"{before:.0f} to {after:.0f} MB"
+        f"{before:.0f} to {after:.0f} MB, by tenths of the answers {' '.join(f'{each:.1f}' for each in memory)}"
     )
 
 
