@@ -2,7 +2,8 @@
 
 `python benchmarks/web_answers.py [--people 200] [--every 8] [--sessions 1]`: each of so many people answers every so
 many seconds, as in depth rating, until all trials are done. An answer is acknowledged when it is on the disk. Beside
-it, as a peer in the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain program.
+it, as a peer in the same run: a write and fsync of as many bytes to the same disk, at the same rate, by a plain
+program.
 
 With `--sessions` somebody new follows whoever is done, at each place; with `--every 0` answers come as fast as they are
 acknowledged. So the server's memory over an hour is measured in less: 50 people who answer every 8 s give 22,500

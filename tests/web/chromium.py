@@ -122,7 +122,9 @@ def step(page: Page, seen: list[str], name: str) -> None:
         _look(page, name + "-moved", len(seen))
         page.keyboard.press("Enter")
     elif kind == "step":
+        page.keyboard.press("ArrowRight")  # chooses one, so that a digit that is none leaves it
         page.keyboard.press("3")
+        page.keyboard.press("Enter")
     elif kind == "cube":
         page.keyboard.down("f")
         page.wait_for_timeout(300)

@@ -92,11 +92,14 @@ def run(count: int, seed: int, folder: Path) -> Counter[int]:
                 while (given := victim.answer(answered)).status_code == 409 and "done" not in given.json():
                     victim.tab = "tab-2" if victim.tab == "tab-1" else "tab-1"  # the attacker has the same link
                 answered = given.json().get("done", answered)
-        victim.ask("leave")
+        for tab in ("tab-1", "tab-2", "main", "practice"):  # any of which the attacker may have made its holder
+            victim.tab = tab
+            victim.ask("leave")
         if victim.begin().status_code == 200:
             for number in range(len(victim.trials)):
                 assert victim.answer(number).status_code == 200
-    assert validate(folder / "data").problems == ()
+    found = validate(folder / "data").problems
+    assert found == (), found
     for journal in (folder / "data").rglob("*.jsonl"):
         keys = [(event["phase"], event["trial"]) for event in read_journal(journal).of("trial")]
         assert len(keys) == len(set(keys))

@@ -25,9 +25,12 @@ from focalgradient.web.pictures import cube_session, cube_trial
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
+TABLET = (820, 1180)
+
 SCALES = {
     "ratio": 'language = "de"\n',
     "steps": 'scale = "steps"\ncatch_pictures = ["flatter", "deeper"]\n',
+    "bipolar": 'scale = "bipolar"\nreference = "same-scene"\ncatch_pictures = ["flatter", "deeper"]\n',
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
 }
 
@@ -51,16 +54,21 @@ def journal(folder: Path) -> Path:
     return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
 
 
-@pytest.mark.parametrize(
-    "scale", ["ratio", *(pytest.param(scale, marks=pytest.mark.slow) for scale in ("steps", "choice"))]
-)
+@pytest.mark.parametrize("scale", ["ratio", *(pytest.param(scale, marks=pytest.mark.slow) for scale in [*SCALES][1:])])
 def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path, scale: str) -> None:
     server = served(tmp_path, DEPTH + SCALES[scale], "--completion", "https://example.org/done")
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    wide, high = (1280, 800) if scale == "ratio" else TABLET
+    page = browser.new_page(viewport={"width": wide, "height": high})
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.address)
-    seen = take_part(page, name=f"depth-{scale}")
+    seen = []
+    if scale in ("steps", "bipolar"):
+        seen = take_part(page, until="button.step")
+        places = [one.bounding_box() for one in page.query_selector_all("button.step")]
+        assert len({place["y"] for place in places if place}) == 1  # side by side, from end to end of the scale
+        assert all(place and place["x"] >= 0 and place["x"] + place["width"] <= wide for place in places)
+    seen += take_part(page, name=f"depth-{scale}")
     assert page.get_attribute("#completion", "href") == "https://example.org/done"
     assert ("Wie tief sieht das Bild aus?" if scale == "ratio" else "You will see pictures") in "".join(seen)
     # how many depends on how fast the machine goes
@@ -80,6 +88,9 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
         assert len({one["start"] for one in answers}) > len(answers) / 2
     if scale == "steps":
         assert {one["rating"] for one in answers} == {3.0}
+        assert len({one["start"] for one in answers}) > 2  # the first arrow chose one at random
+    if scale == "bipolar":  # whose steps have no digits
+        assert [one["rating"] for one in answers] == [one["start"] for one in answers]
     frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
     for one in frames:
         stamps = one["shown"][-1]["stamps"]
@@ -173,8 +184,12 @@ MATCH = (".match", "#board", "input[type=range]", "#jspsych-html-slider-response
 
 def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER, "--gamma")
-    page = browser.new_page(viewport={"width": 1024, "height": 768})
+    page = browser.new_page(viewport={"width": TABLET[0], "height": TABLET[1]})
     page.goto(server.address)
+    take_part(page, until="#virtual-chinrest-square")
+    square = page.locator("#virtual-chinrest-square").bounding_box()
+    assert square
+    assert 0 < square["x"] < square["x"] + square["width"] < TABLET[0]  # which is to be looked at
     levels = []
     for number, of in enumerate((2, 4, 2, 4), 1):
         take_part(page, until="#board")

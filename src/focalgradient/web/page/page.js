@@ -16,6 +16,7 @@ import { Outbox, post, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
 import { ratioSlider } from "./slider.js";
+import { stepsQuestion } from "./steps.js";
 import { stopButton } from "./stopping.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
@@ -363,27 +364,8 @@ class Page {
         },
       };
     }
-    if (scale.kind === "steps") return this.steps(scale, keep);
+    if (scale.kind === "steps") return stepsQuestion(scale, { escaped, keep });
     return ratioSlider(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
-  }
-
-  steps(scale, keep) {
-    let listen;
-    return {
-      type: Buttons,
-      stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
-      choices: scale.steps.map(({ value, label }) => `${value}${label ? `<br><small>${escaped(label)}</small>` : ""}`),
-      button_html: (choice) => `<button class="step">${choice}</button>`,
-      on_load: () => {
-        const buttons = [...document.querySelectorAll("button.step")];
-        listen = ({ key }) => buttons[scale.steps.findIndex(({ value }) => String(value) === key)]?.click();
-        addEventListener("keydown", listen);
-      },
-      on_finish: ({ response, rt }) => {
-        removeEventListener("keydown", listen);
-        keep({ rating: scale.steps[response].value, response_time: rt / 1000 });
-      },
-    };
   }
 
   cubeNodes(trial) {
