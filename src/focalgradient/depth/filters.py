@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft, sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
+from focalgradient.depth.numerics import product
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -255,7 +256,8 @@ class Spectra:
             samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
             return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
         (first, second), (down, right) = _to_coefficients(), _splines(*self.size)
-        coefficients = first @ row.reshape(len(first), -1).astype(np.complex64) @ second.T
+        across = product(first.astype(np.complex64), row.reshape(len(first), -1).astype(np.complex64))
+        coefficients = product(across, second.T.astype(np.complex64))
         return np.asarray(down @ (right @ coefficients.T).T)
 
     def stack(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:

@@ -36,7 +36,13 @@ def product(left: NDArray[Value], right: NDArray[Value]) -> NDArray[Value]:
     if rows * inner * columns >= WORTH_THREADS:
         return np.asarray(np.matmul(left, right))
     found = np.empty((rows, columns), np.result_type(left, right))
-    part = max(1, UNSHARED // (rows * inner))
+    part = UNSHARED // (rows * inner)
+    if part < 2:  # a column alone is a product by a vector, which has threads from far fewer multiplications on
+        found[:] = 0
+        some = max(1, UNSHARED // (rows * columns))
+        for first in range(0, inner, some):
+            found += np.matmul(left[:, first : first + some], right[first : first + some])
+        return found
     for first in range(0, columns, part):
         np.matmul(left, right[:, first : first + part], out=found[:, first : first + part])
     return found

@@ -9,10 +9,12 @@ measured eyes, whose x and y are those of the examiner, are turned by `Eye.from_
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft2, ifft2, next_fast_len
 
@@ -81,6 +83,12 @@ def radial_over_power(n: int, k: int, square: Any) -> Any:
     return sum(
         (-1) ** s * math.comb(n - s, s) * math.comb(n - 2 * s, half - s) * square ** (half - s) for s in range(half + 1)
     )
+
+
+@cache
+def _radial_coefficients(n: int, k: int) -> NDArray[np.float64]:
+    """Coefficients of `radial_over_power` as a polynomial of the squared radius, the constant first."""
+    return np.asarray(radial_over_power(n, k, Polynomial([0.0, 1.0])).coef, float)
 
 
 def pupil_transfer(
@@ -301,16 +309,17 @@ class Pupil:
         total, square = np.zeros(place.shape), np.abs(place) ** 2
         for k in sorted({abs(m) for _, m, _ in self.terms}):
             # All terms of one meridional frequency in two radial polynomials, of the cosine and of the sine.
-            cosine, sine = Polynomial([0.0]), Polynomial([0.0])
+            both = np.zeros((2, 1 + max(n - k for n, m, _ in self.terms if abs(m) == k) // 2))
             for n, m, radians in self.terms:
                 if abs(m) == k:
-                    size = radians * math.sqrt((n + 1) * (2 if m else 1))
-                    radial = size * radial_over_power(n, k, Polynomial([0.0, 1.0]))
-                    cosine, sine = (cosine, sine + radial) if m < 0 else (cosine + radial, sine)
+                    coefficients = _radial_coefficients(n, k)
+                    both[int(m < 0), : len(coefficients)] += (
+                        radians * math.sqrt((n + 1) * (2 if m else 1)) * coefficients
+                    )
             turned = place**k
-            total += cosine(square) * turned.real
-            if k and np.any(sine.coef):
-                total += sine(square) * turned.imag
+            for coefficients, part in zip(both, (turned.real, turned.imag), strict=True):
+                if coefficients.any():
+                    total += polyval(square, coefficients) * part
         return total
 
     def amplitude(self, place: NDArray[np.complex128]) -> NDArray[np.complex128]:
