@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from focalgradient.files import printable, replace_set
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from focalgradient.depth import DepthMap
     from focalgradient.eye import Band, Cones, TimeCourse
     from focalgradient.eye.accommodation import Cue
     from focalgradient.render import Rendered
@@ -148,33 +149,25 @@ def eye(
 
         follow(accommodate, out, pupil, CUES[views], seed)
         return
-    if scene is None:
-        raise InputError(f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET.")
-    if scene not in NAMES:
-        raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
+    scene = _known(scene)
     writable(out, FILES)
     with progress(STAGES) as say, warnings_given() as given, shared_work(workers, scheduler) as executor:
         say("forming the views")
         from focalgradient import recover_depth
         from focalgradient.eye import Eye, Oscillation, score
         from focalgradient.eye.ranges import warn_if_artificial
-        from focalgradient.eye.retina import S_FINEST_CPD
-        from focalgradient.plotting import depth_figure
 
         warn_if_artificial(1e-3 * pupil)
         subject, course = Eye(1e-3 * pupil, accommodation), Oscillation(amplitude)
         world = _scene(scene, seed, accommodation)
         names, cones, seen = _views(world, subject, course, views, seed, executor)
-        truth = seen[0].distance
         result = recover_depth([one.view for one in seen], progress=lambda share, words: say(words))
         say("filming")
         film = _film(world, subject, course, seed, executor)
         say("drawing")
-        finite = np.where(np.isfinite(truth), truth, np.nan)
-        figure = depth_figure([one.view for one in seen], result, names=names, truth=finite)
-        figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=8)
+        figure = _views_figure(seen, names, result)
         focus = _focus_figure(course, accommodation, None if views == "bands" else PAIR)
-        found = score(result.vergence, result.valid, truth, accommodation)
+        found = score(result.vergence, result.valid, seen[0].distance, accommodation)
 
     settings = {
         "scene": scene,
@@ -184,17 +177,7 @@ def eye(
         "amplitude_D": amplitude,
         "seed": seed,
     }
-    summary = {
-        "simulated": True,
-        "settings": settings | ASSUMED | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
-        "focus_D": [one.focus_vergence for one in cones],
-        "found": found,
-        "details": result.details,
-        "warnings": given,
-        "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
-        | {"python": platform.python_version()},
-    }
-
+    summary = _summary(settings, cones, found, result.details, given)
     writers: dict[str, bytes | Callable[[Path], object]] = {
         "views.png": figure.savefig,
         "focus.png": focus.savefig,
@@ -211,6 +194,14 @@ def eye(
         f"Valid pixels: {found['valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+
+
+def _known(scene: str | None) -> str:
+    if scene is None:
+        raise InputError(f"SCENE is missing: give one of {', '.join(NAMES)}, or --accommodate TARGET.")
+    if scene not in NAMES:
+        raise InputError(f"SCENE is {scene!r}, but must be one of {', '.join(NAMES)}.")
+    return scene
 
 
 def _views(
@@ -250,6 +241,28 @@ def _scene(name: str, seed: int, fixation: float) -> Scene:
     return plane(farther, seed=seed) if name == "plane" else spheres(seed, field=field)
 
 
+def _summary(
+    settings: dict[str, Any],
+    cones: list[Cones],
+    found: dict[str, float],
+    details: Mapping[str, Any],
+    warnings: list[str],
+) -> dict[str, Any]:
+    """What the summary says, but for the time that it took."""
+    from focalgradient.eye.retina import S_FINEST_CPD
+
+    return {
+        "simulated": True,
+        "settings": settings | ASSUMED | {"s_cones_resolve_cycles_per_degree": S_FINEST_CPD},
+        "focus_D": [one.focus_vergence for one in cones],
+        "found": found,
+        "details": details,
+        "warnings": warnings,
+        "versions": {name: version(name) for name in ("focalgradient", "numpy", "scipy")}
+        | {"python": platform.python_version()},
+    }
+
+
 def _film(world: Scene, subject: Any, course: TimeCourse, seed: int, executor: Executor | None) -> list[Rendered]:
     from focalgradient.eye import accommodation_views
 
@@ -271,6 +284,17 @@ def _write_film(path: Path, film: list[Rendered]) -> None:
             file.write((one.view.image / white) ** (1 / 2.2), np.ones(SHAPE, np.bool_))
     finally:
         file.close()
+
+
+def _views_figure(seen: list[Rendered], names: list[str], result: DepthMap) -> Any:
+    """What is seen, true and recovered depth, and the error."""
+    from focalgradient.plotting import depth_figure
+
+    truth = seen[0].distance
+    finite = np.where(np.isfinite(truth), truth, np.nan)
+    figure = depth_figure([one.view for one in seen], result, names=names, truth=finite)
+    figure.text(0.99, 0.005, "a simulated eye", ha="right", va="bottom", fontsize=8)
+    return figure
 
 
 def _focus_figure(course: TimeCourse, accommodation: float, moments: tuple[float, ...] | None) -> Any:

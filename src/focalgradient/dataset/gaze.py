@@ -223,32 +223,39 @@ def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any])
 
 def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) -> dict[str, bytes]:
     """Samples and fixations as BIDS has them, tables without a header and compressed, each with its sidecar."""
-    rows, found = [], []
-    last = -math.inf
+    rows = _sample_rows(recordings)
+    found = [
+        (each.onset + one.offset, each.duration, "fixation", each.x, each.y, one.sitting, one.trial)
+        for one in recordings
+        for each in fixations(one.samples, one.pixels_per_degree)
+    ]
+    return {
+        f"{RECORDING}_physio.tsv.gz": _packed(rows),
+        f"{RECORDING}_physio.json": _json(_about_samples([row[0] for row in rows], device)),
+        f"{RECORDING}_physioevents.tsv.gz": _packed(found),
+        f"{RECORDING}_physioevents.json": _json(_about_fixations()),
+    }
+
+
+def _sample_rows(
+    recordings: Sequence[Recording],
+) -> list[tuple[float, float | None, float | None, float | None, int, int]]:
+    rows, last = [], -math.inf
     for one in recordings:
         for sample in one.samples:
             time = round(sample.time + one.offset, 6)
             if time > last:  # a clock that was set back between two sittings must not turn the order round
                 rows.append((time, sample.x, sample.y, sample.pupil, one.sitting, one.trial))
                 last = time
-        found += [
-            (each.onset + one.offset, each.duration, "fixation", each.x, each.y, one.sitting, one.trial)
-            for each in fixations(one.samples, one.pixels_per_degree)
-        ]
-    steps = [later[0] - sooner[0] for sooner, later in pairwise(rows)]
-    rate = round(1 / median(steps), 3) if steps else float(device.get("sampling_rate") or 0)
-    common = {"sitting": SITTING, "trial": TRIAL}
-    coordinates = {
-        name: {"LongName": f"Gaze position ({axis})", "Description": about, "Units": "pixel"}
-        for name, axis, about in (
-            ("x_coordinate", "x", "From the screen's left edge to the right."),
-            ("y_coordinate", "y", "From the screen's upper edge down."),
-        )
-    }
-    samples = {
+    return rows
+
+
+def _about_samples(times: Sequence[float], device: Mapping[str, Any]) -> dict[str, Any]:
+    steps = [later - sooner for sooner, later in pairwise(times)]
+    return {
         "PhysioType": "eyetrack",
-        "SamplingFrequency": rate,
-        "StartTime": rows[0][0] if rows else 0.0,
+        "SamplingFrequency": round(1 / median(steps), 3) if steps else float(device.get("sampling_rate") or 0),
+        "StartTime": times[0] if times else 0.0,
         "Columns": ["timestamp", "x_coordinate", "y_coordinate", "pupil_size", "sitting", "trial"],
         "RecordedEye": device.get("eye", "cyclopean"),
         "SampleCoordinateSystem": "gaze-on-screen",
@@ -262,14 +269,18 @@ def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) 
             "Description": "On the clock of the session's first sitting; later sittings follow by the wall clock.",
             "Units": "s",
         },
-        **coordinates,
+        **_about_coordinates(),
         "pupil_size": {
             "Description": "As the eye tracker gives it: area or diameter, in its own unit.",
             "Units": "arbitrary",
         },
-        **common,
+        "sitting": SITTING,
+        "trial": TRIAL,
     }
-    events = {
+
+
+def _about_fixations() -> dict[str, Any]:
+    return {
         "Description": "Fixations, found in the samples by their dispersion (I-DT, Salvucci & Goldberg 2000: "
         f"width + height up to {DISPERSION_DEG:g} degree, {SHORTEST_S:g} s or longer).",
         "OnsetSource": "timestamp",
@@ -277,14 +288,19 @@ def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) 
         "onset": {"Description": "When it began.", "Units": "s"},
         "duration": {"Description": "How long it lasted.", "Units": "s"},
         "trial_type": {"Description": "What it is.", "Levels": {"fixation": "The gaze stayed at one place."}},
-        **coordinates,
-        **common,
+        **_about_coordinates(),
+        "sitting": SITTING,
+        "trial": TRIAL,
     }
+
+
+def _about_coordinates() -> dict[str, dict[str, str]]:
     return {
-        f"{RECORDING}_physio.tsv.gz": _packed(rows),
-        f"{RECORDING}_physio.json": _json(samples),
-        f"{RECORDING}_physioevents.tsv.gz": _packed(found),
-        f"{RECORDING}_physioevents.json": _json(events),
+        name: {"LongName": f"Gaze position ({axis})", "Description": about, "Units": "pixel"}
+        for name, axis, about in (
+            ("x_coordinate", "x", "From the screen's left edge to the right."),
+            ("y_coordinate", "y", "From the screen's upper edge down."),
+        )
     }
 
 
