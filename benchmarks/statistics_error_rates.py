@@ -57,6 +57,11 @@ DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArr
     "skewed": lambda rng, size: 0.2 * (rng.gamma(2.0, size=size) - 2.0) / math.sqrt(2.0),
     "heavy-tailed": lambda rng, size: 0.2 * rng.standard_t(3, size=size) / math.sqrt(3.0),
 }
+# Kinds of which the test of equivalence alone is told: skewness 2, and one subject in five who rises by half.
+EXTREME: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
+    "exponential": lambda rng, size: 0.2 * (rng.exponential(size=size) - 1),
+    "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2) - 0.2),
+}
 BATCH = 250  # sets at a time: 250 x 20 x 12 x 4 numbers
 
 
@@ -153,11 +158,12 @@ def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
 def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, float]:
     """How often equivalence is found where the true rise is just at the upper and at the lower bound."""
     seed, sets, subjects, kind, scene_sd = task
-    rng = np.random.default_rng(np.random.SeedSequence([seed, subjects, list(DIFFERENCES).index(kind), scene_sd > 0]))
+    every = DIFFERENCES | EXTREME
+    rng = np.random.default_rng(np.random.SeedSequence([seed, subjects, list(every).index(kind), scene_sd > 0]))
     found = np.zeros(2)
     for start in range(0, sets, BATCH):
         many = min(BATCH, sets - start)
-        rises = DIFFERENCES[kind](rng, (many, subjects, 1)) + scene_sd * rng.normal(size=(many, 1, SCENES))
+        rises = every[kind](rng, (many, subjects, 1)) + scene_sd * rng.normal(size=(many, 1, SCENES))
         rises = rises + rng.normal(0, NOISE * math.sqrt(2 / REPETITIONS), (many, subjects, SCENES))
         found += [(rated(rises + side * math.log(BOUND))["outside"] < 0.05).sum() for side in (1, -1)]
     return float(found[0] / sets), float(found[1] / sets)
@@ -165,7 +171,7 @@ def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, float]:
 
 def equivalence_table(seed: int, sets: int, executor: Any) -> str:
     """False equivalence at the upper and at the lower bound, a line for each kind of subjects and scenes."""
-    kinds = list(product(SCENE_SD, DIFFERENCES))
+    kinds = list(product(SCENE_SD, DIFFERENCES | EXTREME))
     tasks = [(seed, sets, subjects, kind, scene_sd) for scene_sd, kind in kinds for subjects in SUBJECTS]
     rates = [f"{high:.3f} / {low:.3f}" for high, low in in_order(executor, at_bounds, tasks)]
     lines = [

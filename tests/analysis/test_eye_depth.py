@@ -10,12 +10,12 @@ DISTANCES = (1.0, 4.0)
 
 @pytest.mark.slow
 def test_both_kinds_of_views_tell_distance_and_its_side():
-    told = measure(DISTANCES, (4.0,), kinds=("bands", "oscillation"))
-    for one in told.values():
+    found = measure(DISTANCES, (4.0,), kinds=("bands", "oscillation"))
+    for one in found.values():
         assert one["side_right"].min() > 0.97
         assert np.all(one["rms_m"] < 10 * focal_gradient_error(DISTANCES))
         assert np.all(one["valid"] > 0.3)
         # An error in dioptres is one of distance times its square.
         assert np.allclose(one["rms_m"], one["rms_error_D"] * np.square(DISTANCES))
     # Error by error, the oscillation's is the smaller: its textures are one, and no cone is coarse.
-    assert np.all(told["oscillation"]["rms_m"] < told["bands"]["rms_m"])
+    assert np.all(found["oscillation"]["rms_m"] < found["bands"]["rms_m"])

@@ -45,7 +45,7 @@ def test_of_people_the_picture_says_nothing_of_simulation(tmp_path):
     assert "simulated" not in " ".join(shown.caption)
 
 
-def test_as_a_script_it_writes_picture_and_numbers(data, tmp_path, monkeypatch, capsys):
+def test_as_a_script_it_writes_picture_and_numbers(data, tmp_path, monkeypatch):
     monkeypatch.setattr("sys.argv", ["fig3.py", str(data), "--out", str(tmp_path / "out")])
     assert fig3.main("fig3", fig3.shown) == 0
     assert (tmp_path / "out" / "fig3.png").read_bytes().startswith(b"\x89PNG")

@@ -22,14 +22,14 @@ def test_disparity_comes_out_of_the_blur_and_reflections_lie_behind_their_mirror
     small, large, twice = (view.image for view in (*views, again))
     seen = np.trace(truth.vergence, axis1=-2, axis2=-1) / 2
     noise = 0.03 * float(small.mean())  # of the rays, mostly
-    disparity, told = focal_disparity(small, large, noise=noise, window=8)
-    control, control_told = focal_disparity(small, twice, noise=noise, window=8)
-    grid, shown = (image[2::4, 2::4][: told.shape[0], : told.shape[1]] for image in (1 / truth.distance, seen))
-    near, far = told & (shown > 0.97), told & (shown < 0.8)
+    disparity, valid = focal_disparity(small, large, noise=noise, window=8)
+    control, control_valid = focal_disparity(small, twice, noise=noise, window=8)
+    grid, shown = (image[2::4, 2::4][: valid.shape[0], : valid.shape[1]] for image in (1 / truth.distance, seen))
+    near, far = valid & (shown > 0.97), valid & (shown < 0.8)
     assert np.median(disparity[near]) > 1.5 * np.median(disparity[far])
-    assert np.median(control[control_told]) == pytest.approx(1, abs=0.05)
+    assert np.median(control[control_valid]) == pytest.approx(1, abs=0.05)
     # At the foot of the bottle the checks are seen in it, behind its surface.
     depth = recover_depth(views, method="ratio", near=fig5.FOCUS, far=fig5.FAR)
     mirrored = depth.valid & (1 / truth.distance - seen > fig5.MIRRORED)
     assert np.median((1 / truth.distance - depth.vergence)[mirrored]) > 0
-    assert np.mean(grid[told] >= shown[told] - 1e-3) > 0.9
+    assert np.mean(grid[valid] >= shown[valid] - 1e-3) > 0.9

@@ -7,13 +7,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from focalgradient.depth.equalise.comparing import residual_filters
+from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.residuals import Residuals
 from focalgradient.depth.numerics import block_sum, product
 from focalgradient.psf import transfer
 
 COUNTS = st.tuples(st.integers(2, 5), st.integers(1, 3), st.integers(1, 4))
 TRANSFERS = hnp.arrays(float, COUNTS, elements=st.floats(-1, 1)).filter(lambda h: (np.abs(h).max(axis=0) > 1e-2).all())
+
+
+def residual_filters(transfers: np.ndarray) -> list[np.ndarray]:
+    """Those of views in white noise, every frequency and view weighed alike."""
+    white = np.zeros((0, *transfers.shape))
+    return whitened_filters(transfers, white, np.ones_like(transfers), np.ones(transfers.shape[1:]))
 
 
 @given(TRANSFERS)

@@ -52,6 +52,18 @@ def test_the_papers_working_figures() -> None:
         assert 100 * float(sd) / (WIDE.focus_vergence - vergence(2.0)) == pytest.approx(percent, abs=0.005)
 
 
+@pytest.mark.parametrize("kappa", [0.0, 0.25, 0.5])
+@pytest.mark.parametrize("sigma", [1.0, 4.0])
+def test_a_disc_does_better_than_a_gaussian_by_a_quarter_to_a_half(kappa: float, sigma: float) -> None:
+    """As docs/limits.md says: .53 to .76 of its bound, for discs of one second moment with the Gaussians."""
+    optics = [lens(5.6 / kappa if kappa else math.inf), WIDE]
+    disc, gaussian = (
+        comparison_bound(optics, vergence(sigma), PIXEL, power=natural_power(0.2, 32), noise=0.01, area=32**2, psf=psf)
+        for psf in ("disc", "gaussian")
+    )
+    assert 0.5 < disc / gaussian < 0.78
+
+
 def test_the_likelihoods_best_reaches_the_bound() -> None:
     """Periodic patches, the texture unknown: the least of the cost scatters as the bound says, and no less."""
     side, sd, truth = 64, 0.01, vergence(2.0)
@@ -61,7 +73,7 @@ def test_the_likelihoods_best_reaches_the_bound() -> None:
     amplitude = np.where(frequency > 0, 1 / np.maximum(frequency, 1e-9), 0)
     amplitude *= 0.2 * side / np.sqrt(np.sum(amplitude**2))
 
-    def heard(level: float) -> list[np.ndarray]:
+    def transfers(level: float) -> list[np.ndarray]:
         return [transfer(frequency, one.blur_radius(1 / level) / PIXEL, "gaussian") for one in optics]
 
     estimates = []
@@ -70,10 +82,10 @@ def test_the_likelihoods_best_reaches_the_bound() -> None:
         phase = np.fft.fft2(random.standard_normal((side, side)))
         spectrum = amplitude * side * phase / np.maximum(np.abs(phase), 1e-9)
         noise = [np.fft.fft2(sd * random.standard_normal((side, side))) for _ in optics]
-        one, other = (spectrum * h + n for h, n in zip(heard(truth), noise, strict=True))
+        one, other = (spectrum * h + n for h, n in zip(transfers(truth), noise, strict=True))
 
         def cost(level: float, one: np.ndarray = one, other: np.ndarray = other) -> float:
-            a, b = heard(level)
+            a, b = transfers(level)
             return float(np.sum(np.abs(a * other - b * one) ** 2 / (a**2 + b**2)))
 
         best = optimize.minimize_scalar(cost, bounds=(truth - 0.05, truth + 0.05), method="bounded")

@@ -66,10 +66,8 @@ def test_two_focus_distances(breathing: bool) -> None:
         views, truth = rendered(lenses, 0.7, 1.6, seed, pixels)
         depth = recover_depth(views)
         assert depth.side_known.all()
-        for focus in (
-            0.8,
-            1.25,
-        ):  # never on the wrong side, but for what lies in the plane of focus to within the error
+        # Never on the wrong side, but for what lies in the plane of focus to within the error.
+        for focus in (0.8, 1.25):
             clear = depth.valid & (np.abs(truth / focus - 1) > 0.02)
             assert ((depth.distance > focus) == (truth > focus))[clear].all()
         readings.append((depth, truth))

@@ -233,8 +233,8 @@ def test_views_of_two_scenes() -> None:
 def test_without_the_mechanism_there_is_no_depth() -> None:
     """Both views blurred alike and said to differ: what was right before was owed to blur."""
     sharp = wall([lens(16)] * 2, 1.5, seed=6)
-    told = [sharp[0], replace(sharp[1], optics=lens(5.6))]
-    depth = recover_depth(told, near=0.85)
+    stated = [sharp[0], replace(sharp[1], optics=lens(5.6))]
+    depth = recover_depth(stated, near=0.85)
     off = np.abs(depth.distance / 1.5 - 1)
     assert (depth.valid & (off < 0.1)).mean() < 0.01
     blurred = recover_depth(wall(APERTURES, 1.5, seed=6), near=0.85)

@@ -37,13 +37,13 @@ def test_a_right_model_is_left_alone(psf, distance):
 
 
 @pytest.mark.parametrize(
-    ("real", "k", "supposed"), [("gaussian", 0.5, "disc"), ("disc", 0.5, "gaussian"), ("blend", 0.35, "disc")]
+    ("real", "k", "assumed"), [("gaussian", 0.5, "disc"), ("disc", 0.5, "gaussian"), ("blend", 0.35, "disc")]
 )
-def test_a_wrong_model_is_covered_and_named(real, k, supposed):
+def test_a_wrong_model_is_covered_and_named(real, k, assumed):
     views = wall([lens(16), lens(4)], 1.3, seed=12, psf=real, k=k)
-    with pytest.warns(FocalGradientWarning, match=rf"a {real}.* is likelier") as told:
-        depth = recover_depth(views, near=0.85, psf=supposed)
-    assert len(told) == 1
+    with pytest.warns(FocalGradientWarning, match=rf"a {real}.* is likelier") as given:
+        depth = recover_depth(views, near=0.85, psf=assumed)
+    assert len(given) == 1
     assert covered(depth, 1 / 1.3) >= 0.9
     split = depth.details["split_band"]
     assert split["tau"] > 0.03

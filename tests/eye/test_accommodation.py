@@ -56,7 +56,7 @@ def test_response_of_a_course_by_its_definition():
     assert np.angle(course.response(0.2)) == pytest.approx(-0.5)
 
 
-def test_one_waveband_finds_the_side_by_its_wavering_focus():
+def test_one_waveband_finds_the_side_by_the_fluctuations_of_focus():
     eye = Accommodation(cue="moments", noise=0.1, fluctuation=Oscillation())
     for to in (1.0, 3.0):
         course = accommodate(step(to), 4.0, eye, seed=1)

@@ -7,7 +7,7 @@ from focalgradient import InputError
 from focalgradient.eye import band_image, band_light, cone_fundamentals, cone_images
 
 
-def test_white_is_one_for_every_kind_of_cone() -> None:
+def test_white_is_one_for_every_cone_class() -> None:
     assert cone_images(np.full((2, 3, 3), 0.4)) == pytest.approx(0.4)
     assert cone_images(np.full((1, 1, 9), 2.0), wavelength_nm=np.linspace(400, 720, 9)) == pytest.approx(2)
 

@@ -17,7 +17,7 @@ def test_chromatic_spans_are_spread_as_measured() -> None:
     assert spans[0] == pytest.approx(PEOPLE[0].eye.chromatic_scale * float(chromatic_difference(650, 450)))
 
 
-def test_pupils_and_wavering() -> None:
+def test_pupils_and_microfluctuations() -> None:
     pupils = np.array([person.eye.pupil_diameter for person in PEOPLE])
     rms = np.array([person.fluctuation.rms for person in PEOPLE])
     beta = np.array([person.fluctuation.beta for person in PEOPLE])

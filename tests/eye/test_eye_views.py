@@ -78,6 +78,8 @@ def test_the_optics_own_transfer_is_the_default(seed: int) -> None:
     depth = recover_depth(views)
     assert depth.details["psf"] == "optics"
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(0.4, abs=0.01)
+    disc = recover_depth(views, psf="disc")
+    assert np.median(disc.vergence[disc.valid]) == pytest.approx(0.49, abs=0.01)
 
 
 def test_uncertainty_covers_what_bands_do_not_share() -> None:

@@ -1,4 +1,4 @@
-"""The wavering of accommodation: its power where it should be, and how much focus changes over a delay."""
+"""Microfluctuations of accommodation: its power where it should be, and how much focus changes over a delay."""
 
 import numpy as np
 import pytest
@@ -70,11 +70,11 @@ def test_spectrum_of_the_courses() -> None:
 
 def test_a_course_is_a_function_of_time() -> None:
     """The same seed gives the same course, whichever moments are asked for; another seed, another."""
-    wavering = Microfluctuations(seed=5)
+    fluctuation = Microfluctuations(seed=5)
     times = np.array([0.0, 0.3, 1.7, 900.0])
-    assert wavering.at(times) == pytest.approx([float(wavering.at(time)) for time in times])
-    assert np.abs(wavering.at(times) - Microfluctuations(seed=6).at(times)).max() > 0.01
-    assert wavering.at(np.arange(5000) * 0.01)[4321] == pytest.approx(float(wavering.at(43.21)))
+    assert fluctuation.at(times) == pytest.approx([float(fluctuation.at(time)) for time in times])
+    assert np.abs(fluctuation.at(times) - Microfluctuations(seed=6).at(times)).max() > 0.01
+    assert fluctuation.at(np.arange(5000) * 0.01)[4321] == pytest.approx(float(fluctuation.at(43.21)))
 
 
 @given(st.floats(0, 1), st.floats(0.1, 10), st.floats(-10, 10), st.floats(0, 3))

@@ -99,7 +99,7 @@ def test_a_moving_target_is_followed():
 
 @pytest.mark.slow
 def test_stated_errors_of_series_cover():
-    """12 series of 10 s: within two stated standard deviations in 90 to 98 % of the moments."""
+    """12 series of 10 s: within two stated standard deviations in 90 to 99 % of the moments."""
     times = np.arange(0, 10, 0.25)
     where = lambda t: 1.5 + 0.3 * np.sin(2 * np.pi * 0.1 * t)  # noqa: E731
     inside = []

@@ -284,7 +284,7 @@ def test_ordinal_ratings_are_whole_categories_in_the_order_of_the_ratios(design,
     assert (np.diff(steps[order]) >= 0).all()
 
 
-def test_people_differ_with_the_far_object_in_focus(design, encoded):
+def test_people_differ_with_the_far_object_in_focus(encoded):
     """So that equivalence can fail: some do not discount all, few take blurred for near."""
     people = [DEFAULT.person(np.random.default_rng(n)) for n in range(200)]
     far = [encoded["spheres-01", aperture, "farthest"][1] for aperture in ("pinhole", "f/5.6")]

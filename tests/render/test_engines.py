@@ -4,7 +4,6 @@ import math
 import subprocess
 import sys
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -14,18 +13,11 @@ from focalgradient.render import cast, engines, pathtrace, render, render_bands,
 from focalgradient.render.mitsuba_backend import LLVM, SCALAR, variant
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.scenes import Mesh, Plane, Scene, Sky, Sphere, Texture, plane, slant, spheres, step
+from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
 WHITE, BLACK = Texture(contrast=0, mean=1.0), Texture(contrast=0, mean=1e-9)
-
-
-@dataclass(frozen=True)
-class Pupil:
-    """Optics that may focus at infinity and beyond."""
-
-    aperture_diameter: float
-    focus_vergence: float
 
 
 def square(distance: float, side: float, x: float = 0.0, y: float = 0.0, pixel: float = PIXEL) -> Mesh:
@@ -105,7 +97,7 @@ def test_shading_of_spheres_agrees_with_the_ray_caster() -> None:
 
 
 def test_path_tracing_adds_what_surfaces_hide_and_give_each_other() -> None:
-    """Within a white hollow under an even sky no light is lost; a grey floor under a grey ball darkens at its foot."""
+    """A grey floor under a grey ball darkens at its foot, to which shading alone is blind."""
     grey = Texture(contrast=0, mean=0.5)
     scene = Scene(
         (Plane((0, 0.02, 1), (0, -1, 0), grey), Sphere((0, 0.01, 1), 0.01, grey)), sun=(0, -1, 0), ambient=1.0

@@ -1,7 +1,6 @@
 """Rendered views against closed forms: the geometry of rays, never the blur of a convolution."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,18 +10,11 @@ from focalgradient import InputError, Lens, View
 from focalgradient.render import Rendered, cast, noisy
 from focalgradient.render.raycast import _spline
 from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
+from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
 WHITE, BLACK = Texture(contrast=0, mean=1.0), Texture(contrast=0, mean=1e-9)
-
-
-@dataclass(frozen=True)
-class Pupil:
-    """Optics that may focus at infinity and beyond."""
-
-    aperture_diameter: float
-    focus_vergence: float
 
 
 def card(

@@ -153,12 +153,6 @@ def test_a_loop_takes_a_whole_number_of_frames_or_says_which_speed_would() -> No
         NeckerCube().loop_frames(0)
 
 
-def test_time_makes_turns() -> None:
-    cube = NeckerCube(speed=0.5)
-    assert cube.turn_at([0, 1, 4]).tolist() == [0, 0.5, 2]
-    assert np.allclose(cube.vertices(cube.turn_at(2.0)), cube.vertices(0.0))
-
-
 @pytest.mark.parametrize(
     ("bad", "said"),
     [

@@ -14,7 +14,7 @@ from focalgradient.statistics.means import holm
 from focalgradient.statistics.ordinal import design_matrix
 
 REFERENCE = Path(__file__).parent / "reference"
-SAID = pd.read_csv(REFERENCE / "reference.csv").groupby("name")["value"].apply(np.array)
+BY_R = pd.read_csv(REFERENCE / "reference.csv").groupby("name")["value"].apply(np.array)
 CROSSED = pd.read_csv(REFERENCE / "crossed_reference.csv").groupby("name")["value"].apply(np.array)
 COMPARED = pd.read_csv(REFERENCE / "comparisons_reference.csv").groupby("name")["value"].apply(np.array)
 NUMBER = {"nearest": 0, "farthest": 1}
@@ -91,20 +91,20 @@ def test_with_lost_cells_the_additive_model_comes_near_lmertest() -> None:
 def test_ratios_to_the_pinhole(ratings: DepthRatingResult, fixation: str) -> None:
     means = [mean for mean in ratings.means if mean.fixation == fixation and mean.aperture != "pinhole"]
     assert [mean.aperture for mean in means] == ["f/22", "f/11", "f/5.6"]
-    assert [mean.ratio.estimate for mean in means] == pytest.approx(SAID[f"ratio_{fixation}"], rel=1e-8)
+    assert [mean.ratio.estimate for mean in means] == pytest.approx(BY_R[f"ratio_{fixation}"], rel=1e-8)
     tests = [mean.against_pinhole for mean in means]
-    assert [test.p for test in tests] == pytest.approx(SAID[f"pinhole_p_{fixation}"], rel=1e-8)
-    assert [test.dz for test in tests] == pytest.approx(SAID[f"pinhole_dz_{fixation}"], rel=1e-8)
-    assert (means[-1].ratio.low, means[-1].ratio.high) == pytest.approx(SAID[f"pinhole_interval_{fixation}"], rel=1e-8)
+    assert [test.p for test in tests] == pytest.approx(BY_R[f"pinhole_p_{fixation}"], rel=1e-8)
+    assert [test.dz for test in tests] == pytest.approx(BY_R[f"pinhole_dz_{fixation}"], rel=1e-8)
+    assert (means[-1].ratio.low, means[-1].ratio.high) == pytest.approx(BY_R[f"pinhole_interval_{fixation}"], rel=1e-8)
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
 def test_equivalence(ratings: DepthRatingResult, fixation: str) -> None:
     each = ratings.fixations[NUMBER[fixation]]
     by_t = equivalence(each.rise, np.log(1.2))
-    assert (by_t.p_below, by_t.p_above) == pytest.approx(SAID[f"tost_{fixation}"], rel=1e-8)
+    assert (by_t.p_below, by_t.p_above) == pytest.approx(BY_R[f"tost_{fixation}"], rel=1e-8)
     found = each.equivalence
-    careful = SAID[f"careful_{fixation}"]
+    careful = BY_R[f"careful_{fixation}"]
     assert (found.p_below, found.p_above, found.low, found.high) == pytest.approx(careful, rel=1e-8)
     assert found.p >= by_t.p
     assert found.equivalent == (careful[:2].max() < 0.05)
@@ -112,12 +112,12 @@ def test_equivalence(ratings: DepthRatingResult, fixation: str) -> None:
 
 def test_interaction_of_few_scenes(ratings: DepthRatingResult) -> None:
     found = ratings.interaction
-    assert (found.estimate, found.low, found.high, found.p, found.dz) == pytest.approx(SAID["interaction"], rel=1e-8)
+    assert (found.estimate, found.low, found.high, found.p, found.dz) == pytest.approx(BY_R["interaction"], rel=1e-8)
 
 
 def test_correction_of_many_tests(ratings: DepthRatingResult) -> None:
-    single = np.concatenate([SAID["pinhole_p_nearest"], SAID["pinhole_p_farthest"]])
-    assert holm(single) == pytest.approx(SAID["holm"], rel=1e-8)
+    single = np.concatenate([BY_R["pinhole_p_nearest"], BY_R["pinhole_p_farthest"]])
+    assert holm(single) == pytest.approx(BY_R["holm"], rel=1e-8)
     between = [mean.against_pinhole for mean in ratings.means if mean.aperture in ("f/22", "f/11")]
     assert [test.p_holm for test in between] == pytest.approx(holm(single[[0, 1, 3, 4]]), rel=1e-8)
 
@@ -128,9 +128,9 @@ def test_one_hypothesis_has_one_p(ratings: DepthRatingResult) -> None:
 
 
 def test_within_subject_intervals(ratings: DepthRatingResult) -> None:
-    assert [mean.rating.estimate for mean in ratings.means] == pytest.approx(SAID["cell_means"], rel=1e-8)
+    assert [mean.rating.estimate for mean in ratings.means] == pytest.approx(BY_R["cell_means"], rel=1e-8)
     widths = [np.log(mean.rating.high / mean.rating.low) / 2 for mean in ratings.means]
-    assert widths == pytest.approx(SAID["cousineau_morey"], rel=1e-8)
+    assert widths == pytest.approx(BY_R["cousineau_morey"], rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_cumulative_link_mixed_model_is_clmms(name: str, columns: int, nodes: in
     subject = pd.factorize(rows["participant_id"])[0]
     design[:, 1] /= 10
     fit = cumulative_fit(rows["rating"].to_numpy() - 1, design[:, 1:], design[:, :columns], subject, nodes)
-    estimate, error, log_likelihood = SAID[name]
+    estimate, error, log_likelihood = BY_R[name]
     assert fit.fixed[0] / 10 == pytest.approx(estimate, abs=1e-3 * error)
     assert fit.standard_errors[0] / 10 == pytest.approx(error, rel=1e-3)
     assert fit.log_likelihood == pytest.approx(log_likelihood, abs=1e-5)
@@ -153,14 +153,14 @@ def test_cumulative_link_mixed_model_is_clmms(name: str, columns: int, nodes: in
 def test_ordinal_slope_is_near_clmms() -> None:
     """Laplace's approximation, all that R can do with a random slope, is off by a hundredth of the error."""
     found = depth_rating(table("ordinal.csv").assign(catch=False), equivalence_bound=1.2, scale="ordinal")
-    estimate, error, _ = SAID["clmm_slope_laplace"]
+    estimate, error, _ = BY_R["clmm_slope_laplace"]
     assert found.ordinal.slopes[0].estimate == pytest.approx(estimate, abs=0.01 * error)
     assert found.ordinal.slopes[0].standard_error == pytest.approx(error, rel=0.02)
 
 
 def test_shares_of_time(cube: NeckerResult) -> None:
     order = ["none", "rigid", "nonrigid"]
-    for gradient, share, whole in zip(order, SAID["share_nonrigid"], SAID["time_nonrigid"], strict=True):
+    for gradient, share, whole in zip(order, BY_R["share_nonrigid"], BY_R["time_nonrigid"], strict=True):
         own = [each.nonrigid for each in cube.subject_shares if each.gradient == gradient]
         assert np.mean(own) == pytest.approx(share, rel=1e-8)
         (found,) = (each for each in cube.shares if (each.gradient, each.percept) == (gradient, "nonrigid"))
@@ -170,20 +170,20 @@ def test_shares_of_time(cube: NeckerResult) -> None:
 @pytest.mark.parametrize(("number", "gradient"), [(0, "rigid"), (1, "nonrigid")])
 def test_effect_of_a_gradient(cube: NeckerResult, number: int, gradient: str) -> None:
     effect = cube.effects[number]
-    mean, low, high, p, wilcoxon = SAID[f"paired_{gradient}"]
+    mean, low, high, p, wilcoxon = BY_R[f"paired_{gradient}"]
     found = effect.share
     assert (effect.gradient, found.df) == (gradient, 7)
     assert (found.estimate, found.low, found.high, found.p) == pytest.approx((mean, low, high, p), rel=1e-7)
     assert effect.wilcoxon_p == pytest.approx(wilcoxon, rel=1e-8)
     for name, odds in (("gee_time", effect.odds_of_time), ("gee_reports", effect.odds_of_reports)):
-        assert (odds.estimate, odds.standard_error, odds.p) == pytest.approx(SAID[f"{name}_{gradient}"], rel=1e-4)
+        assert (odds.estimate, odds.standard_error, odds.p) == pytest.approx(BY_R[f"{name}_{gradient}"], rel=1e-4)
 
 
 def test_durations(cube: NeckerResult) -> None:
     """Likelihoods agree to a millionth; what they are flat in, less."""
     for found in cube.dominance:
         for family, fit in (("gamma", found.gamma), ("lognormal", found.lognormal)):
-            first, second, log_likelihood = SAID[f"{family}_{found.gradient}_{found.percept}"]
+            first, second, log_likelihood = BY_R[f"{family}_{found.gradient}_{found.percept}"]
             shape, scale = (first, second) if family == "gamma" else (second, np.exp(first))
             assert (fit.shape, fit.scale) == pytest.approx((shape, scale), rel=1e-3)
             assert fit.log_likelihood == pytest.approx(log_likelihood, abs=1e-5)

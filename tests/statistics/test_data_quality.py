@@ -80,13 +80,13 @@ def test_answers_that_do_not_follow_the_blur_are_kept() -> None:
 
 def test_the_cube() -> None:
     row = {"gradient": "none", "strength": 0.0, "censored": False, "trial_duration": 10.0}
-    told = {
+    reported = {
         "good": {"plain": [("rigid", 7.0), ("nonrigid", 3.0)], "catch": [("rigid", 2.0), ("nonrigid", 8.0)]},
         "blind": {"plain": [("rigid", 9.0), ("nonrigid", 1.0)], "catch": [("rigid", 9.0), ("nonrigid", 1.0)]},
         "silent": {"plain": [("rigid", 4.0), ("none", 6.0)], "catch": [("nonrigid", 10.0)]},
     }
     rows = []
-    for name, trials in told.items():
+    for name, trials in reported.items():
         for trial, seen in trials.items():
             onset = 0.0
             for percept, lasts in seen:

@@ -25,9 +25,9 @@ def seen(image: np.ndarray, noise: np.ndarray | float = 0.0, sharp: np.ndarray |
 
 
 def test_a_picture_that_is_as_foreseen() -> None:
-    told = seen(texture(1, (96, 128)))
-    assert told["shift_px"] == pytest.approx([0, 0], abs=1e-6)
-    assert told["spectrum"] == pytest.approx([1] * len(told["spectrum"]), rel=1e-5)
+    found = seen(texture(1, (96, 128)))
+    assert found["shift_px"] == pytest.approx([0, 0], abs=1e-6)
+    assert found["spectrum"] == pytest.approx([1] * len(found["spectrum"]), rel=1e-5)
 
 
 @pytest.mark.parametrize("move", [(0.25, 0.0), (0.0, -0.4), (0.3, 0.1)])
@@ -90,6 +90,6 @@ def test_what_is_beyond_its_limit_is_said() -> None:
         ("spectrum_percent", {"spectrum": [1.0, 0.85]}),
         ("noise_steps", {"noise_steps": 0.7}),
     ):
-        told = judged([good, {**good, **bad}])
-        assert [key for key, one in told.items() if not one["met"]] == [name]
-        assert told[name]["limit"] == LIMITS[name] < told[name]["worst"]
+        found = judged([good, {**good, **bad}])
+        assert [key for key, one in found.items() if not one["met"]] == [name]
+        assert found[name]["limit"] == LIMITS[name] < found[name]["worst"]

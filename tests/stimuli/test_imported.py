@@ -52,8 +52,8 @@ def test_a_set_of_own_pictures_is_read_as_ours(photos: Path, tmp_path: Path) -> 
     assert 10 < near.position_px[1] < 20
     assert made.manifest["pictures"][-1]["further"] == {"contrast": "0.5"}
     light = [made.linear(made.picture("yard", *one)).mean() for one in (("f/8", "nearest"), ("pinhole", "nearest"))]
-    told = made.manifest["controls"]["scenes"]["yard"]["pictures"]["f8-nearest"]["mean_luminance_percent"]
-    assert told == pytest.approx(100 * (light[0] / light[1] - 1), abs=0.5)  # weights of colours apart
+    stated = made.manifest["controls"]["scenes"]["yard"]["pictures"]["f8-nearest"]["mean_luminance_percent"]
+    assert stated == pytest.approx(100 * (light[0] / light[1] - 1), abs=0.5)  # weights of colours apart
 
 
 def blurred_series(folder: Path, focus: float) -> Path:

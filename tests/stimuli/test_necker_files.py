@@ -28,46 +28,46 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def told(made: Path) -> dict:
+def manifest(made: Path) -> dict:
     return json.loads((made / "manifest.json").read_text(encoding="utf-8"))
 
 
-def frames(folder: Path, told: dict, gradient: str) -> np.ndarray:
-    return np.array([np.array(Image.open(folder / name)) for name in told["conditions"][gradient]["frames"]])
+def frames(folder: Path, manifest: dict, gradient: str) -> np.ndarray:
+    return np.array([np.array(Image.open(folder / name)) for name in manifest["conditions"][gradient]["frames"]])
 
 
-def test_files(made: Path, told: dict) -> None:
+def test_files(made: Path, manifest: dict) -> None:
     check_stimuli(made)
-    assert list(told["conditions"]) == ["none", "rigid", "nonrigid"]
-    for gradient in told["conditions"]:
-        assert frames(made, told, gradient).shape == (12, 244, 244)
+    assert list(manifest["conditions"]) == ["none", "rigid", "nonrigid"]
+    for gradient in manifest["conditions"]:
+        assert frames(made, manifest, gradient).shape == (12, 244, 244)
     there = {str(path.relative_to(made)) for path in made.rglob("*") if path.is_file()}
-    assert there == {*told["files"], "manifest.json"}
+    assert there == {*manifest["files"], "manifest.json"}
 
 
-def test_the_loop_has_no_seam(made: Path, told: dict) -> None:
-    for gradient in told["conditions"]:
-        loop = frames(made, told, gradient).astype(int)
+def test_the_loop_has_no_seam(made: Path, manifest: dict) -> None:
+    for gradient in manifest["conditions"]:
+        loop = frames(made, manifest, gradient).astype(int)
         steps = [np.abs(after - before).mean() for before, after in zip(loop, np.roll(loop, -1, axis=0), strict=True)]
         assert steps[-1] < 1.2 * max(steps[:-1])
         assert steps[-1] > 0.5 * min(steps[:-1])
 
 
-def test_light_of_the_lines_is_the_same_under_all_conditions(made: Path, told: dict) -> None:
+def test_light_of_the_lines_is_the_same_under_all_conditions(made: Path, manifest: dict) -> None:
     display = Display()
-    light = [display.decode(frames(made, told, gradient)).mean(axis=(1, 2)) for gradient in told["conditions"]]
+    light = [display.decode(frames(made, manifest, gradient)).mean(axis=(1, 2)) for gradient in manifest["conditions"]]
     assert np.ptp(light, axis=0).max() / np.mean(light) < 5e-3
-    assert all(one["met"] for one in told["controls"].values())
+    assert all(one["met"] for one in manifest["controls"].values())
     # One white for all: the brightest place of the loop without a gradient.
-    assert frames(made, told, "none").max() == 255
-    assert max(one["clipped"] for one in told["conditions"].values()) == 0
+    assert frames(made, manifest, "none").max() == 255
+    assert max(one["clipped"] for one in manifest["conditions"].values()) == 0
     # Blur is there, and differs.
-    assert frames(made, told, "rigid").max() < 255
-    assert not np.array_equal(frames(made, told, "rigid"), frames(made, told, "nonrigid"))
+    assert frames(made, manifest, "rigid").max() < 255
+    assert not np.array_equal(frames(made, manifest, "rigid"), frames(made, manifest, "nonrigid"))
 
 
-def test_what_is_said_of_the_readings(told: dict) -> None:
-    departure = told["departure"]
+def test_what_is_said_of_the_readings(manifest: dict) -> None:
+    departure = manifest["departure"]
     assert departure["rigid"]["whole"] < 1e-9
     assert 0.1 < departure["nonrigid"]["whole"] < 0.4
     assert len(departure["nonrigid"]["by_frame"]) == 12
@@ -76,24 +76,24 @@ def test_what_is_said_of_the_readings(told: dict) -> None:
         departure["nonrigid"]["whole"]
     )
     assert (departure["rigid"]["direction"], departure["nonrigid"]["direction"]) == ("right", "left")
-    sharp, blurred = (told["conditions"][gradient]["blur_sd_px"] for gradient in ("none", "rigid"))
+    sharp, blurred = (manifest["conditions"][gradient]["blur_sd_px"] for gradient in ("none", "rigid"))
     assert sharp == [0, 0]
     assert blurred[0] == 0 < 1 < blurred[1]
 
 
-def test_the_video_shows_a_whole_turn(made: Path, told: dict) -> None:
+def test_the_video_shows_a_whole_turn(made: Path, manifest: dict) -> None:
     video = cv2.VideoCapture(str(made / "rigid.mp4"))
     shown = []
     while (read := video.read())[0]:
         shown.append(read[1][..., 1])
     video.release()
-    loop = frames(made, told, "rigid")
+    loop = frames(made, manifest, "rigid")
     assert len(shown) == 48
     for number in (0, 7, 30):
         assert np.abs(shown[number].astype(float) - loop[number % 12]).mean() < 3
 
 
-def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dict, tmp_path: Path) -> None:
+def test_the_same_files_again_and_on_after_an_interruption(made: Path, manifest: dict, tmp_path: Path) -> None:
     def interrupt(share: float, what: str) -> None:
         if what == "rigid":
             raise KeyboardInterrupt
@@ -103,7 +103,7 @@ def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dic
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.png")}
     assert len(kept) == 24
     again = make_necker(tmp_path, CUBE, **ASKED)
-    assert again == told
+    assert again == manifest
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
     before = (tmp_path / "manifest.json").stat().st_mtime_ns
     make_necker(tmp_path, CUBE, **ASKED)
@@ -112,28 +112,28 @@ def test_the_same_files_again_and_on_after_an_interruption(made: Path, told: dic
 
 def as_of_old(folder: Path) -> None:
     """Give a finished set the name that its nonrigid gradient used to have."""
-    told = (folder / "manifest.json").read_text(encoding="utf-8")
+    manifest = (folder / "manifest.json").read_text(encoding="utf-8")
     for old in ('"nonrigid"', '"nonrigid/', '"nonrigid.mp4'):
-        told = told.replace(old, old.replace("nonrigid", "reversed"))
-    (folder / "manifest.json").write_text(told, encoding="utf-8")
+        manifest = manifest.replace(old, old.replace("nonrigid", "reversed"))
+    (folder / "manifest.json").write_text(manifest, encoding="utf-8")
     for name in ("nonrigid", "nonrigid.mp4"):
         (folder / name).rename(folder / name.replace("nonrigid", "reversed"))
 
 
-def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, told: dict, tmp_path: Path) -> None:
+def test_sets_that_say_reversed_are_read_and_gone_on_with(made: Path, manifest: dict, tmp_path: Path) -> None:
     old = tmp_path / "old"
     shutil.copytree(made, old)
     as_of_old(old)
     check_stimuli(old)
     again = make_necker(old, CUBE, **ASKED)
     assert list(again["conditions"]) == ["none", "rigid", "nonrigid"]
-    assert again["departure"] == told["departure"]
+    assert again["departure"] == manifest["departure"]
     assert again["conditions"]["nonrigid"]["frames"][0] == "reversed/0000.png"
     (old / "reversed" / "0003.png").unlink()
     make_necker(old, CUBE, **ASKED)
     check_stimuli(old)
     assert not (old / "nonrigid").exists()
-    assert read_necker(made) == told
+    assert read_necker(made) == manifest
 
 
 @pytest.mark.parametrize(

@@ -59,10 +59,10 @@ def test_controls_are_measured_and_met(made: StimulusSet) -> None:
 def test_controls_find_what_is_wrong() -> None:
     lens, grey = Pupil(0.0125, 1 / 2.0), LIGHT.mean(axis=2)
     right = blur_picture(grey, SLANT, lens, pixel_angle=ANGLE)
-    told = against_discs(right, grey, SLANT, lens, ANGLE)
-    np.testing.assert_allclose(told["shift_px"], 0, atol=0.02)
-    np.testing.assert_allclose(told["spectrum"], 1, atol=0.1)  # the finest octave; see above
-    np.testing.assert_allclose(told["spectrum"][1:], 1, atol=0.02)
+    found = against_discs(right, grey, SLANT, lens, ANGLE)
+    np.testing.assert_allclose(found["shift_px"], 0, atol=0.02)
+    np.testing.assert_allclose(found["spectrum"], 1, atol=0.1)  # the finest octave; see above
+    np.testing.assert_allclose(found["spectrum"][1:], 1, atol=0.02)
     moved = against_discs((right + np.roll(right, 1, axis=1)) / 2, grey, SLANT, lens, ANGLE)
     assert moved["shift_px"][0] == pytest.approx(0.5, abs=0.15)  # half a pixel to the right
     sharper = against_discs(blur_picture(grey, SLANT, Pupil(0.00625, 0.5), pixel_angle=ANGLE), grey, SLANT, lens, ANGLE)

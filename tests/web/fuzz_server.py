@@ -1,7 +1,7 @@
 """Requests of an attacker, from a seed: `python tests/web/fuzz_server.py [COUNT] [SEED]`.
 
 Right messages are changed at random and sent in any order, between the answers of somebody who takes part. Each gets an
-answer below 500 within a second; nothing outside the study's folder is written, memory does not grow, the other's
+answer below 500 within a minute; nothing outside the study's folder is written, memory does not grow, the other's
 session stays whole, and at the end the data set is valid.
 """
 

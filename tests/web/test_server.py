@@ -117,6 +117,7 @@ def journal_of(made: Study) -> Path:
     return next(made.data.rglob("sub-*.jsonl"))
 
 
+@pytest.mark.parametrize("store", ["folder"], indirect=True)  # the database's lines stand
 def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -127,8 +128,6 @@ def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
     made.close()
     path = journal_of(made)
     path.write_bytes(b"no journal\n" + path.read_bytes())
-    if made.store.shared:
-        return  # the database's lines stand
     with client_of(study(tmp_path)) as second:
         answer = Participant(second, someone.token).ask("state")
     assert answer.status_code == 400
@@ -136,6 +135,7 @@ def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
     assert str(path) in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("store", ["folder"], indirect=True)  # a database has whole lines only
 def test_a_line_cut_short_is_told_when_another_server_goes_on(tmp_path: Path) -> None:
     made = study(tmp_path)
     first = TestClient(client_of(made).app)
@@ -145,8 +145,6 @@ def test_a_line_cut_short_is_told_when_another_server_goes_on(tmp_path: Path) ->
     made.close()
     path = journal_of(made)
     path.write_bytes(path.read_bytes() + b'{"event": "tri')
-    if made.store.shared:
-        return  # a database has whole lines only
     with client_of(study(tmp_path)) as second:
         same = Participant(second, someone.token)
         assert same.ask("answer", **someone.message(someone.trials[1], 1)).json() == {"recorded": True, "done": 2}

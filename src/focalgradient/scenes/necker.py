@@ -153,14 +153,6 @@ class NeckerCube:
         height = max(abs(y * cos - z * sin) / (1 + y * sin + z * cos) for y in (-half, half) for z in (-radius, radius))
         return self.magnification * width, self.magnification * height
 
-    def turn_at(self, seconds: ArrayLike) -> NDArray[np.float64]:
-        """Turns done after so many `seconds`; the direction is not in it.
-
-        >>> float(NeckerCube(speed=0.25).turn_at(2.0))
-        0.5
-        """
-        return self.speed * np.asarray(seconds, dtype=float)
-
     def vertices(self, turn: ArrayLike) -> NDArray[np.float64]:
         """Vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
 

@@ -16,45 +16,24 @@ from numpy.typing import NDArray
 from focalgradient.depth.filters import FloatArray
 from focalgradient.parallel import share_rows
 
-__all__ = ["noise_passed", "residual_filters", "whitened_filters"]
+__all__ = ["noise_passed", "whitened_filters"]
 
 TINY = 1e-6
 """Share of the largest transfer below which all vanish: noise is then compared with noise."""
 
 
-def residual_filters(transfers: NDArray[Any]) -> list[NDArray[Any]]:
+def whitened_filters(
+    transfers: NDArray[Any], own: NDArray[Any], view_weight: FloatArray, weight: FloatArray, power: Any = None
+) -> list[NDArray[Any]]:
     """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
+
+    The covariance of the noise is 1 + the sum of u u^H over `own`.
 
     Parameters
     ----------
     transfers
         n x L x F: transfer of view i at candidate l and frequency f, over the standard deviation of its noise; complex
         where blur is not round.
-
-    Returns
-    -------
-    list of ndarray
-        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
-        that for two views it is (H2, -H1) / sqrt(H1^2 + H2^2).
-
-    Examples
-    --------
-    >>> residual_filters(np.array([[[0.8]], [[0.6]]]))[0].ravel().round(3).tolist()
-    [0.6, -0.8]
-    """
-    ones, none = np.ones(transfers.shape[1:]), np.zeros((0, *transfers.shape), transfers.dtype)
-    return whitened_filters(transfers, none, np.ones_like(transfers.real), ones)
-
-
-def whitened_filters(
-    transfers: NDArray[Any], own: NDArray[Any], view_weight: FloatArray, weight: FloatArray, power: Any = None
-) -> list[NDArray[Any]]:
-    """`residual_filters` where noise is not white alone: its covariance is 1 + the sum of u u^H over `own`.
-
-    Parameters
-    ----------
-    transfers
-        As of `residual_filters`.
     own
         m x n x L x F: each further source's amplitude in each view.
     view_weight
@@ -64,6 +43,18 @@ def whitened_filters(
     power
         F: power of the scene. Where given, a frequency whose signal has q times the power of the noise has the weight
         sqrt(q / (1 + q)) besides.
+
+    Returns
+    -------
+    list of ndarray
+        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
+        that for two views in white noise it is (H2, -H1) / sqrt(H1^2 + H2^2).
+
+    Examples
+    --------
+    >>> transfers, white = np.array([[[0.8]], [[0.6]]]), np.zeros((0, 2, 1, 1))
+    >>> whitened_filters(transfers, white, np.ones((2, 1, 1)), np.ones((1, 1)))[0].ravel().round(3).tolist()
+    [0.6, -0.8]
     """
     views, levels, count = transfers.shape
     filters = np.empty((views - 1, *transfers.shape), transfers.dtype)

@@ -1,4 +1,4 @@
-"""The table that turns focal disparity into depth: monotone, computed from the optics, corrected by measured images.
+"""The table that turns focal disparity into depth: computed from the optics.
 
 For texture of a known spectrum both views' energies in a band follow from their blur, and with them the ratio.
 """
@@ -6,7 +6,7 @@ For texture of a known spectrum both views' energies in a band follow from their
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,6 @@ SLOPE = 1.0
 
 FINEST = 0.5
 """Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
-
-CLEAR_OF_LEAST = 0.05
-"""Distance in the logarithm of disparity from its least within which a band is taken to be uninformative."""
 
 NODES = 96
 """Frequencies in each direction at which spectra are computed, closer together where blur leaves something."""
@@ -55,8 +52,6 @@ class DisparityTable:
         Size of the defocus, L levels rising from 0, in dioptres.
     curves
         Logarithm of the disparity, bands x L.
-    ends
-        For each band the last level up to which its disparity falls all the way: beyond, it alone is uninformative.
     pixels
         Blur radius in pixels per dioptre of defocus, through the smaller aperture and the larger.
     psf, k
@@ -77,7 +72,6 @@ class DisparityTable:
     focus: float
     defocus: FloatArray
     curves: FloatArray
-    ends: tuple[int, ...]
     pixels: tuple[float, float]
     psf: PsfName
     k: float
@@ -125,55 +119,12 @@ class DisparityTable:
         power = texture()[:, :, None] * np.stack([band_transfer(band, down, right) ** 2 for band in bands], axis=-1)
         energy = np.stack([np.tensordot(h**2, power, 2) for h in transfers(pixels, defocus, psf, k)])
         curves = np.log(energy[:, 1] / energy[:, 0]).T / 2
-        return cls(tuple(bands), large.focus_vergence, defocus, curves, _ends(curves), pixels, psf, k)
+        return cls(tuple(bands), large.focus_vergence, defocus, curves, pixels, psf, k)
 
     def disparity(self, vergence: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
         """Expected focal disparity at `vergence` (D, any shape) in one of the table's bands; 1 in focus."""
         size = np.abs(self.focus - np.asarray(vergence, dtype=float))
         return np.exp(np.interp(size, self.defocus, self.curves[self.bands.index(band)]))
-
-    def size_of_defocus(self, disparity: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
-        """Size of the defocus in dioptres, of either sign, that gives `disparity` in one of the table's bands.
-
-        0 for a disparity of 1 or more; ``nan`` for less than the band can measure.
-        """
-        index = self.bands.index(band)
-        end = self.ends[index] + 1
-        with np.errstate(divide="ignore"):
-            logarithm = np.log(np.asarray(disparity, dtype=float))
-        return np.interp(-logarithm, -self.curves[index, :end], self.defocus[:end], right=np.nan)
-
-    def mended(self, vergence: Sequence[float], disparity: FloatArray) -> DisparityTable:
-        """The table through disparities measured at known vergences (D), one row of `disparity` for each band.
-
-        What was measured corrects the optics' curve by factors, interpolated in the defocus and held beyond the last;
-        the scatter stays the optics'. Where measurements contradict a falling curve the band ends.
-
-        >>> from focalgradient import Lens
-        >>> lenses = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
-        >>> table = DisparityTable.of(lenses, pixel_angle=3.1e-4, bands=[1])
-        >>> measured = 1.1 * table.disparity([0.9, 0.6])  # this lens is a little sharper than its f-number says
-        >>> float(table.mended([0.9, 0.6], measured[None]).disparity(0.75) / table.disparity(0.75)).__round__(3)
-        1.1
-        """
-        size = np.abs(self.focus - np.asarray(vergence, dtype=float))
-        disparity = np.asarray(disparity, dtype=float)
-        if disparity.shape != (len(self.bands), size.size) or size.size == 0:
-            raise InputError(
-                f"disparity has shape {disparity.shape}, but must hold one row for each of {len(self.bands)} bands and "
-                f"one column for each of {size.size} vergences, one or more."
-            )
-        order = np.argsort(size)
-        curves = self.curves.copy()
-        for curve, row in zip(curves, disparity, strict=True):
-            known = np.isfinite(row[order]) & (row[order] > 0)
-            if known.any():
-                places = size[order][known]
-                error = np.log(row[order][known]) - np.interp(places, self.defocus, curve)
-                # In focus both views are alike, whatever the lens.
-                anchored = [0.0, *places], [0.0, *error]
-                curve += np.interp(self.defocus, *(anchored if places[0] > 0 else (places, error)))
-        return replace(self, curves=curves, ends=_ends(curves))
 
 
 def frequencies() -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -211,18 +162,6 @@ def band_transfer(band: int, down: NDArray[np.floating], right: NDArray[np.float
     """
     mean = [np.sinc(band * f) / np.sinc(f) for f in (down, right)]
     return mean[0] * mean[1] * (4 - 2 * np.cos(2 * np.pi * band * down) - 2 * np.cos(2 * np.pi * band * right))
-
-
-def _ends(curves: FloatArray) -> tuple[int, ...]:
-    """For each curve the last level up to which it falls, and stays clear of the least it reaches later on.
-
-    Where both views are far out of focus, blur has taken from either all it can, and their ratio stands still.
-    """
-    ends = []
-    for curve in curves:
-        falling = int(np.argmax(np.append(np.diff(curve) >= 0, True)))
-        ends.append(max(1, min(falling, int(np.argmax(curve <= curve.min() + CLEAR_OF_LEAST)))))
-    return tuple(ends)
 
 
 def two_apertures(lenses: Sequence[Optics]) -> tuple[Optics, Optics]:
