@@ -60,7 +60,7 @@ DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArr
 # Kinds of which the test of equivalence alone is told: skewness 2, and one subject in five who rises by half.
 EXTREME: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "exponential": lambda rng, size: 0.2 * (rng.exponential(size=size) - 1),
-    "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2) - 0.2),
+    "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2).astype(float) - 0.2),
 }
 BATCH = 250  # sets at a time: 250 x 20 x 12 x 4 numbers
 
