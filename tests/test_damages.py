@@ -192,11 +192,6 @@ def swapped(found: list[bytes]) -> None:
     found[4], found[5] = found[5], found[4]
 
 
-def first_main(found: list[bytes]) -> None:
-    """Leave out practice."""
-    found[:] = [line for line in found if b'"phase": "practice"' not in line]
-
-
 DAMAGES = {
     # Tables alone.
     "rating changed": (cell(4, "rating", "2.0"), "does not say what its journal says"),

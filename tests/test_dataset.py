@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recorded import edit, rating_file
 
 from focalgradient.dataset import (
     Apparatus,
@@ -98,18 +99,8 @@ def data(made, tmp_path) -> Path:
     return Path(shutil.copytree(made, tmp_path / "data"))
 
 
-def rating_file(root: Path) -> Path:
-    return root / "sub-01" / "beh" / "sub-01_task-depthrating_beh.tsv"
-
-
 def cube_file(root: Path) -> Path:
     return root / "sub-01" / "ses-1" / "beh" / "sub-01_ses-1_task-necker_beh.tsv"
-
-
-def edit(path: Path, row: int, column: str, text: str) -> None:
-    lines = [line.split("\t") for line in path.read_text().splitlines()]
-    lines[row - 1][lines[0].index(column)] = text
-    path.write_text("".join("\t".join(line) + "\n" for line in lines))
 
 
 def forget_journals(root: Path) -> None:
