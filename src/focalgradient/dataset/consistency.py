@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime, timedelta
-from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
 from statistics import median
@@ -22,11 +21,11 @@ from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 from focalgradient.dataset.read import SessionTable
-from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
+from focalgradient.design import Design, NeckerDesign, Trial
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
 
-__all__ = ["checked_design", "is_age", "pictures_of", "wrong_journal", "wrong_rows", "wrong_sidecar"]
+__all__ = ["is_age", "pictures_of", "wrong_journal", "wrong_rows", "wrong_sidecar"]
 
 CLOCK = 1e-6
 """Seconds that times may differ by for having been written down."""
@@ -46,25 +45,6 @@ MOST_FURTHER = 8
 
 AHEAD = timedelta(days=1)
 """That one computer's clock may be before another's."""
-
-
-@lru_cache(maxsize=64)
-def _design(recorded: str) -> Design:
-    return recorded_design("the design", json.loads(recorded))
-
-
-def checked_design(name: str, recorded: Mapping[str, Any]) -> Design:
-    """Make a design of its settings, once for all sessions that have the same.
-
-    Raises
-    ------
-    InputError
-        If they are none.
-    """
-    try:
-        return _design(json.dumps(recorded, sort_keys=True))
-    except InputError as error:
-        raise InputError(str(error).replace("the design", name, 1)) from error
 
 
 def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator[str]:

@@ -24,11 +24,11 @@ from focalgradient.dataset.bids import (
     table_text,
     withdrawn,
 )
-from focalgradient.dataset.consistency import checked_design
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.lock import locked
+from focalgradient.dataset.read import checked_design
 from focalgradient.errors import InputError
 
 __all__ = ["Repair", "repair", "withdraw"]

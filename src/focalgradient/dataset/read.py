@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,13 +16,22 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, read_description
 from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column, columns_of
+from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["DataSet", "SessionTable", "participants_of", "read_dataset", "read_session", "sessions_of"]
+__all__ = [
+    "DataSet",
+    "SessionTable",
+    "checked_design",
+    "participants_of",
+    "read_dataset",
+    "read_session",
+    "sessions_of",
+]
 
 NAME = re.compile(r"sub-([A-Za-z0-9]+)(?:_ses-([A-Za-z0-9]+))?_task-([A-Za-z0-9]+)_beh\.tsv")
 
@@ -120,7 +131,7 @@ def read_session(files: Files) -> SessionTable:
     found = SessionTable(files)
     missing: list[str] = []
     try:
-        found.sidecar = _sidecar(files.sidecar)
+        found.sidecar = _sidecar(files)
     except InputError as error:
         missing.append(str(error))
     try:
@@ -330,12 +341,37 @@ def _wrong_kind(participants: pd.DataFrame, participant: str, path: Path) -> str
     return f"{path}, row {at + 2}: kind is {kind!r}, but must be one of human, simulated."
 
 
-def _sidecar(path: Path) -> dict[str, Any]:
-    remedy = "make it anew of its journal"
+def _sidecar(files: Files) -> dict[str, Any]:
+    path, remedy = files.sidecar, "make it anew of its journal"
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
         raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
         raise InputError(f"{path} does not hold the design: {remedy}.")
+    try:
+        design = checked_design(str(path), found["Design"])
+        if design.task != files.task:
+            raise InputError(f"{path}: the design is of {design.task}.")
+    except InputError as error:
+        raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
     return found
+
+
+@lru_cache(maxsize=64)
+def _design(recorded: str) -> Design:
+    return recorded_design("the design", json.loads(recorded))
+
+
+def checked_design(name: str, recorded: Mapping[str, Any]) -> Design:
+    """Make a design of its settings, once for all sessions that have the same.
+
+    Raises
+    ------
+    InputError
+        If they are none.
+    """
+    try:
+        return _design(json.dumps(recorded, sort_keys=True))
+    except InputError as error:
+        raise InputError(str(error).replace("the design", name, 1)) from error

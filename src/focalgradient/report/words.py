@@ -385,5 +385,5 @@ def _times(count: int) -> str:
 
 
 def _listed(things: Any) -> str:
-    *first, last = map(str, things) if things else ("none stated",)
+    *first, last = [str(thing) for thing in things] or ["none stated"]
     return f"{', '.join(first)} and {last}" if first else last
