@@ -243,6 +243,10 @@ DAMAGES = {
     "rating no more a number": (text(b'"rating": 1.25', b'"rating": "x"'), "line 6: rating is 'x', but must be"),
     "rating beyond floats": (text(b"1.25", b"9" * 400), "line 6: rating is 9+, but must be"),
     "presses lost": (text(b'"presses"', b'"pressed"', task="necker"), "line 6: presses is missing"),
+    "presses of ratings": (
+        text(b'"rating"', b'"presses": [[1]], "rating"'),
+        "line 6: presses stand in a trial in which",
+    ),
     "press damaged": (text(b"[1.0, ", b"[null, ", task="necker"), "line 6: a press is .*, but must be a time, a key"),
     "presses not in order": (text(b"[1.0, ", b"[8.0, ", task="necker"), "line 6: presses are not in order of time"),
     "head of another": (text(b'"participant": "01"', b'"participant": "04"', 0), "is of another participant, session"),

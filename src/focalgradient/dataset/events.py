@@ -73,7 +73,9 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
             if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
                 continue
             return f"{name} is {_shown(event, name)}, but must be {expected}"
-    return _wrong_presses(event) if head["design"]["task"] == "necker" else None
+    if head["design"]["task"] == "necker":
+        return _wrong_presses(event)
+    return "presses stand in a trial in which no keys are held" if "presses" in event else None
 
 
 def _wrong_focus(event: Event) -> str | None:
