@@ -1,13 +1,16 @@
-"""Calibration of the Bayesian model of the rises by simulation (Talts et al. 2018), with the extra `bayes`.
+"""Calibration of the Bayesian models of the rises by simulation (Talts et al. 2018), with the extra `bayes`.
 
-    python benchmarks/bayes_calibration.py [--sets 20] [--exact 1000] [--workers 2 | --scheduler ADDRESS]
+    python benchmarks/bayes_calibration.py [--sets 20] [--exact 1000] [--steps 0] [--workers 2 | --scheduler ADDRESS]
 
 Each set draws the rise and the standard deviations from the priors, then log ratios from the model. Two things are
 tested. The posterior that the priors and the model have *exactly* (a complete table has one in closed form but for the
 three standard deviations, which are summed over a grid) must hold the true value evenly over its quantiles: --exact
 sets. And the draws of the sampler must be those of that posterior: in --sets of them, its distribution function of the
 draws has the mean 1/2, to the error that the effective number of draws leaves. The second is far sharper than ranks of
-the true values alone, which are printed too.
+the true values alone.
+
+The model of answers in steps has no posterior in closed form. --steps sets of both fixations and three steps are drawn
+from its priors, and the true values must lie evenly over the quantiles of the sampler's draws.
 """
 
 from __future__ import annotations
@@ -27,7 +30,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
 from focalgradient.parallel import in_order, shared
-from focalgradient.statistics.bayes import RATIO_PRIORS, Posterior, effective_number, posterior_of_rises
+from focalgradient.statistics.bayes import (
+    ORDINAL_PRIORS,
+    RATIO_PRIORS,
+    Posterior,
+    effective_number,
+    posterior_of_rises,
+    posteriors_of_steps,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -123,10 +133,70 @@ def sampled(task: tuple[int, int, int, int]) -> dict[str, dict[str, float]]:
     return compared
 
 
+STEPS = 3
+
+
+def drawn_steps(seed: int, number: int, subjects: int, scenes: int) -> tuple[dict[str, float], pd.DataFrame]:
+    """True values of one set of answers in steps, pinhole and largest aperture with both fixations, and its table.
+
+    A set that does not use every step is drawn anew: a choice by the answers alone leaves the true values evenly over
+    their posteriors.
+    """
+    rng = np.random.default_rng([seed, number, STEPS])
+    rows = pd.MultiIndex.from_product([range(subjects), range(scenes), ("nearest", "farthest"), (0.0, 1.0)])
+    table = rows.to_frame(index=False, name=["participant_id", "scene", "fixation", "aperture_mm"])
+    near, far = ((table["fixation"] == name) * table["aperture_mm"] for name in ("nearest", "farthest"))
+    prior = ORDINAL_PRIORS
+    even = np.arange(1, STEPS) / STEPS
+    while True:
+        rises = {name: prior["rise"].draw(rng) for name in ("nearest", "farthest")}
+        latent = prior["fixation"].draw(rng) * (table["fixation"] == "farthest") + rng.logistic(size=len(table))
+        truth = dict(rises)
+        for group, column, count in (("subjects", "participant_id", subjects), ("scenes", "scene", scenes)):
+            sds = [prior[group].draw(rng) for _ in range(3)]
+            level, of_near, of_far = (sd * rng.normal(size=count)[table[column]] for sd in sds)
+            latent = latent + level + of_near * near + of_far * far
+            truth[f"{group}, nearest"], truth[f"{group}, farthest"] = sds[1:]
+        latent = latent + rises["nearest"] * near + rises["farthest"] * far
+        thresholds = np.zeros(STEPS - 1)
+        while not (np.diff(thresholds) > 0).all():
+            thresholds = special.logit(even) + prior["thresholds"].sd * rng.normal(size=STEPS - 1)
+        answers = 1 + np.digitize(latent, thresholds)
+        if len(np.unique(answers)) == STEPS:
+            return truth | {"difference": rises["nearest"] - rises["farthest"]}, table.assign(rating=answers)
+
+
+def of_steps(task: tuple[int, int, int, int]) -> dict[str, float]:
+    """Where the true values of one set lie in the sampler's draws; the least effective number, and divergences."""
+    truth, table = drawn_steps(*task)
+    _, found = posteriors_of_steps(table, 1.44, seed=task[1] + 1, draws=DRAWS, tune=TUNE, chains=2)
+    quantiles: dict[str, float] = {}
+    for name, posterior in found.items():
+        assert isinstance(posterior, Posterior)
+        own = {str(name): posterior.draws} | {f"{group}, {name}": draws for group, draws in posterior.spread.items()}
+        quantiles |= {each: float((draws < truth[each]).mean()) for each, draws in own.items()}
+    worst = found["nearest"]
+    assert isinstance(worst, Posterior)
+    return quantiles | {"effective": worst.effective, "divergences": worst.divergences}
+
+
+def evenness(table: pd.DataFrame) -> None:
+    """Print how evenly the true values lie over the quantiles of their posteriors."""
+    print("| parameter | chi-squared (9) | p | " + " | ".join(f"in {share:.0%}" for share in SHARES) + " |")
+    print("| --- " * (3 + len(SHARES)) + "|")
+    for name in table:
+        quantile = table[name].to_numpy()
+        test = stats.chisquare(np.histogram(quantile, BINS, (0, 1))[0])
+        within = [np.abs(quantile - 0.5) < share / 2 for share in SHARES]
+        cells = [str(name), f"{test.statistic:.1f}", f"{test.pvalue:.2f}", *(f"{one.mean():.3f}" for one in within)]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=20, help="fitted by the sampler, about 15 s of processor time each")
     parser.add_argument("--exact", type=int, default=1000, help="of the exact posterior, about 0.1 s each")
+    parser.add_argument("--steps", type=int, default=0, help="sets of answers in steps, about 20 s each")
     parser.add_argument("--subjects", type=int, default=6)
     parser.add_argument("--scenes", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
@@ -139,25 +209,35 @@ def main() -> None:
         return [(asked.seed, number, asked.subjects, asked.scenes) for number in range(count)]
 
     with shared(asked.workers, asked.scheduler) as executor:
-        table = pd.DataFrame(list(in_order(executor, exact, tasks(asked.exact))))
-        print(f"exact posterior, {len(table)} sets of {asked.subjects} subjects by {asked.scenes} scenes")
-        print("| parameter | chi-squared (9) | p | " + " | ".join(f"in {share:.0%}" for share in SHARES) + " |")
-        print("| --- " * (3 + len(SHARES)) + "|")
-        for name in table:
-            quantile = table[name].to_numpy()
-            test = stats.chisquare(np.histogram(quantile, BINS, (0, 1))[0])
-            within = [np.abs(quantile - 0.5) < share / 2 for share in SHARES]
-            cells = [str(name), f"{test.statistic:.1f}", f"{test.pvalue:.2f}", *(f"{one.mean():.3f}" for one in within)]
-            print("| " + " | ".join(cells) + " |", flush=True)
+        if asked.exact:
+            table = pd.DataFrame(list(in_order(executor, exact, tasks(asked.exact))))
+            print(f"exact posterior, {len(table)} sets of {asked.subjects} subjects by {asked.scenes} scenes")
+            evenness(table)
         found: list[dict[str, dict[str, float]]] = []
         for one in in_order(executor, sampled, tasks(asked.sets)):
             found.append(one)
             if asked.out:  # after each set, so that what was cut off is not lost
-                asked.out.write_text(json.dumps(found) + "\n", encoding="utf-8")
+                asked.out.write_text(json.dumps({"ratios": found}) + "\n", encoding="utf-8")
+        steps: list[dict[str, float]] = []
+        for each in in_order(executor, of_steps, tasks(asked.steps)):
+            steps.append(each)
+            if asked.out:
+                asked.out.write_text(json.dumps({"ratios": found, "steps": steps}) + "\n", encoding="utf-8")
+    if found:
+        against_exact(found)
+    if steps:
+        ran = pd.DataFrame(steps)
+        print(f"answers in steps, {len(ran)} sets of {asked.subjects} subjects by {asked.scenes} scenes")
+        evenness(ran.drop(columns=["effective", "divergences"]))
+        print(f"effective draws {ran['effective'].min():.0f} or more; {int(ran['divergences'].sum())} divergences")
+
+
+def against_exact(found: list[dict[str, dict[str, float]]]) -> None:
+    """Print the sampler's draws against the exact posterior."""
     print(f"sampler against the exact posterior, {len(found)} sets")
     print("| parameter | chi-squared | degrees of freedom | p | largest z | least effective draws |")
     print("| --- " * 6 + "|")
-    for name in found[0] if found else ():
+    for name in found[0]:
         z = np.array([one[name]["z"] for one in found])
         least = min(one[name]["effective"] for one in found)
         p = stats.chi2.sf((z**2).sum(), len(z))

@@ -1,13 +1,13 @@
 """False positives and coverage of the analyses of steps, comparisons in steps, and choices, by simulation.
 
-    python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice] [--subjects 6]
+    python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice] [--means 0,1] [--subjects 6]
         [--workers 2 | --scheduler ADDRESS]
 
 Each set is one experiment: N subjects, 6 scenes, 2 repetitions, one fixation. What a subject feels is level + rise x
 aperture / largest + logistic noise, in log odds; rises differ over subjects by a standard deviation of 1, about a mean
-of none or of 1. "steps" has seven of them, with the pinhole among four apertures; "bipolar" is the nearest whole number
-from -3 to 3 and "choice" its sign, for three apertures against a reference. The truth of an interval is that of 100,000
-subjects, and of steps the mean rise itself.
+of none or of 1, and over scenes by none or 0.5. "steps" has seven of them, with the pinhole among four apertures;
+"bipolar" is the nearest whole number from -3 to 3 and "choice" its sign, for three apertures against a reference. The
+truth of an interval is that of 100,000 subjects with a scene each, and of steps the mean rise itself.
 """
 
 from __future__ import annotations
@@ -16,18 +16,22 @@ import argparse
 import os
 from functools import cache
 from itertools import product
+from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads would only wait for each other
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from focalgradient.parallel import in_order, shared
-from focalgradient.statistics import Effect, compare_pictures, depth_rating
+from focalgradient.statistics import Effect, NotComputed, compare_pictures
+from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.comparisons import Kind
-from focalgradient.statistics.ordinal import OrdinalResult
+from focalgradient.statistics.crossed import moments
+from focalgradient.statistics.marginal import marginal_slope
+from focalgradient.statistics.ordinal import ordinal_rating
 
 FloatArray = NDArray[np.float64]
 
@@ -39,11 +43,22 @@ CUTS = np.linspace(-3.0, 3.0, 6)  # between the seven steps
 SUBJECTS = (4, 6, 10, 20)
 MEANS = (0.0, 1.0)
 DIFFERENCES = ("normal", "skewed")
+SCENE_SD = (0.0, 0.5)
 
 
-def people(rng: np.random.Generator, subjects: int, kind: str, mean: float) -> FloatArray:
+class Cell(NamedTuple):
+    """What the sets of a cell have in common."""
+
+    scale: str
+    kind: str
+    scene_sd: float
+    mean: float
+    subjects: int
+
+
+def people(rng: np.random.Generator, size: int | tuple[int, ...], kind: str, mean: float) -> FloatArray:
     """Rise of each subject: normal, or a gamma distribution of skewness 1.4."""
-    away = rng.normal(size=subjects) if kind == "normal" else (rng.gamma(2.0, size=subjects) - 2) / np.sqrt(2)
+    away = rng.normal(size=size) if kind == "normal" else (rng.gamma(2.0, size=size) - 2) / np.sqrt(2)
     return np.asarray(mean + SPREAD * away, dtype=np.float64)
 
 
@@ -54,35 +69,43 @@ def answers(felt: FloatArray, scale: str) -> FloatArray:
     return np.clip(np.round(felt), -3, 3) if scale == "bipolar" else (felt > 0).astype(float)
 
 
-def experiment(rng: np.random.Generator, scale: str, subjects: int, kind: str, mean: float) -> pd.DataFrame:
-    """One table as the analyses take it."""
-    amounts = (
-        {"pinhole": 0.0} | dict(zip(APERTURES, MM, strict=True))
-        if scale == "steps"
-        else dict(zip(APERTURES, MM, strict=True))
-    )
-    rises = people(rng, subjects, kind, mean)
-    levels = rng.normal(0, SPREAD, subjects) if scale == "steps" else np.zeros(subjects)
-    rows = list(product(range(subjects), range(SCENES), amounts, range(REPETITIONS)))
-    table = pd.DataFrame(rows, columns=["who", "scene", "aperture", "repetition"])
-    table["aperture_mm"] = table["aperture"].map(amounts)
-    felt = levels[table["who"]] + rises[table["who"]] * table["aperture_mm"].to_numpy() / MM[-1]
-    table["rating"] = answers(felt + rng.logistic(size=len(table)), scale)
-    return table.assign(
-        participant_id=table["who"].map("{:02}".format),
-        scene=table["scene"].map("s{}".format),
-        trial=range(len(table)),
+def answered(rng: np.random.Generator, cell: Cell, sets: int) -> FloatArray:
+    """Answers of many sets: sets x subjects x scenes x apertures x repetitions; steps begin with the pinhole."""
+    amounts = np.concatenate([[0.0], MM]) if cell.scale == "steps" else MM
+    who = (sets, cell.subjects, 1, 1, 1)
+    rise = people(rng, (sets, cell.subjects), cell.kind, cell.mean).reshape(who)
+    rise = rise + cell.scene_sd * rng.normal(size=(sets, 1, SCENES, 1, 1))
+    level = SPREAD * rng.normal(size=who) if cell.scale == "steps" else np.zeros(who)
+    shape = (sets, cell.subjects, SCENES, len(amounts), REPETITIONS)
+    return answers(level + rise * amounts[:, None] / MM[-1] + rng.logistic(size=shape), cell.scale)
+
+
+def as_rows(one: FloatArray, scale: str) -> pd.DataFrame:
+    """One set as the table of trials that the analyses take."""
+    amounts = {"pinhole": 0.0} if scale == "steps" else {}
+    amounts |= dict(zip(APERTURES, MM, strict=True))
+    names = list(amounts)
+    rows = pd.DataFrame(np.argwhere(np.isfinite(one)), columns=["who", "place", "number", "repetition"])
+    return rows.assign(
+        rating=one.ravel(),
+        participant_id=rows["who"].map("{:02}".format),
+        scene=rows["place"].map("s{}".format),
+        aperture=rows["number"].map(names.__getitem__),
+        aperture_mm=rows["number"].map([*amounts.values()].__getitem__),
+        trial=range(len(rows)),
         fixation="nearest",
         catch=False,
     )
 
 
 @cache
-def truth(scale: str, kind: str, mean: float) -> tuple[float, float]:
+def truth(scale: str, kind: str, scene_sd: float, mean: float) -> tuple[float, float]:
     """Slope for a millimetre (of steps the rise), and the answer at the largest aperture, of the population."""
     if scale == "steps":
         return mean, np.nan
-    felt = people(np.random.default_rng(1), 100_000, kind, mean)[:, None] * MM / MM[-1]
+    rng = np.random.default_rng(1)
+    rises = people(rng, 100_000, kind, mean) + scene_sd * rng.normal(size=100_000)
+    felt = rises[:, None] * MM / MM[-1]
     if scale == "bipolar":
         cuts = np.arange(-2.5, 3.0)
         means = (special.expit(felt[..., None] - cuts).sum(axis=-1) - 3).mean(axis=0)
@@ -96,48 +119,131 @@ def truth(scale: str, kind: str, mean: float) -> tuple[float, float]:
     return float(optimize.root(score, [0.0, 0.0], tol=1e-12).x[1]), float(shares[-1] - 0.5)
 
 
-def one(task: tuple[int, str, int, str, float, int]) -> tuple[float, float, float]:
-    """Whether the intervals of slope and largest aperture hold the truth, and p of the slope; NaN: not computed."""
-    seed, scale, subjects, kind, mean, number = task
-    place = (("steps", "bipolar", "choice").index(scale), subjects, DIFFERENCES.index(kind), int(mean > 0), number)
-    table = experiment(np.random.default_rng([seed, *place]), scale, subjects, kind, mean)
-    slope, largest = truth(scale, kind, mean)
-    if scale == "steps":
-        ordinal = depth_rating(table, equivalence_bound=1.2, scale="ordinal").ordinal
-        assert isinstance(ordinal, OrdinalResult)
-        tests = [ordinal.rises[0], None]
-    else:
-        meant: Kind = "bipolar" if scale == "bipolar" else "choice"
-        found = compare_pictures(table, meant)
-        tests = [found.slopes[0], found.against_reference[0]]
-    held = [
-        float(test.low < true < test.high) if isinstance(test, Effect) else np.nan
-        for test, true in zip(tests, (slope, largest), strict=True)
-    ]
-    return held[0], held[1], tests[0].p if isinstance(tests[0], Effect) else np.nan
+class Found(NamedTuple):
+    """Of each set: p of the slope over subjects and scenes, and for these scenes; whether intervals hold the truth.
+
+    NaN: not computed.
+    """
+
+    p: FloatArray
+    p_these: FloatArray
+    slope: FloatArray
+    largest: FloatArray
+
+
+def tested(cells: FloatArray, true: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of tables of subjects by scenes: p over both, p for these scenes, whether the interval over both holds `true`."""
+    found = moments(cells)
+    with np.errstate(divide="ignore", invalid="ignore"):  # everybody alike: no test, as in `crossed_effect`
+        p = 2 * stats.t.sf(np.abs(found.mean) / found.standard_error, found.df)
+    own = cells.mean(axis=-1)
+    subjects = own.shape[-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = own.mean(axis=-1) / own.std(axis=-1, ddof=1) * np.sqrt(subjects)
+    here = 2 * stats.t.sf(np.abs(t), subjects - 1)
+    held = np.abs(found.mean - true) < stats.t.ppf(0.975, found.df) * found.standard_error
+    alike = own.std(axis=-1) < 1e-12
+    return tuple(np.where(alike, np.nan, each) for each in (p, here, held))  # type: ignore[return-value]
+
+
+def comparisons(seed: int, cell: Cell, sets: int) -> Found:
+    """Sets of comparisons, analysed at once; the slopes of choices one by one."""
+    given = answered(rng_of(seed, cell), cell, sets)
+    slope, largest = truth(cell.scale, cell.kind, cell.scene_sd, cell.mean)
+    means = given.mean(axis=-1)
+    away = tested(means[..., -1] - 0.5 * (cell.scale == "choice"), largest)[2]
+    if cell.scale == "bipolar":
+        weights = slope_weights(MM)
+        assert isinstance(weights, np.ndarray)
+        both, here, held = tested(means @ weights, slope)
+        return Found(both, here, held, away)
+    who, scene, aperture = np.indices(given.shape[1:])[:3].reshape(3, -1)
+    pairs = [marginal_slope(one.ravel(), MM[aperture], who, scene) for one in given]
+    both, here, held = np.array([_of(*pair, slope) for pair in pairs]).T
+    return Found(both, here, held, away)
+
+
+def _of(both: Effect | NotComputed, here: Effect | NotComputed, true: float) -> tuple[float, float, float]:
+    if isinstance(both, NotComputed) or isinstance(here, NotComputed):
+        return np.nan, np.nan, np.nan
+    return both.p, here.p, float(both.low < true < both.high)
+
+
+def rng_of(seed: int, cell: Cell, *number: int) -> np.random.Generator:
+    """The stream of a cell, or of one of its sets."""
+    place = (("steps", "bipolar", "choice").index(cell.scale), DIFFERENCES.index(cell.kind))
+    return np.random.default_rng([seed, *place, int(cell.scene_sd > 0), int(cell.mean > 0), cell.subjects, *number])
+
+
+def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float]:
+    """One set of steps; it depends on the task alone."""
+    seed, cell, number = task
+    (one,) = answered(rng_of(seed, cell, number), cell, 1)
+    found = ordinal_rating(as_rows(one, cell.scale), [])
+    if not found.these_scenes:
+        return np.nan, np.nan, np.nan
+    return _of(found.rises[0], found.these_scenes[0], cell.mean)
+
+
+def compare(seed: int) -> None:
+    """Analyse a set of each kind by `compare_pictures` and by the code above; stop where they differ."""
+    kinds: tuple[Kind, ...] = ("bipolar", "choice")
+    for scale in kinds:
+        cell = Cell(scale, "normal", SCENE_SD[1], 0.0, 6)
+        mine = comparisons(seed, cell, 2)
+        one = answered(rng_of(seed, cell), cell, 2)[1]
+        found = compare_pictures(as_rows(one, scale), scale)
+        slope, fixed, largest = found.slopes[0], found.these_scenes.slopes[0], found.against_reference[0]
+        assert isinstance(slope, Effect) and isinstance(fixed, Effect) and isinstance(largest, Effect)  # noqa: PT018
+        np.testing.assert_allclose((mine.p[1], mine.p_these[1]), (slope.p, fixed.p), rtol=1e-9)
+        true = truth(scale, "normal", SCENE_SD[1], 0.0)[1]
+        assert mine.largest[1] == (largest.low < true < largest.high)
+
+
+def shares(found: Found) -> dict[str, str]:
+    """Rates and coverages of a cell, as they stand in the table; bold as in statistics_error_rates.py."""
+    table = pd.DataFrame(found._asdict())
+    computed = table[table["p"].notna()]
+    lost = f" ({len(table) - len(computed)} lost)" if len(computed) < len(table) else ""
+    rates = {
+        "rejected": (computed["p"] < 0.05).mean(),
+        "rejected, for these scenes": (computed["p_these"] < 0.05).mean(),
+    }
+    held = {"coverage": computed["slope"].mean(), "coverage, largest aperture": computed["largest"].mean()}
+    told = {name: f"**{rate:.3f}**" if rate > 0.06 else f"{rate:.3f}" for name, rate in rates.items()}
+    told |= {name: f"**{c:.3f}**" if abs(c - 0.95) > 0.02 else f"{c:.3f}" for name, c in held.items() if c == c}
+    return told | {"rejected": told["rejected"] + lost}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=300, help="of each cell")
     parser.add_argument("--scales", default="bipolar,choice,steps")
+    parser.add_argument("--means", default="0,1", help="mean rises, log odds; rates of rejection are told of 0 alone")
     parser.add_argument("--subjects", type=int, nargs="+", default=SUBJECTS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
     options = parser.parse_args()
-    print("| scale; subjects | mean | N | slope: p < .05 | slope covered | largest covered | not computed |")
-    print("| --- | --- | --- | --- | --- | --- | --- |", flush=True)
+    compare(options.seed)
+    means = [float(each) for each in options.means.split(",")]
+    print("| scale; subjects; scenes; mean rise | | " + " | ".join(f"N = {n}" for n in options.subjects) + " |")
+    print("| --- " * (2 + len(options.subjects)) + "|", flush=True)
     with shared(options.workers, options.scheduler) as executor:
-        for scale, kind, mean, subjects in product(options.scales.split(","), DIFFERENCES, MEANS, options.subjects):
-            tasks = [(options.seed, scale, subjects, kind, mean, number) for number in range(options.sets)]
-            found = np.array(list(in_order(executor, one, tasks)))
-            lost = np.isnan(found[:, 2])
-            slope, largest = found[~lost, 0].mean(), found[:, 1][~np.isnan(found[:, 1])]
-            rate = (found[~lost, 2] < 0.05).mean()
-            last = f"{largest.mean():.3f}" if len(largest) else "-"
-            cells = (f"{scale}; {kind}", f"{mean:g}", subjects, f"{rate:.3f}", f"{slope:.3f}", last, int(lost.sum()))
-            print("| " + " | ".join(map(str, cells)) + " |", flush=True)
+        for row in product(options.scales.split(","), DIFFERENCES, SCENE_SD, means):
+            cells = []
+            for subjects in options.subjects:
+                cell = Cell(*row, subjects)
+                if cell.scale == "steps":
+                    tasks = [(options.seed, cell, number) for number in range(options.sets)]
+                    both, here, held = np.array(list(in_order(executor, in_steps, tasks))).T
+                    cells.append(shares(Found(both, here, held, np.full(options.sets, np.nan))))
+                else:
+                    cells.append(shares(comparisons(options.seed, cell, options.sets)))
+            for name in cells[0]:
+                if row[-1] == 0 or not name.startswith("rejected"):
+                    label = "; ".join([row[0], row[1], *(f"{value:g}" for value in row[2:])])
+                    print(f"| {label} | {name} | " + " | ".join(cell[name] for cell in cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -133,15 +133,39 @@ if (length(terms) > 1) {
 t <- slope / sqrt(diag(v)); p <- 2 * pt(-abs(t), nlevels(d$participant_id) - 1)
 print(data.frame(term = terms, log_odds_at_largest = slope, error = sqrt(diag(v)), t = t, p = p,
                  p_holm = p.adjust(p, "holm"), odds_ratio = exp(slope)), row.names = FALSE, digits = 5)
+# Over scenes, too: they are random here, as subjects are. z in place of t: clmm has no degrees of freedom; and its
+# variance of the scenes is by maximum likelihood, where the report takes Cochran's Q.
+blurs <- grep("^blur_", names(d), value = TRUE)
+if (length(unique(d$scene)) >= FEWEST_SCENES) {
+  own <- paste("(1 +", paste(blurs, collapse = " + "), "|")
+  fixed <- paste(c(blurs, if (length(blurs) > 1) "fixation"), collapse = " + ")
+  d$scene <- factor(d$scene)
+  fit <- clmm(as.formula(paste("y ~", fixed, "+", own, "participant_id) +", own, "scene)")), d,
+              control = clmm.control(gradTol = 1e-4))
+  cat("over subjects and scenes:\\n"); print(summary(fit)$coefficients[blurs, , drop = FALSE])
+}
 """
 
 COMPARED = """# The headline tests of the report: does the answer change with the aperture, over subjects? Steps:
 # straight lines of each subject, t over subjects (base R). Choices (0 or 1): one logistic line of all answers, errors
-# between subjects (CR3, package clubSandwich). Run in the report's folder: Rscript headline_comparisons.R
+# between subjects (CR3, package clubSandwich). Below it the same over subjects and scenes: what scenes differ by is
+# added to the variance, by mean squares of complete tables. Run in the report's folder: Rscript headline_comparisons.R
 # In JASP steps alone: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
 # Repeated Measures ANOVA, over the apertures of one fixation; under contrasts choose polynomial, the linear one.
-d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character"))
+d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+table_of <- function(e, what) sapply(split(e, e$scene), function(o) sapply(split(o, o$participant_id), what))
+over_both <- function(name, estimate, y, over, scale) {  # `over`: variance of the estimate over subjects
+  if (is.null(dim(y)) || ncol(y) < FEWEST_SCENES || anyNA(y)) return(NULL)
+  s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
+  between <- scale * s * var(k); within <- scale * sum((y - outer(r, k, "+") + mean(y))^2) / free
+  v <- over + max(0, between - within); df <- s - 1
+  if (between > within) df <- max(v^2 / (over^2 / (s - 1) + between^2 / (n - 1) + within^2 / free), min(s, n) - 1)
+  t <- estimate / sqrt(v)
+  data.frame(over_both = name, estimate = estimate, t = t, df = df, p = 2 * pt(-abs(t), df))
+}
+mean_over_both <- function(name, y) over_both(name, mean(y), y, var(rowMeans(y)) / nrow(y), 1 / length(y))
+own_slopes <- list(); crossed <- NULL; crossed_largest <- NULL
 choice <- all(d$rating %in% 0:1); known <- c("nearest", "farthest")
 lines <- list(); found <- data.frame(); largest <- data.frame()
 for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
@@ -150,12 +174,18 @@ for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known
     fit <- glm(rating ~ aperture_mm, binomial, e)
     error <- sqrt(clubSandwich::vcovCR(fit, e$participant_id, "CR3")[2, 2]); t <- coef(fit)[[2]] / error
     found <- rbind(found, data.frame(slope_of = f, estimate = coef(fit)[[2]], t = t, p = 2 * pt(-abs(t), n - 1)))
+    e$influence <- ((model.matrix(fit) * (e$rating - fitted(fit))) %*% summary(fit)$cov.unscaled)[, 2]
+    y <- table_of(e, function(o) sum(o$influence))
+    crossed <- rbind(crossed, over_both(f, coef(fit)[[2]], y, error^2, length(y)))
   } else {
     lines[[f]] <- sapply(split(e, e$participant_id), function(o) coef(lm(rating ~ aperture_mm, o))[[2]])
     t <- t.test(lines[[f]])
     found <- rbind(found, data.frame(slope_of = f, estimate = t$estimate, t = t$statistic, p = t$p.value))
+    own_slopes[[f]] <- table_of(e, function(o) coef(lm(rating ~ aperture_mm, o))[[2]])
+    crossed <- rbind(crossed, mean_over_both(f, own_slopes[[f]]))
   }
   e <- e[e$aperture_mm == max(e$aperture_mm), ]
+  crossed_largest <- rbind(crossed_largest, mean_over_both(f, table_of(e, function(o) mean(o$rating)) - choice / 2))
   t <- t.test(tapply(e$rating, e$participant_id, mean), mu = if (choice) 0.5 else 0)
   largest <- rbind(largest, data.frame(largest_of = f, mean = t$estimate, t = t$statistic, p = t$p.value))
 }
@@ -164,9 +194,16 @@ if (length(lines) > 1) for (pair in combn(names(lines), 2, simplify = FALSE)) {
   t <- t.test(lines[[pair[1]]][both] - lines[[pair[2]]][both])
   found <- rbind(found, data.frame(slope_of = paste(pair, collapse = " less "), estimate = t$estimate, t = t$statistic,
                                    p = t$p.value))
+  y <- own_slopes[pair]
+  if (all(dim(y[[1]]) == dim(y[[2]]))) {
+    crossed <- rbind(crossed, mean_over_both(paste(pair, collapse = " less "), y[[1]] - y[[2]]))
+  }
 }
 found$p_holm <- p.adjust(found$p, "holm"); print(found, row.names = FALSE, digits = 5)
 largest$p_holm <- p.adjust(largest$p, "holm"); print(largest, row.names = FALSE, digits = 5)
+for (each in list(crossed, crossed_largest)) if (!is.null(each)) {
+  each$p_holm <- p.adjust(each$p, "holm"); print(each, row.names = FALSE, digits = 5)
+}
 """
 
 PREPARE = """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
@@ -228,14 +265,14 @@ def trial_files(
     if isinstance(result, ComparisonResult):
         tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
         tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
-        files["headline_comparisons.R"] = (COMPARED + _found(tests)).encode()
+        files["headline_comparisons.R"] = (_with_fewest(COMPARED) + _found(tests)).encode()
     if result is not None and result.scale != "ratio":
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
     if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
         tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
-        files["headline_ordinal.R"] = (ORDINAL + _found(tests)).encode()
+        files["headline_ordinal.R"] = (_with_fewest(ORDINAL) + _found(tests)).encode()
     if isinstance(result, DepthRatingResult) and result.scale == "ratio":
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         prepare = PREPARE.format(fewest=FEWEST_SCENES)
@@ -245,6 +282,10 @@ def trial_files(
         files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
     return files
+
+
+def _with_fewest(script: str) -> str:
+    return script.replace("FEWEST_SCENES", str(FEWEST_SCENES))
 
 
 def _found(tests: Sequence[tuple[str, Effect | NotComputed]]) -> str:

@@ -7,25 +7,50 @@ from typing import Any
 
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
-from focalgradient.statistics import ComparisonResult, Effect, FactorEffect, NotComputed
+from focalgradient.statistics import ComparisonResult, ComparisonTests, Effect, FactorEffect, NotComputed
+from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["comparison_findings", "comparison_methods", "comparison_sheets", "factor_sheet"]
 
 
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
-    """The results in sentences."""
-    what, unit = ("The mean step", "step") if found.scale == "bipolar" else ("The share of choices", "log odds")
-    for name, slope, largest in zip(found.fixations, found.slopes, found.against_reference, strict=True):
-        focused = f"the {name} object" if name in FIXATIONS else f"“{name}”"
-        yield (
-            f"With {focused} in focus the picture was judged deeper, the larger its aperture, by ({unit} for a "
-            f"millimetre): {_worded(slope)}. {what} at the largest aperture differed from alike by: {_worded(largest)}."
-        )
-    for (one, other), test in found.differences.items():
-        yield f"Difference of the slopes of “{one}” and “{other}”: {_worded(test)}."
-    if found.scale == "bipolar" and not found.differences:
-        yield f"Difference of the slopes of the two fixations: {_worded(found.interaction)}."
+    """The results in sentences: Holm's p decides what is said."""
+    what = "the mean step" if found.scale == "bipolar" else "the share of choices"
+    here = found.these_scenes
+    for name, slope, fixed, largest in zip(
+        found.fixations, found.slopes, here.slopes, found.against_reference, strict=True
+    ):
+        focused = f"With the {name} object in focus" if name in FIXATIONS else f"With “{name}” in focus"
+        if isinstance(slope, NotComputed):
+            yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
+        else:
+            verb = "did not change reliably" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
+            unit = "steps for a millimetre" if found.scale == "bipolar" else "log odds for a millimetre"
+            sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
+            yield sentence + _here(slope, fixed)
+        if isinstance(largest, Effect):
+            verb = "differed" if largest.significant else "did not differ reliably"
+            ends = f"({_worded(largest)}; {_over(largest)})"
+            yield f"At the largest aperture it {verb} from that of pictures that are alike {ends}."
+        else:
+            yield f"At the largest aperture it was not tested: {largest.reason}"
+    pairs = found.differences or ({FIXATIONS: found.interaction} if found.scale == "bipolar" else {})
+    for (one, other), test in pairs.items():
+        if isinstance(test, NotComputed):
+            yield f"The slopes of “{one}” and “{other}” were not compared: {test.reason}"
+        else:
+            verb = "differed" if test.significant else "did not differ reliably"
+            yield f"The slopes of “{one}” and “{other}” {verb} ({_worded(test)}; {_over(test)})."
+
+
+def _over(test: Effect) -> str:
+    return "over " + (BOTH if random_scenes(test) else "subjects, for these scenes")
+
+
+def _here(both: Effect, fixed: Effect | NotComputed) -> str:
+    """The same for these scenes, where that is another test."""
+    return f" For these scenes alone: {_worded(fixed)}." if random_scenes(both) else ""
 
 
 def comparison_methods(scale: str, design: Mapping[str, Any]) -> str:
@@ -37,17 +62,26 @@ def comparison_methods(scale: str, design: Mapping[str, Any]) -> str:
             f"In each trial a picture and {reference} were shown in random order, and the one that looked deeper was "
             "chosen. The log odds of choosing the picture were modelled on the diameter of its aperture by generalised "
             "estimating equations (logit, independence, standard errors corrected for few subjects after Mancl and "
-            "DeRouen, t with N − 1 degrees of freedom); the subjects’ shares at the largest aperture were compared "
-            "with one half by a t-test. Holm’s method corrects each kind over the fixations. Results hold for other "
-            "subjects, with these scenes."
+            "DeRouen). To the variance of the slope over subjects was added what scenes, as random, make of it by the "
+            "mean squares of the trials’ influence on the slope, and it was referred to Student’s t with "
+            f"Satterthwaite’s degrees of freedom. {_shares(scale)}"
         )
     return (
         f"Pictures were compared with {reference} in {design.get('steps', 7)} steps from much flatter to "
         "much deeper, 0 being alike. A straight "
-        "line on the diameter of the aperture was fitted to each subject’s steps; its slopes, "
-        "their difference between the fixations, and the mean steps at the largest aperture were tested by Student’s t "
-        "over subjects, corrected by Holm’s method within each of these families. Results hold for other subjects, "
-        "with these scenes."
+        "line on the diameter of the aperture was fitted to the steps of each subject and scene; its slopes and "
+        f"their difference between the fixations were tested with subjects and scenes crossed as random (quasi-F of "
+        f"Clark, 1973, Satterthwaite’s degrees of freedom). {_shares(scale)}"
+    )
+
+
+def _shares(scale: str) -> str:
+    what = "shares" if scale == "choice" else "mean steps"
+    return (
+        f"The {what} of subjects and scenes at the largest aperture were compared with those of pictures that are "
+        "alike with both crossed as random. Holm’s method corrects the slopes with their differences, and the "
+        "comparisons at the largest aperture. With fewer than five scenes results hold for other subjects with these "
+        "scenes, by Student’s t with N − 1 degrees of freedom; with more, such tests stand beside those over both."
     )
 
 
@@ -60,14 +94,28 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
     ]
     what = "steps" if found.scale == "bipolar" else "share of choices"
     yield listed("comparison_means.csv", f"Mean {what} over subjects, 95 % intervals by t", head, rows)
-    tests: list[tuple[str, Effect | NotComputed]] = []
-    for name, slope, largest in zip(found.fixations, found.slopes, found.against_reference, strict=True):
-        tests += [(f"slope, {name} in focus", slope), (f"largest aperture, {name} in focus", largest)]
-    pairs = [
-        (f"difference of the slopes, {one} less {other}", test) for (one, other), test in found.differences.items()
+    rows = [
+        [name, over, _worded(test)]
+        for over, tests in ((BOTH, found), (HERE, found.these_scenes))
+        for name, test in _named(found.fixations, tests)
+        if over == HERE or not isinstance(test, Effect) or random_scenes(test)
     ]
-    tests += pairs or [("difference of the slopes", found.interaction)]
-    yield listed("comparison_tests.csv", "Tests", ["what", "result"], [[name, _worded(test)] for name, test in tests])
+    yield listed("comparison_tests.csv", "Tests", ["what", "holds for other", "result"], rows)
+
+
+BOTH, HERE = "subjects and scenes, both random", "subjects; these scenes"
+
+
+def _named(
+    fixations: tuple[str, ...], tests: ComparisonResult | ComparisonTests
+) -> Iterator[tuple[str, Effect | NotComputed]]:
+    for name, slope, largest in zip(fixations, tests.slopes, tests.against_reference, strict=True):
+        yield f"slope, {name} in focus", slope
+        yield f"largest aperture, {name} in focus", largest
+    for (one, other), test in tests.differences.items():
+        yield f"difference of the slopes, {one} less {other}", test
+    if not tests.differences:
+        yield "difference of the slopes", tests.interaction
 
 
 def factor_sheet(found: tuple[FactorEffect, ...], scale: str) -> Sheet:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import pandas as pd
@@ -27,7 +28,7 @@ from focalgradient.statistics import (
     Quality,
     as_table,
 )
-from focalgradient.statistics.crossed import CROSSED
+from focalgradient.statistics.crossed import random_scenes
 
 __all__ = [
     "SPACE",
@@ -210,7 +211,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
     rows = [
         [fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)]
         for fixation, over, test in tests
-        if over == THESE or not isinstance(test, Effect) or test.method == CROSSED  # with few scenes there is one only
+        if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes there is one only
     ]
     digits = [
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
@@ -302,7 +303,7 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             rows.append([each.fixation, *cells.missing(test, 7)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
-    crossed = any(isinstance(each.rise, Effect) and each.rise.method == CROSSED for each in result.fixations)
+    crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
     caption = f"Whether the rise is equivalent to zero (two one-sided tests, {over})"
     return _sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
@@ -318,13 +319,15 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
     what = "ratio of the odds ratios"
     pairs = [(f"{one} / {other}", what, test) for (one, other), test in result.differences.items()]
     named += pairs or [("nearest / farthest", what, result.interaction)]
-    rows = [[name, what, *cells.effect(test, ratio="ratio" in what)] for name, what, test in named]
-    digits = [
-        {"fixation": name, "what": f"logarithm of the {what}" if "ratio" in what else what}
-        | as_table([test]).iloc[0].to_dict()
-        for name, what, test in named
-    ]
-    header = ["in focus", "of a higher answer", "estimate", "95 %", "test", "p", "p (Holm)"]
+    rows, digits = [], []
+    random = [isinstance(test, Effect) and random_scenes(test) for _, _, test in named]
+    overs = ["subjects and scenes" if each else THESE for each in random]
+    fixed = _here(result) if any(random) else []
+    for (name, what, test), over in zip([*named, *fixed], [*overs, *[THESE] * len(fixed)], strict=True):
+        rows.append([name, what, over, *cells.effect(test, ratio="ratio" in what)])
+        meant = {"fixation": name, "what": f"logarithm of the {what}" if "ratio" in what else what}
+        digits.append(meant | {"generalises_over": over} | as_table([test]).iloc[0].to_dict())
+    header = ["in focus", "of a higher answer", "holds for other", "estimate", "95 %", "test", "p", "p (Holm)"]
     caption = f"Cumulative-link mixed model: {result.formula}"
     sheets = [_sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]
     if result.thresholds:
@@ -341,6 +344,14 @@ def _ordinal(result: OrdinalResult) -> list[Sheet]:
         sheets.append(_sheet("depth_rating_thresholds.csv", caption, header, rows, result.thresholds))
     sheets.append(Sheet("depth_rating_shares.csv", None, as_table(result.shares)))
     return sheets
+
+
+def _here(result: OrdinalResult) -> list[tuple[str, str, Effect | NotComputed]]:
+    """The odds ratios for these scenes only."""
+    pairs = list(combinations(result.fixations, 2))
+    names = [*((name, "odds ratio at the largest aperture") for name in result.fixations)]
+    names += [(f"{one} / {other}", "ratio of the odds ratios") for one, other in pairs]
+    return [(*name, test) for name, test in zip(names, result.these_scenes, strict=False)]
 
 
 def necker_sheets(result: NeckerResult) -> list[Sheet]:

@@ -20,6 +20,7 @@ from focalgradient.statistics import (
     Quality,
     Scale,
 )
+from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
@@ -78,13 +79,13 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     rise, ratio = each.rise, each.rise.ratio  # type: ignore[union-attr]  # computed, as the caller found
     assert isinstance(rise, Effect)
     what = "did not change reliably" if not rise.significant else "rose" if rise.estimate > 0 else "fell"
-    over = "subjects and scenes, both random" if "Satterthwaite" in rise.method else "subjects, for these scenes"
+    over = _over(rise)
     sentence = (
         f"{subject}, ratings {what} from the pinhole to the largest aperture (ratio {decimals(ratio.estimate)}, "
         f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_dz(rise)}; over {over})."
     )
     fixed = each.rise_these_scenes
-    if "Satterthwaite" in rise.method and isinstance(fixed, Effect):
+    if random_scenes(rise) and isinstance(fixed, Effect):
         ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
         sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
     if isinstance(each.equivalence, Equivalence):
@@ -99,6 +100,10 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
         bend = "flattens" if each.curvature.estimate * rise.estimate > 0 else "steepens"
         sentence += f" The curve is not straight: it {bend} towards the largest aperture ({_test(each.curvature)})."
     return sentence
+
+
+def _over(effect: Effect) -> str:
+    return "subjects and scenes, both random" if random_scenes(effect) else "subjects, for these scenes"
 
 
 def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
@@ -116,7 +121,7 @@ def _pair(one: str, other: str, test: Effect | NotComputed, what: str) -> str:
 def _ordinal_findings(result: OrdinalResult) -> list[str]:
     """Answers in steps, in a few sentences."""
     sentences = []
-    for fixation, rise in zip(result.fixations, result.rises, strict=True):
+    for number, (fixation, rise) in enumerate(zip(result.fixations, result.rises, strict=True)):
         subject = f"With {_object(fixation)}"
         if isinstance(rise, NotComputed):
             sentences.append(f"{subject}, the slope was not tested: {rise.reason}")
@@ -125,8 +130,12 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
         ends = interval(rise.ratio.low, rise.ratio.high, 2)
         sentences.append(
             f"{subject}, ratings {what} with blur (odds ratio of a higher answer at the largest aperture "
-            f"{decimals(rise.ratio.estimate)}, 95{SPACE}% CI {ends}; {_test(rise)})."
+            f"{decimals(rise.ratio.estimate)}, 95{SPACE}% CI {ends}; {_test(rise)}; over {_over(rise)})."
         )
+        fixed = result.these_scenes[number] if result.these_scenes else rise
+        if random_scenes(rise) and isinstance(fixed, Effect):
+            ends = interval(fixed.ratio.low, fixed.ratio.high, 2)
+            sentences[-1] += f" For these scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
     if isinstance(result.interaction, Effect):
         differ = "differed" if result.interaction.significant else "did not differ reliably"
         ratio = result.interaction.ratio
@@ -247,9 +256,12 @@ def analysis_ratings(bound: float, scale: Scale) -> list[str]:
         sentences.append(
             "Answers were steps of an ordinal scale. One cumulative-link mixed model (logit) with a slope on the "
             "diameter of the aperture for each fixation, fixation and scenes as fixed effects, and random intercepts "
-            "and slopes of the subjects was fitted by adaptive Gauss-Hermite quadrature; slopes and their difference "
-            "were referred to Student’s t with N − 1 degrees of freedom and corrected by Holm’s method as one family. "
-            "Results hold for other subjects, with these scenes."
+            "and slopes of the subjects was fitted by adaptive Gauss-Hermite quadrature. To the variance of the slopes "
+            "and of their difference was added what scenes, as random, make of it: Cochran’s Q of the scenes’ own "
+            "slopes, one Newton step from the fit, over its degrees of freedom, less 1. They were referred to "
+            "Student’s t with Satterthwaite’s degrees of freedom and corrected by Holm’s method as one family. With "
+            "fewer than five scenes results hold for other subjects with these scenes, by Student’s t with N − 1 "
+            "degrees of freedom; with more, such tests stand beside those over both."
         )
     return sentences
 

@@ -4,7 +4,12 @@
 stands in its place with the reason. Everything generalises over subjects, also where they are few.
 """
 
-from focalgradient.statistics.comparisons import ComparisonMean, ComparisonResult, compare_pictures
+from focalgradient.statistics.comparisons import (
+    ComparisonMean,
+    ComparisonResult,
+    ComparisonTests,
+    compare_pictures,
+)
 from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import (
     Dominance,
@@ -48,6 +53,7 @@ from focalgradient.statistics.thresholds import (
 __all__ = [
     "ComparisonMean",
     "ComparisonResult",
+    "ComparisonTests",
     "Components",
     "DepthRatingResult",
     "Dominance",

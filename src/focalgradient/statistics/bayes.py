@@ -38,6 +38,7 @@ __all__ = [
     "bayes_depth_rating",
     "effective_number",
     "posterior_of_rises",
+    "posteriors_of_steps",
 ]
 
 NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
@@ -235,7 +236,9 @@ def bayes_depth_rating(
             "them out."
         )
     if scale == "ordinal":
-        formula, posteriors = _ordinal(table, bound, seed, progress)
+        formula, posteriors = posteriors_of_steps(
+            table, bound, seed=seed, draws=ORDINAL_DRAWS, tune=ORDINAL_TUNE, chains=CHAINS, progress=progress
+        )
     else:
         formula, posteriors = _ratios(table, bound, seed, progress)
     draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if scale == "ordinal" else (DRAWS, TUNE)
@@ -331,10 +334,34 @@ def _ratios(
     return _formula(several), found
 
 
-def _ordinal(
-    table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
+def posteriors_of_steps(
+    table: pd.DataFrame,
+    bound: float,
+    *,
+    seed: int = 1,
+    draws: int = ORDINAL_DRAWS,
+    tune: int = ORDINAL_TUNE,
+    chains: int = CHAINS,
+    progress: Progress | None = None,
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
-    """One cumulative-link model of all answers; the difference of the rises comes from their draws."""
+    """One cumulative-link model of all answers in steps; the difference of the rises comes from their draws.
+
+    Parameters
+    ----------
+    table
+        Columns `participant_id`, `scene`, `fixation`, `aperture_mm` and `rating`, whole numbers.
+    bound
+        An odds ratio above 1.
+    seed, draws, tune, chains
+        Of the sampler.
+    progress
+        Called with the share done.
+
+    Returns
+    -------
+    formula, posteriors
+        As in `BayesResult`; a posterior's `spread` is that of the rise over subjects and over scenes.
+    """
     import bambi
     from pymc.distributions.transforms import ordered
 
@@ -374,7 +401,7 @@ def _ordinal(
         model = bambi.Model(
             formula, rows, family="cumulative", priors=priors, auto_scale=False, center_predictors=False
         )
-        posterior = _sampled(model, seed, ORDINAL_DRAWS, ORDINAL_TUNE, CHAINS, progress)
+        posterior = _sampled(model, seed, draws, tune, chains, progress)
     spreads = [f"{name}|{group}_sigma" for group in groups for name in ("1", *slopes)]
     names = ["threshold", *slopes, *spreads]
     found: dict[Name, Posterior | NotComputed] = {}

@@ -1,13 +1,11 @@
 """Answers that compare two pictures: steps from flatter to deeper, or which of the two is deeper.
 
-Each subject gives one number for each fixation and aperture: the mean step, or the share of choices for the picture.
-Steps are analysed by a straight line on the aperture within each subject, and t over subjects; choices by a marginal
-logistic model (GEE) with standard errors between subjects.
+Steps are analysed by a straight line on the aperture within each subject and scene, over both; choices by a marginal
+logistic model (GEE) with standard errors between subjects, to which is added what scenes differ by.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -18,12 +16,16 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.cells import Cells, cells, slope_weights
+from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.marginal import marginal_slope
-from focalgradient.statistics.means import family, only_difference, paired_effect, t_interval
+from focalgradient.statistics.means import family, only_difference, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import fixations_of, rating_table
 
-__all__ = ["ComparisonMean", "ComparisonResult", "compare_pictures"]
+__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures"]
+
+FloatArray = NDArray[np.float64]
 
 Kind = Literal["bipolar", "choice"]
 
@@ -37,6 +39,16 @@ class ComparisonMean:
     aperture_mm: float
     subjects: int
     mean: Interval
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonTests:
+    """Tests of comparisons for these scenes only: the fields are those of `ComparisonResult`."""
+
+    slopes: tuple[Effect | NotComputed, ...]
+    against_reference: tuple[Effect | NotComputed, ...]
+    interaction: Effect | NotComputed
+    differences: Mapping[tuple[str, str], Effect | NotComputed]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,18 +66,22 @@ class ComparisonResult:
     fixations
         Those present, nearest first.
     slopes
-        Of each: steps for a millimetre of aperture; of choices, log odds for a millimetre.
+        Of each: steps for a millimetre of aperture; of choices, log odds for a millimetre. Over subjects and scenes,
+        both random, where there are five scenes or more.
     against_reference
-        Of each, at the largest aperture: mean step against 0; share of choices against one half.
+        Of each, at the largest aperture: mean step against 0; share of choices against one half. Over both, too.
     interaction
-        The slope with the nearest object in focus less that with the farthest, of each subject: of steps only, and
-        where there are two fixations.
+        The slope with the nearest object in focus less that with the farthest, of each subject and scene: of steps
+        only, and where there are two fixations.
     differences
         Of more than two fixations: the difference of the slopes of each pair, by their names.
+    these_scenes
+        The same four over subjects, for these scenes only.
 
     Notes
     -----
-    Slopes with their difference are one family for Holm's correction, the comparisons with the reference another.
+    Slopes with their difference are one family for Holm's correction, the comparisons with the reference another; and
+    again for these scenes.
     """
 
     scale: Kind
@@ -77,6 +93,7 @@ class ComparisonResult:
     against_reference: tuple[Effect | NotComputed, ...]
     interaction: Effect | NotComputed
     differences: Mapping[tuple[str, str], Effect | NotComputed]
+    these_scenes: ComparisonTests
 
 
 def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
@@ -111,58 +128,85 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
     if table.empty:
         raise InputError("All trials are catch trials: there are no answers to analyse.")
     present = fixations_of(table)
-    of = {name: table[table["fixation"] == name] for name in present}
-    lines = {name: _lines(rows) for name, rows in of.items()}
-    differences: dict[tuple[str, str], Effect | NotComputed] = {}
-    if scale == "choice":
-        slopes: list[Effect | NotComputed] = [_odds(rows) for rows in of.values()]
-    else:
-        slopes = [
-            paired_effect(line.to_numpy(), "subjects' own straight lines, t over subjects") for line in lines.values()
-        ]
-        for one, other in combinations(present, 2):
-            both = (lines[one] - lines[other]).dropna()
-            differences[one, other] = paired_effect(
-                both.to_numpy(), "subjects' own straight lines, paired t over subjects"
-            )
-    tests = family([*slopes, *differences.values()])
-    differences = dict(zip(differences, tests[len(slopes) :], strict=True))
+    rows = {name: table[table["fixation"] == name].rename(columns={"rating": "answer"}) for name in present}
+    of = {name: cells(own) for name, own in rows.items()}
+    pairs = list(combinations(present, 2)) if scale == "bipolar" else []
+    slopes = [_slope(of[name], rows[name], scale) for name in present]
+    slopes += [_difference(of[one], of[other]) for one, other in pairs]
+    largest = [_largest(own, scale) for own in of.values()]
+    both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, scale) for k in (0, 1))
     return ComparisonResult(
         scale,
         tuple(sorted(set(table["participant_id"]))),
         len(table),
         _means(table),
         present,
-        tuple(tests[: len(slopes)]),
-        tuple(family(_largest(rows, scale) for rows in of.values())),
-        only_difference(differences) if scale == "bipolar" else CHOICES,
-        differences if len(present) > 2 else {},
+        both.slopes,
+        both.against_reference,
+        both.interaction,
+        both.differences,
+        here,
     )
 
 
 CHOICES = NotComputed("Slopes of choices are compared for steps only.")
 
-
-def _lines(rows: pd.DataFrame) -> pd.Series[float]:
-    """Least-squares slope of each subject's answers on the aperture in millimetres."""
-
-    def slope(own: pd.DataFrame) -> float:
-        amount, answer = own["aperture_mm"].to_numpy(float), own["rating"].to_numpy(float)
-        away = amount - amount.mean()
-        return float(away @ answer / (away @ away)) if np.ptp(amount) else math.nan
-
-    found = {name: slope(own) for name, own in rows.groupby("participant_id")}
-    return pd.Series(found, dtype=float).dropna()
+Test = Effect | NotComputed
 
 
-def _odds(rows: pd.DataFrame) -> Effect | NotComputed:
-    subject: NDArray[np.int_] = pd.factorize(rows["participant_id"], sort=True)[0]
-    return marginal_slope(rows["rating"].to_numpy(float), rows["aperture_mm"].to_numpy(float), subject)
+def _tests(slopes: list[Test], largest: list[Test], pairs: list[tuple[str, str]], scale: Kind) -> ComparisonTests:
+    """Corrected by Holm: slopes with their differences, and the comparisons with the reference."""
+    tests, single = family(slopes), len(slopes) - len(pairs)
+    differences = dict(zip(pairs, tests[single:], strict=True))
+    return ComparisonTests(
+        tuple(tests[:single]),
+        tuple(family(largest)),
+        only_difference(differences) if scale == "bipolar" else CHOICES,
+        differences if len(pairs) > 1 else {},
+    )
 
 
-def _largest(rows: pd.DataFrame, scale: Kind) -> Effect | NotComputed:
-    own = rows[rows["aperture_mm"] == rows["aperture_mm"].max()].groupby("participant_id")["rating"].mean().to_numpy()
-    return paired_effect(own - (0.5 if scale == "choice" else 0.0), "one-sample t over subjects")
+def _slope(own: Cells, rows: pd.DataFrame, scale: Kind) -> tuple[Test, Test]:
+    """The slope on the aperture over subjects and scenes, and for these scenes."""
+    if scale == "choice":
+        numbers = (pd.factorize(rows[name], sort=True)[0] for name in ("participant_id", "scene"))
+        return marginal_slope(rows["answer"].to_numpy(float), rows["aperture_mm"].to_numpy(float), *numbers)
+    lines = _lines(own)
+    return (lines, lines) if isinstance(lines, NotComputed) else (crossed_effect(lines), over_subjects(lines))
+
+
+def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
+    """The difference of two slopes of each subject and scene."""
+    lines = []
+    for own in (one, other):
+        slopes = _lines(own)
+        if isinstance(slopes, NotComputed):
+            return slopes, slopes
+        names = list(own.scenes) if slopes.shape[1] == len(own.scenes) else [""]
+        lines.append(pd.DataFrame(slopes, index=list(own.subjects), columns=names))
+    first, second = lines
+    if list(first.columns) != list(second.columns):
+        first, second = first.mean(axis=1).to_frame(), second.mean(axis=1).to_frame()
+    found = (first - second).to_numpy()
+    return crossed_effect(found), over_subjects(found)
+
+
+def _lines(own: Cells) -> FloatArray | NotComputed:
+    """Least-squares slope of each subject and scene on the aperture in mm; of each subject where no scene has all."""
+    weights = slope_weights(own.amounts)
+    if isinstance(weights, NotComputed):
+        return weights
+    slopes = own.contrast(weights)
+    if np.isfinite(slopes).any():
+        return slopes
+    seen = np.isfinite(own.values)
+    return (np.where(seen, own.values, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)) @ weights[:, None]
+
+
+def _largest(own: Cells, scale: Kind) -> tuple[Test, Test]:
+    """Answers to the largest aperture against those to pictures that are alike."""
+    away = own.values[:, :, -1] - (0.5 if scale == "choice" else 0.0)
+    return crossed_effect(away), over_subjects(away)
 
 
 def _means(table: pd.DataFrame) -> tuple[ComparisonMean, ...]:

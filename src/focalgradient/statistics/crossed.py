@@ -10,7 +10,7 @@ model, a degree of freedom less for each (Yates 1933).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,8 +27,11 @@ __all__ = [
     "components",
     "crossed_effect",
     "error_skewness",
+    "generalised",
     "moments",
     "over_subjects",
+    "random_scenes",
+    "with_scenes",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -41,7 +44,9 @@ deviation of 0.1)."""
 SWEEPS = 200
 """Of the additive model through a table with gaps; it stops sooner where nothing moves any more."""
 
-CROSSED = "mean over subjects and scenes, both random, Satterthwaite's t"
+SATTERTHWAITE = "Satterthwaite's t"
+CROSSED = f"mean over subjects and scenes, both random, {SATTERTHWAITE}"
+GENERALISED = f"scenes random, {SATTERTHWAITE}"
 THESE = "mean over subjects, for these scenes, t on subjects - 1"
 
 
@@ -224,6 +229,74 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
         dz=own.dz,
         remarks=remarks if gaps else (),
     )
+
+
+def random_scenes(effect: Effect) -> bool:
+    """Whether an effect is generalised over scenes, too.
+
+    >>> random_scenes(crossed_effect(np.random.default_rng(1).normal(size=(4, 4))))
+    False
+    """
+    return effect.method.endswith(SATTERTHWAITE)
+
+
+def with_scenes(effect: Effect, scenes: int, between: float, within: float, within_df: float = math.inf) -> Effect:
+    """An effect whose standard error is over subjects, for these scenes, generalised to others.
+
+    Parameters
+    ----------
+    effect
+        Over subjects.
+    scenes
+        How many.
+    between
+        Variance of the estimate as the scatter of the scenes shows it.
+    within, within_df
+        What answers to scenes that do not differ would make of it, and its degrees of freedom. Only what `between` has
+        beyond this is added, as in `moments`: between, with a degree of freedom less than scenes, less within.
+
+    Examples
+    --------
+    >>> one = student_effect(1.0, 0.3, 10, "an example")
+    >>> two = with_scenes(one, 8, 0.07, 0.02)
+    >>> round(two.standard_error, 3), round(two.df, 1), two.estimate
+    (0.374, 12.3, 1.0)
+    """
+    method = f"{effect.method.removesuffix(', t on subjects - 1')}, {GENERALISED}"
+    if between <= within:
+        return replace(effect, method=method)
+    over = effect.standard_error**2
+    both = over + between - within
+    squares = over**2 / effect.df + between**2 / (scenes - 1) + within**2 / within_df
+    df = max(both**2 / squares, min(effect.df, scenes - 1))
+    found = student_effect(effect.estimate, math.sqrt(both), effect.subjects, method, df=df, dz=effect.dz)
+    return replace(found, remarks=effect.remarks)
+
+
+def generalised(
+    effect: Effect | NotComputed, influence: FloatArray, subject: NDArray[np.int_], scene: NDArray[np.int_]
+) -> Effect | NotComputed:
+    """An effect of a model of all trials over subjects, generalised to other scenes where there are five or more.
+
+    Parameters
+    ----------
+    effect
+        Over subjects, for these scenes.
+    influence
+        What each trial adds to the estimate: the answers' part of it, to first order.
+    subject, scene
+        Number of each trial's, from 0 up.
+    """
+    shape = int(subject.max()) + 1, int(scene.max()) + 1
+    place = np.ravel_multi_index((subject, scene), shape)
+    table = np.asarray(np.bincount(place, influence, np.prod(shape)), dtype=float).reshape(shape)
+    table[np.bincount(place, minlength=np.prod(shape)).reshape(shape) == 0] = np.nan
+    if isinstance(effect, NotComputed) or shape[1] < FEWEST_SCENES or not _connected(table):
+        return effect
+    gaps = int(np.isnan(table).sum())
+    found = moments(_filled(table), gaps)  # the estimate is the sum of the cells: its variance is their number times
+    freedom = max((shape[0] - 1) * (shape[1] - 1) - gaps, 1)
+    return with_scenes(effect, shape[1], table.size * float(found.scenes), table.size * float(found.residual), freedom)
 
 
 def components(cells: ArrayLike, response: str) -> Components | NotComputed:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
+from scipy import optimize, special
 
 from focalgradient.progress import Progress
 from focalgradient.statistics.subject_integrals import joint_densities, mean_derivatives, most_likely_effects
 
-__all__ = ["CumulativeFit", "cumulative_fit"]
+__all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
 
 FloatArray = NDArray[np.float64]
 
@@ -45,6 +45,8 @@ class CumulativeFit:
         At the maximum.
     at_boundary
         The covariance is singular: the standard errors take it as known.
+    effects
+        Each subject's most likely effects, a row a subject and a column for each of the random effects', in log odds.
     """
 
     thresholds: FloatArray
@@ -54,6 +56,7 @@ class CumulativeFit:
     spread: FloatArray
     log_likelihood: float
     at_boundary: bool
+    effects: FloatArray
 
     @property
     def standard_errors(self) -> FloatArray:
@@ -149,7 +152,25 @@ def cumulative_fit(
     turn = np.tril(np.concatenate([[1.0], np.exp(free[1:last])])[None, :] * np.ones((last, 1)))
     errors = np.sqrt(np.diag(turn @ covariance[:last, :last] @ turn.T))
     of_fixed = np.asarray(covariance[last:, last:], dtype=float)
-    return CumulativeFit(thresholds, errors, fixed, of_fixed, spread, -float(found.fun), at_boundary)
+    marginal.evaluate(thresholds, design @ fixed, spread)  # the modes of the last call, for a derivative, are beside it
+    effects = marginal.mode @ spread.T
+    return CumulativeFit(thresholds, errors, fixed, of_fixed, spread, -float(found.fun), at_boundary, effects)
+
+
+def answer_derivatives(
+    category: NDArray[np.int_], level: FloatArray, thresholds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Derivative by its level of the log probability of each answer, and the negative second one.
+
+    Examples
+    --------
+    >>> slope, curvature = answer_derivatives(np.array([1]), np.array([0.0]), np.array([0.0]))
+    >>> float(slope[0]), float(curvature[0])
+    (0.5, 0.25)
+    """
+    edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
+    below, above = (special.expit(edges[category + more] - level) for more in (0, 1))
+    return below + above - 1, below * (1 - below) + above * (1 - above)
 
 
 GOLDEN = (1 + math.sqrt(5)) / 2

@@ -7,7 +7,9 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
+from focalgradient.statistics.crossed import generalised
 from focalgradient.statistics.means import student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
@@ -46,35 +48,51 @@ def marginal_effect(
         if not rows.any() or (answers[rows].min() == answers[rows].max() and answers[rows][0] in (0, 1)):
             what = f"is always {answers[rows][0]:.0f}" if rows.any() else "was never asked for"
             return NotComputed(f"The answer {name} the condition {what}: it has no odds ratio.")
-    return _fitted(answers, np.asarray(condition, float), subject)
+    return _fitted(answers, np.asarray(condition, float), subject)[0]
 
 
 def marginal_slope(
-    answers: NDArray[np.float64], amount: NDArray[np.float64], subject: NDArray[np.int_]
-) -> Effect | NotComputed:
-    """Change of the log odds of an answer for a unit of some amount, as `marginal_effect` for a condition.
+    answers: NDArray[np.float64], amount: NDArray[np.float64], subject: NDArray[np.int_], scene: NDArray[np.int_]
+) -> tuple[Effect | NotComputed, Effect | NotComputed]:
+    """Change of the log odds of an answer for a unit of some amount: over subjects and scenes, and for these scenes.
+
+    The second is as `marginal_effect` for a condition. The first adds what scenes differ by, as `generalised` has it of
+    the trials' influence on the estimate, where there are five scenes or more.
+
+    Parameters
+    ----------
+    answers, amount
+        Of each trial.
+    subject, scene
+        Number of each trial's, from 0 up.
 
     Examples
     --------
     >>> answers = np.array([0, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 1], float)
-    >>> effect = marginal_slope(answers, np.tile([0.0, 1.0, 2.0], 4), np.repeat(np.arange(4), 3))
+    >>> subject = np.repeat(np.arange(4), 3)
+    >>> effect, _ = marginal_slope(answers, np.tile([0.0, 1.0, 2.0], 4), subject, np.zeros(12, int))
     >>> round(effect.estimate, 2)  # as a logistic regression of all answers has it
     2.06
     """
     subjects = len(np.unique(subject))
+    missing = None
     if subjects < 2:
-        return NotComputed("A test over subjects needs two or more, and there is 1.")
-    if np.ptp(amount) == 0 or np.ptp(answers) == 0:
+        missing = NotComputed("A test over subjects needs two or more, and there is 1.")
+    elif np.ptp(amount) == 0 or np.ptp(answers) == 0:
         what = "answers" if np.ptp(answers) == 0 else "amounts"
-        return NotComputed(f"All {what} are the same: there is no slope.")
-    if answers[amount > amount.min()].min() == 1 and answers[amount == amount.min()].max() == 0:
-        return NotComputed("The answers follow the amount without exception: the slope has no bound.")
-    return _fitted(answers, amount, subject)
+        missing = NotComputed(f"All {what} are the same: there is no slope.")
+    elif answers[amount > amount.min()].min() == 1 and answers[amount == amount.min()].max() == 0:
+        missing = NotComputed("The answers follow the amount without exception: the slope has no bound.")
+    if missing is not None:
+        return missing, missing
+    fixed, influence = _fitted(answers, amount, subject)
+    return generalised(fixed, influence, subject, scene), fixed
 
 
 def _fitted(
     answers: NDArray[np.float64], amount: NDArray[np.float64], subject: NDArray[np.int_]
-) -> Effect | NotComputed:
+) -> tuple[Effect | NotComputed, NDArray[np.float64]]:
+    """The slope, and each answer's influence on it."""
     from statsmodels.genmod.cov_struct import Independence  # type: ignore[import-untyped]
     from statsmodels.genmod.families import Binomial  # type: ignore[import-untyped]
     from statsmodels.genmod.generalized_estimating_equations import GEE  # type: ignore[import-untyped]
@@ -87,10 +105,9 @@ def _fitted(
         fit = model.fit(cov_type="bias_reduced")
         estimate, error = float(fit.params[1]), float(fit.bse[1])
     if not (fit.converged and math.isfinite(estimate) and math.isfinite(error) and error > 0):
-        return NotComputed("The marginal model did not converge.")
-    return student_effect(
-        estimate,
-        error,
-        len(np.unique(subject)),
-        "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1",
-    )
+        return NotComputed("The marginal model did not converge."), np.zeros(len(answers))
+    expected = special.expit(design @ np.asarray(fit.params))
+    information = (design.T * (expected * (1 - expected))) @ design
+    influence = (design * (answers - expected)[:, None]) @ np.linalg.inv(information)[1]
+    method = "marginal logistic model (GEE), bias-reduced standard errors, t on subjects - 1"
+    return student_effect(estimate, error, len(np.unique(subject)), method), influence

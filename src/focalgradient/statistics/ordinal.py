@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.progress import Progress
-from focalgradient.statistics.cumulative import CumulativeFit, cumulative_fit
+from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
+from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import family, only_difference, student_effect
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 from focalgradient.statistics.tables import fixations_of
@@ -67,7 +68,8 @@ class OrdinalResult:
     slopes
         Of each fixation: change of the log odds of a higher answer for a millimetre of aperture.
     rises
-        The same from the pinhole (or none) to the largest aperture: `Effect.ratio` is the odds ratio.
+        The same from the pinhole (or none) to the largest aperture: `Effect.ratio` is the odds ratio. Like slopes and
+        differences they are over subjects and scenes, both random, where there are five scenes or more.
     interaction
         The rise with the nearest object in focus less that with the farthest, where there are two fixations.
     differences
@@ -80,10 +82,13 @@ class OrdinalResult:
         Standard deviations over subjects of level and rises, in log odds, in the order of `fixations`.
     log_likelihood
         At the maximum; None where there is no fit.
+    these_scenes
+        The rises, and then the differences of each pair, over subjects and for these scenes only.
 
     Notes
     -----
-    Rises and interaction are corrected by Holm as one family, the slopes with them: they are the same tests.
+    Rises and interaction are corrected by Holm as one family, the slopes with them: they are the same tests. Those for
+    these scenes are another.
     """
 
     formula: str
@@ -96,6 +101,7 @@ class OrdinalResult:
     subject_sd: tuple[float, ...]
     log_likelihood: float | None
     differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
+    these_scenes: tuple[Effect | NotComputed, ...] = ()
 
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
@@ -177,7 +183,14 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     contrasts = list(np.eye(design.shape[1])[: len(fixations)])
     pairs = list(combinations(range(len(fixations)), 2))
     contrasts += [contrasts[one] - contrasts[other] for one, other in pairs]
-    tests = family(_contrast(fit, contrast, len(names)) for contrast in contrasts)
+    fixed = [_contrast(fit, contrast, len(names)) for contrast in contrasts]
+    scene = pd.factorize(rows["scene"], sort=True)[0]
+    levels = design @ fit.fixed + (random * fit.effects[subject]).sum(axis=1)
+    deviations = _scene_deviations(answer_derivatives(category, levels, fit.thresholds), random, scene)
+    tests = family(
+        _over_scenes(test, deviations, contrast[: len(fixations)])
+        for test, contrast in zip(fixed, contrasts, strict=True)
+    )
     rises = tuple(tests[: len(fixations)])
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
     differences = {
@@ -198,6 +211,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         tuple(float(sd) for sd in np.sqrt((fit.spread**2).sum(axis=1))),
         fit.log_likelihood,
         differences if len(fixations) > 2 else {},
+        tuple(family(fixed)),
     )
 
 
@@ -209,6 +223,42 @@ def _contrast(fit: CumulativeFit, weights: FloatArray, subjects: int) -> Effect:
     error = math.sqrt(float(weights @ fit.covariance @ weights))
     estimate = float(weights @ fit.fixed)
     return student_effect(estimate, error, subjects, METHOD, remarks=remarks if fit.at_boundary else ())
+
+
+def _scene_deviations(
+    derivatives: tuple[FloatArray, FloatArray], random: FloatArray, scene: NDArray[np.int_]
+) -> tuple[FloatArray, FloatArray] | None:
+    """By how much each scene's level and rises differ from the model, and the covariance that the answers leave them.
+
+    One step of Newton's method from the fit, subjects at their most likely effects. None where some scene does not
+    show them all, or there are fewer than five.
+    """
+    slope, curvature = derivatives
+    scenes = int(scene.max()) + 1
+    away, left = np.empty((scenes, random.shape[1])), np.empty((scenes, random.shape[1], random.shape[1]))
+    for each in range(scenes):
+        own = random[scene == each]
+        information = (own.T * curvature[scene == each]) @ own
+        if scenes < FEWEST_SCENES or np.linalg.cond(information) > 1e8:
+            return None
+        left[each] = np.linalg.inv(information)
+        away[each] = left[each] @ (own.T @ slope[scene == each])
+    return away, left
+
+
+def _over_scenes(effect: Effect, deviations: tuple[FloatArray, FloatArray] | None, weights: FloatArray) -> Effect:
+    """The effect generalised to other scenes, by Cochran's Q of what the scenes' own rises (or their differences) are.
+
+    Each scene weighs by what its answers tell of it. Q over its degrees of freedom, one less than scenes, is 1 where
+    scenes do not differ; beyond it, it is what they add to the mean's variance.
+    """
+    if deviations is None:
+        return effect
+    away, left = deviations[0][:, 1:] @ weights, weights @ deviations[1][:, 1:, 1:] @ weights
+    total = float((1 / left).sum())
+    q = float(((away - (away / left).sum() / total) ** 2 / left).sum())
+    scenes = len(away)
+    return with_scenes(effect, scenes, q / (scenes - 1) / total, 1 / total)
 
 
 def _scaled(effect: Effect | NotComputed, width: float) -> Effect | NotComputed:
