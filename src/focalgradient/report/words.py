@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
@@ -18,6 +18,7 @@ from focalgradient.statistics import (
     NotComputed,
     OrdinalResult,
     Quality,
+    Rules,
     Scale,
 )
 from focalgradient.statistics.crossed import random_scenes
@@ -174,7 +175,7 @@ def necker_findings(result: NeckerResult) -> list[str]:
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
     """Methods of experiment 1, for a paper."""
     if part.data is None:
-        return [_own_table(part), _excluded(part.quality), *_analysis(part, bound, {})]
+        return [_own_table(part), _excluded(part.quality, scale=part.scale), *_analysis(part, bound, {})]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
@@ -184,7 +185,7 @@ def methods_ratings(part: Ratings, bound: float) -> list[str]:
         f"{_focused(design)} in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
         f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
-        _excluded(part.quality, middle="1" if part.scale == "ratio" else "the scale’s middle"),
+        _excluded(part.quality, scale=part.scale, catches=design.get("catch_pictures") or ("standard",)),
         *_analysis(part, bound, design),
     ]
 
@@ -314,7 +315,23 @@ def _people(found: Quality, simulated: bool) -> str:
     return _many(found.subjects_before, "subject")
 
 
-def _excluded(found: Quality, *, cube: bool = False, middle: str = "1") -> str:
+def _passed(rules: Rules, scale: str, catches: Collection[str]) -> str:
+    """What passes a catch trial of depth rating."""
+    near = f"within a factor {rules.catch_factor:g} of 1" if scale == "ratio" else "within one step of 0"
+    kinds = []
+    if "standard" in catches and scale in ("ratio", "bipolar"):  # on the others no answer to it is right
+        kinds.append(f"the standard itself, rated {near}")
+    if {"flatter", "deeper"} & set(catches):
+        right = "chosen rightly" if scale == "choice" else "rated on its side of the scale’s middle"
+        kinds.append(f"a clearly flat or deep drawing, {right}")
+    return (
+        "; ".join(kinds) or f"the standard itself, rated within a factor {rules.catch_factor:g} of the scale’s middle"
+    )
+
+
+def _excluded(
+    found: Quality, *, cube: bool = False, scale: str = "ratio", catches: Collection[str] = ("standard",)
+) -> str:
     rules = found.rules
     stated = []
     if rules.response_time is not None and not cube:
@@ -327,12 +344,13 @@ def _excluded(found: Quality, *, cube: bool = False, middle: str = "1") -> str:
         passed = (
             f"a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
             if cube
-            else f"the standard itself, rated within a factor {rules.catch_factor:g} of {middle}"
+            else _passed(rules, scale, catches)
         )
         who.append(f"passed less than {rules.catch_passed:.0%} of the catch trials ({passed})")
-    if rules.repeat_factor is not None and not cube:
+    factors = scale not in ("bipolar", "choice")  # of which such answers have none
+    if rules.repeat_factor is not None and factors and not cube:
         who.append(f"spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)")
-    if rules.lapses is not None:
+    if rules.lapses is not None and (cube or factors):
         lapse = (
             "held no key or both for"
             if cube
