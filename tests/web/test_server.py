@@ -112,6 +112,24 @@ def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> No
         assert events[:3] == ["begun", "trial", "trial"]
 
 
+def test_a_server_killed_after_the_last_answer_leaves_the_table_to_the_next(tmp_path: Path) -> None:
+    made = study(tmp_path)
+    someone = Participant(TestClient(client_of(made).app))  # its end is never run, as after a kill
+    someone.begin()
+    for number in range(len(someone.trials)):
+        someone.answer(number)
+    for place in made._places.values():
+        assert place.session is not None
+        place.session._journal.close()
+    made.people.close()
+    with client_of(study(tmp_path)) as second:
+        same = Participant(second, someone.token)
+        assert same.ask("finish").status_code == 200
+        assert same.ask("finish").status_code == 200
+    if not participant.DATABASE:
+        assert validate(tmp_path / "data").problems == ()
+
+
 def journal_of(made: Study) -> Path:
     """Of the first participant of a study."""
     return next(made.data.rglob("sub-*.jsonl"))

@@ -255,6 +255,8 @@ class Study:
             status, done = self._progress(place)
             if status != "complete":
                 raise Refused(409, "The session is not complete.", done=done)
+            if place.session is None:  # a server that was killed after the last answer has not made the table
+                self._rejoined(place)
             place.close()
         return {"completion": self.completion, "done": done}
 
