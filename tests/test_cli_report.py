@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 
 import pytest
 from click.testing import CliRunner, Result
@@ -37,6 +38,16 @@ def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
     assert result.exit_code == 0
     assert "row 4: fixation is 'middle', but must be one of nearest, farthest" in result.stderr
     assert (tmp_path / "report" / "necker.png").exists()
+
+
+@pytest.mark.parametrize("sittings", [-1, ["x"]])
+def test_a_session_whose_sittings_are_no_tables_is_left_out_and_named(data, tmp_path, sittings):
+    root = shutil.copytree(data, tmp_path / "data")
+    path = rating_file(root).with_suffix(".json")
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"Sittings": sittings}))
+    result = run(root, "--out", tmp_path / "report", "--workers", "1")
+    assert result.exit_code == 0, result.output
+    assert "Sittings must be a list of tables" in result.stderr
 
 
 @pytest.mark.parametrize(

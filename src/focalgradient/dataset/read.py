@@ -349,6 +349,9 @@ def _sidecar(files: Files) -> dict[str, Any]:
         raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
         raise InputError(f"{path} does not hold the design: {remedy}.")
+    sittings = found.get("Sittings", [])
+    if not (isinstance(sittings, list) and all(isinstance(one, dict) for one in sittings)):
+        raise InputError(f"{path}: Sittings must be a list of tables: {remedy} with --export.")
     try:
         design = checked_design(str(path), found["Design"])
         if design.task != files.task:
