@@ -165,7 +165,7 @@ def test_nothing_is_half_written(folder, monkeypatch, broken, code):
         path.write_bytes(b"half")
         raise broken
 
-    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth({}))
+    monkeypatch.setattr(focalgradient, "recover_depth", fake_depth({"psf": "disc", "k": 0.5}))
     monkeypatch.setattr(DepthMap, "save", save)
     before = sorted(folder.rglob("*"))
     result = run("depth", "views.toml", "--out", "out")

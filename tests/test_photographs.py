@@ -347,6 +347,12 @@ def test_all_that_is_missing_is_named_at_once(tmp_path):
         assert parameter in str(error.value)
 
 
+def test_one_picture_given_twice_is_refused(tmp_path):
+    first, second = (write(tmp_path / name, RGB8) for name in ("a.png", "b.png"))
+    with pytest.raises(InputError, match=r"a\.png and .*b\.png hold the same picture"):
+        read_photographs([first, second])
+
+
 def test_sizes_must_agree(tmp_path):
     files = [write(tmp_path / "a.png", RGB16), write(tmp_path / "b.png", RGB16[:-1])]
     with pytest.raises(InputError, match=r"a\.png is 16 x 12 pixels but .*b\.png is 16 x 11"):

@@ -94,8 +94,8 @@ def test_a_cell_with_one_saturated_green_pixel_counts_as_saturated(tmp_path):
 
 @needs_rawpy
 def test_a_pixel_of_the_view_is_two_of_the_sensor(tmp_path):
-    for name in ("a.dng", "b.dng"):
-        dng(tmp_path / name, mosaic(GREEN))
+    for name, light in (("a.dng", GREEN), ("b.dng", 0.9 * GREEN)):
+        dng(tmp_path / name, mosaic(light))
     shots = "".join(
         f'[[view]]\nimage = "{n}.dng"\nf_number = {f}\nfocus_distance_m = 0.5\n' for n, f in (("a", 4), ("b", 8))
     )

@@ -23,7 +23,7 @@ def with_image(view: View, image: np.ndarray) -> View:
 @pytest.mark.parametrize(
     ("views", "said"),
     [
-        ([], "0 view given, but method .equalise. needs 2 or more: add a view"),
+        ([], "0 views given, but method .equalise. needs 2 or more: add a view"),
         ([SHARP], "1 view given"),
         ([SHARP, with_image(WIDE, IMAGE[:, :-2])], "view 1 is 80 x 64 pixels but view 2 is 78 x 64"),
         ([SHARP, WIDE, with_image(WIDE, IMAGE[:-1])], "view 1 is 80 x 64 pixels but view 3 is 80 x 63"),

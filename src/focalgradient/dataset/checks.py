@@ -153,6 +153,7 @@ class _Checked:
         self.manifests: dict[str, tuple[list[str], dict[tuple[str, ...], str], frozenset[str]]] = {}
         self.stated: dict[Files, tuple[str, dict[str, Any]]] = {}
         self.labels: set[str] = set()
+        self.to_resume: set[str] = set()
 
     def add(self, other: _Checked) -> None:
         """Take over what was found in other sessions, and name files as this one does."""
@@ -167,6 +168,7 @@ class _Checked:
         self.manifests |= other.manifests
         self.stated |= {files: (named(where), stated) for files, (where, stated) in other.stated.items()}
         self.labels |= other.labels
+        self.to_resume |= other.to_resume
 
     def session(self, files: Files) -> None:
         """Check one session."""
@@ -174,6 +176,7 @@ class _Checked:
         log = self._journal(files)
         if not files.table.exists():
             self.problems.append(f"{files.journal} has no table: resume the session, or make the table with --export.")
+            self.to_resume.add(files.participant)
             if log is not None:
                 self._follow(files, log, None)
             return
@@ -348,8 +351,9 @@ class _Checked:
             if count > 1
         ]
         known = {name.removeprefix("sub-") for name in names}
-        self.problems += [
-            f"{path}: sub-{label} is missing: add a row, with its kind." for label in sorted(self.labels - known)
+        self.problems += [  # of a session cut off before its row was written, resuming makes that, too
+            f"{path}: sub-{label} is missing: add a row, with its kind."
+            for label in sorted(self.labels - known - self.to_resume)
         ]
         numbers: dict[str, str] = {}
         for label in sorted(self.labels | known):

@@ -272,7 +272,8 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
     least, most = METHODS[method].least, METHODS[method].most
     if len(views) < least:
         raise InputError(
-            f"{len(views)} view{'s' * (len(views) > 1)} given, but method {method!r} needs {least} or more: add a view."
+            f"{len(views)} view{'s' * (len(views) != 1)} given, but method {method!r} needs {least} or more: add a "
+            "view."
         )
     if most is not None and len(views) > most:
         raise InputError(f"{len(views)} views given, but method {method!r} takes {most} at most: give fewer.")

@@ -179,7 +179,13 @@ def read_photographs(
         from focalgradient.photographs.cropping import cropped
 
         photographs = cropped(photographs)
-    for other in photographs[1:]:
+    for number, other in enumerate(photographs[1:], 1):
+        for one in photographs[:number]:
+            if np.array_equal(one.luminance, other.luminance):
+                raise InputError(
+                    f"{printable(one.path)} and {printable(other.path)} hold the same picture, pixel for pixel: depth "
+                    "is told by what differs, so give photographs of different aperture or focus."
+                )
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
             raise InputError(
