@@ -3,8 +3,10 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -17,7 +19,7 @@ from scipy import ndimage
 
 import focalgradient
 from focalgradient import DepthMap, FocalGradientWarning, InputError, Lens, memory
-from focalgradient.cli import main
+from focalgradient.cli import main, program
 
 TOML = """\
 [camera]
@@ -157,6 +159,24 @@ def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
     assert summary["details"] == {"noise": [None, 0.5], "reach": [1.0, "inf"]}
     assert summary["medians"]["distance_m"] is None
     assert summary["warnings"][0] == "the side\nis open"
+
+
+@pytest.mark.parametrize(
+    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, program.Terminated)]
+)
+def test_a_signal_in_a_destructor_is_not_lost(number, raised):
+    class Odd:
+        def __del__(self):
+            signal.raise_signal(number)
+
+    def work():
+        Odd()
+        time.sleep(20)
+
+    start = time.monotonic()
+    with program._terminable(), pytest.raises(raised):
+        work()
+    assert time.monotonic() - start < 15  # the sleep is cut short
 
 
 @pytest.mark.parametrize(("broken", "code"), [(KeyboardInterrupt, 130), (OSError(28, "No space left"), 2)])

@@ -52,6 +52,9 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 OPTIONS = {"(align=True)": "(--align)", "(near, far)": "(--near, --far)"}
 """What the library's warnings call parameters, and the command's options for them."""
 
+AGAIN = 0.05
+"""Seconds after which a signal comes again that was lost in a destructor."""
+
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
 
 
@@ -129,11 +132,28 @@ def _terminable() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+
+    def again(ignored: Any) -> None:
+        if issubclass(ignored.exc_type, KeyboardInterrupt):  # it came where Python lets none through: in a destructor
+            number = signal.SIGTERM if issubclass(ignored.exc_type, Terminated) else signal.SIGINT
+            threading.Timer(AGAIN, _signal_main_thread, (number,)).start()
+        else:
+            otherwise(ignored)
+
     before = signal.signal(signal.SIGTERM, stop)
+    otherwise, sys.unraisablehook = sys.unraisablehook, again
     try:
         yield
     finally:
+        sys.unraisablehook = otherwise
         signal.signal(signal.SIGTERM, before)
+
+
+def _signal_main_thread(number: signal.Signals) -> None:
+    if sys.platform == "win32":
+        signal.raise_signal(number)
+    else:
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
 
 
 def fail(sentence: str) -> NoReturn:
