@@ -83,8 +83,8 @@ def files(out: Path) -> set[str]:
     return {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()} if out.exists() else set()
 
 
-def litter(folder: Path) -> list[str]:
-    return [str(path) for path in folder.rglob(".*")]
+def litter(folder: Path) -> set[str]:
+    return {str(path) for path in folder.rglob(".*")}
 
 
 class Results:
@@ -244,6 +244,7 @@ def gone(processes: set[int]) -> bool:
 
 def kill(command: Command, way: signal.Signals, share: float) -> str:
     """Run, and kill after a share of the processor time that a run takes."""
+    before = litter(command.folder)  # of a run that was killed, where this one is killed before it sweeps
     run = command.begin()
     until = time.monotonic() + 2 * share * command.lasts
     while time.monotonic() < until and busy(run.process) < share * command.busy:
@@ -259,7 +260,8 @@ def kill(command: Command, way: signal.Signals, share: float) -> str:
     if way != signal.SIGKILL and not early:
         assert "Traceback" not in words, words[-1500:]
         assert ("nothing was said", *words.strip().splitlines())[-1].startswith("Interrupted"), words[-500:]
-        assert not litter(command.folder), litter(command.folder)
+        left = litter(command.folder) - before
+        assert not left, (way.name, left, words[-500:])
     return "killed before it began" if early and way != signal.SIGKILL else f"killed by {way.name}"
 
 

@@ -120,6 +120,17 @@ def told(key: str, value: object, task: str = "depthrating") -> Callable[[Path],
     return damage
 
 
+def retold(change: Callable[[dict], object], task: str = "depthrating") -> Callable[[Path], None]:
+    """Change what a sidecar holds in any way, and nothing else."""
+
+    def damage(root: Path) -> None:
+        found = json.loads(sidecar(root, task).read_text())
+        change(found)
+        sidecar(root, task).write_text(json.dumps(found))
+
+    return damage
+
+
 def forged(change: Callable[[list[dict]], object], task: str = "depthrating") -> Callable[[Path], None]:
     """Change what a journal holds, with a chain, a table and a sidecar that fit the change."""
 
@@ -275,6 +286,37 @@ DAMAGES = {
     "simulated or not": (told("Simulated", True), "differ in whether observers were simulated"),
     "other keys told": (told("Keys", {"rigid": "a", "nonrigid": "b"}, "necker"), "Keys differs from what the journal"),
     "another task told": (told("TaskName", "tapping"), "TaskName differs from what the journal says"),
+    "a key added": (retold(lambda told: told.update(Note="x")), "Note stands in it, but not in its journal: move it"),
+    "keys added": (retold(lambda told: told.update(A=1, B=2)), "A, B stand in it, but not in its journal"),
+    "a key removed": (retold(lambda told: told.pop("Keys")), "Keys differs from what the journal says"),
+    "a journal's length removed": (retold(lambda told: told.pop("Journal")), "Journal differs from what the journal"),
+    "null for a key that is null": (retold(lambda told: told.pop("StimuliSHA256"), "necker"), "StimuliSHA256 differs"),
+    "a seed that is true": (told("Seed", True), "Seed differs from what the journal says"),
+    "a seed in words": (told("Seed", "1"), "Seed differs from what the journal says"),
+    "a key added to an apparatus": (
+        retold(lambda told: told["Sittings"][0]["Apparatus"].update(lamp=1)),
+        "Sittings differs from what the journal says",
+    ),
+    "a level's words": (
+        retold(lambda told: told["catch"].update(Levels={"true": "x"}), "depthrating"),
+        "catch differs from what the journal says",
+    ),
+    "a design's number that is true": (
+        retold(lambda told: told["Design"].update(repetitions=True)),
+        "repetitions is true, but must be a whole number",
+    ),
+    "a key of the design removed": (
+        retold(lambda told: told["Design"].pop("picture_s")),
+        "Design differs from what the journal says",
+    ),
+    "a key that stands twice": (
+        lambda root: sidecar(root).write_text(sidecar(root).read_text().replace("{", '{"Seed": 3,', 1)),
+        "the key 'Seed' stands there twice",
+    ),
+    "a nested key that stands twice": (
+        lambda root: sidecar(root).write_text(sidecar(root).read_text().replace('"Events":', '"Events": 3, "Events":')),
+        "the key 'Events' stands there twice",
+    ),
     "sidecar lost": (lambda root: sidecar(root).unlink(), "beh.json cannot be read"),
     "sidecar nested": (lambda root: sidecar(root).write_text("[" * 200_000), "nested too deeply|is not valid JSON"),
     # All together, with a chain, a table and a sidecar that fit.

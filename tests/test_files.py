@@ -237,3 +237,40 @@ def test_what_a_dead_run_left_is_swept_by_the_next(tmp_path: Path) -> None:
     with files.staged(tmp_path) as living:
         sweep(tmp_path)
         assert sorted(tmp_path.iterdir()) == sorted([tmp_path / ".focalgradient-mine", living])
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # open files that Python closes
+def test_an_interruption_at_any_line_leaves_nothing_hidden(tmp_path: Path) -> None:
+    """As by Ctrl-C: before each line in turn of the writing of a file."""
+
+    def run(until: int) -> int:
+        count = 0
+
+        def trace(frame: Any, event: str, _: object) -> Any:
+            nonlocal count
+            if Path(frame.f_code.co_filename).name not in ("writing.py", "contextlib.py"):
+                return None
+            if event == "line":
+                count += 1
+                if count == until:
+                    raise KeyboardInterrupt
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            write_whole(tmp_path / "out.txt", b"whole")
+        except KeyboardInterrupt:
+            pass
+        finally:
+            sys.settrace(before)
+        return count
+
+    lines = run(-1)
+    assert lines > 30
+    for number in range(1, lines + 1):
+        (tmp_path / "out.txt").unlink(missing_ok=True)
+        run(number)
+        left = [path.name for path in tmp_path.iterdir()]
+        assert left in ([], ["out.txt"]), f"{left} after an interruption before line {number} of {lines}"
+        assert not left or (tmp_path / "out.txt").read_bytes() == b"whole"

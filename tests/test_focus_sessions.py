@@ -17,15 +17,16 @@ def session(tmp_path: Path) -> tuple[Path, Path]:
     add_participant(root, "01", {"kind": "human"})
     files = Files(root, "gazefocus", "01")
     place = files.journal.with_name(files.journal.name.replace("_beh.", "_events."))
-    head = {"event": "begun", "task": "gazefocus", "participant": "01", "session": None}
-    changes = [Change(1.0 + n, n / 2, 10.0 * n, 20.0, n / 2, 20.123456 + n, 1.2) for n in range(3)]
-    with Journal.begin(place, head) as journal:
+    about = {"task": "gazefocus", "participant": "01", "session": None}
+    waits = [20.123456 + n for n in range(3)]
+    changes = [Change(1.0 + n, n / 2, 10.0 * n, 20.0, n / 2, ms, ms * 60 / 1e3) for n, ms in enumerate(waits)]
+    with Journal.begin(place, {"event": "begun", **about}) as journal:
         journal.write({"event": "note", "kind": "ready", "time": 0.5})
         for change in changes:
             journal.write({"event": "note", "kind": "focus", **change._asdict()})
             journal.write({"event": "note", "kind": "focus", "time": change.onset})
         journal.write({"event": "note", "kind": "gaze", "samples": [[0.1, 1.0, 2.0]]})
-    write_tables(files, head, changes, 60.0, 1 / 60)
+    write_tables(files, about, changes, 60.0, 1 / 60)
     assert validate(root).problems == ()
     return place, files.beside("events.tsv")
 
@@ -66,3 +67,27 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
     lines[2] = lines[2].replace(b'"gaze_x": 0.0', b'"gaze_x": "left"')
     place.write_bytes(b"".join(lines))
     assert "gaze_x is 'left', but must be a number" in problems(place)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('"task": "gazefocus"', '"task": "gaze"', "Settings differs from what the journal says"),
+        ('"ms": 21.623', '"ms": 11.623', "Latency differs from what the journal says"),
+        ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate, FramePacing differ from what the journal says"),
+        ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from what the journal says"),
+        ('"TaskName"', '"Note": 1, "TaskName"', "Note stands in it, but not in its journal: restore it"),
+        ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' stands there twice"),
+        ("{", "[{", "is not valid JSON"),
+    ],
+)
+def test_a_sidecar_that_was_changed_is_found(session: tuple[Path, Path], old: str, new: str, sentence: str) -> None:
+    place, table = session
+    path = table.with_suffix(".json")
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    assert sentence in problems(place)
+    path.write_text("[1]")
+    assert "is no JSON object: restore it" in problems(place)
+    path.unlink()
+    assert "cannot be read" in problems(place)

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from focalgradient.dataset.alike import same_content
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text, withdrawn
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
@@ -28,7 +29,6 @@ from focalgradient.dataset.consistency import (
 )
 from focalgradient.dataset.events import SHA256
 from focalgradient.dataset.focus import focus_journals, wrong_focus
-from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.read import NAME, SessionTable, checked_design, participants_of, read_session, sessions_of
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest

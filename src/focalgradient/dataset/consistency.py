@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.dataset.alike import differences
 from focalgradient.dataset.bids import sidecar_of
 from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
@@ -101,11 +102,7 @@ def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
 
 def wrong_sidecar(sidecar: Mapping[str, Any], log: Log) -> Iterator[str]:
     """Name the keys in which a sidecar differs from what its journal makes."""
-    made = json.loads(json.dumps(sidecar_of(log)))
-    keys = [key for key, value in made.items() if sidecar.get(key) != value]
-    if keys:
-        differ = "differ" if len(keys) > 1 else "differs"
-        yield f"{', '.join(keys)} {differ} from what the journal says: move it away, and use --export."
+    yield from differences(sidecar, json.loads(json.dumps(sidecar_of(log))))
 
 
 def wrong_rows(

@@ -8,19 +8,15 @@ are made of it, as the tables are; their columns are those of BIDS 1.11 (BEP020)
 from __future__ import annotations
 
 import gzip
-import io
 import json
 import math
-import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from itertools import pairwise
-from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
 from focalgradient.dataset import columns
-from focalgradient.files import read_bytes
 
 __all__ = [
     "DISPERSION_DEG",
@@ -33,7 +29,6 @@ __all__ = [
     "fixations",
     "gaze_files",
     "recording_files",
-    "same_content",
 ]
 
 DISPERSION_DEG = 1.0
@@ -302,27 +297,6 @@ def _about_coordinates() -> dict[str, dict[str, str]]:
             ("y_coordinate", "y", "From the screen's upper edge down."),
         )
     }
-
-
-def same_content(path: Path, made: bytes) -> bool:
-    """Whether a file says what was made of the journal: its rows; of a sidecar its settings, not their descriptions."""
-    content = read_bytes(path, "a file of the gaze")
-    if content == made:
-        return True
-    try:
-        if path.suffix == ".gz":  # another machine may compress otherwise
-            wanted = gzip.decompress(made)
-            with gzip.GzipFile(fileobj=io.BytesIO(content)) as file:
-                return file.read(len(wanted) + 1) == wanted
-        there, wanted_settings = json.loads(content), json.loads(made)
-    except (OSError, EOFError, ValueError, zlib.error):
-        return False
-    settings = [key for key, value in wanted_settings.items() if key != "Description" and not _described(value)]
-    return isinstance(there, dict) and all(there.get(key) == wanted_settings[key] for key in settings)
-
-
-def _described(value: object) -> bool:
-    return isinstance(value, dict) and "Description" in value
 
 
 SITTING = {"Description": columns.SITTING.about}

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from focalgradient.dataset.alike import same_content
 from focalgradient.dataset.bids import (
     Files,
     export,
@@ -25,7 +26,6 @@ from focalgradient.dataset.bids import (
     withdrawn,
 )
 from focalgradient.dataset.events import Event
-from focalgradient.dataset.gaze import same_content
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.read import checked_design

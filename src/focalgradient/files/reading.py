@@ -10,6 +10,7 @@ import re
 import stat
 import tomllib
 import zipfile
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, BinaryIO, NoReturn
@@ -155,7 +156,7 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
 
 
 def read_json(path: str | os.PathLike[str], what: str = "a JSON file", largest: int = LARGEST_TEXT) -> Any:
-    """Read a file of strict JSON: NaN and infinities are none.
+    """Read a file of strict JSON: NaN and infinities are none, and no key stands twice in one object.
 
     Raises
     ------
@@ -174,7 +175,7 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
         If it is not JSON, or nested beyond reason.
     """
     try:
-        return json.loads(text, parse_constant=_no_constant)
+        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_each_once)
     except (RecursionError, MemoryError) as error:
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
     except ValueError as error:
@@ -183,6 +184,15 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
 
 def _no_constant(word: str) -> NoReturn:
     raise ValueError(f"{word} is no JSON")
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object's content: of a key that stands twice, programs take this value or that."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        key, _ = Counter(key for key, _ in pairs).most_common(1)[0]
+        raise ValueError(f"the key {key[:40]!r} stands there twice")
+    return content
 
 
 def read_array(

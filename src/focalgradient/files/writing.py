@@ -96,10 +96,13 @@ def staged(base: str | os.PathLike[str]) -> Iterator[Path]:
     base = Path(base)
     sweep(base)
     folder = base / f".focalgradient-{_host()}-{os.getpid()}-{secrets.token_hex(8)}"
-    folder.mkdir(mode=0o700)
     try:
-        yield folder
-    finally:
+        try:
+            folder.mkdir(mode=0o700)
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    finally:  # again: a signal may have cut the first off
         shutil.rmtree(folder, ignore_errors=True)
 
 
