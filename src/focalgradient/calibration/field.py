@@ -209,7 +209,7 @@ def _radius(camera: Calibration, f_number: float, focus: float) -> float:
 
 def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
     """Standard deviation in dioptres by the split-band test, and the rest, by noise; each H x W."""
-    from focalgradient.depth.equalise.split_band import LEAST_BLUR  # loaded when there is a map
+    from focalgradient.depth.model_error import LEAST_BLUR  # loaded when there is a map
 
     tau = float(depth.details.get("split_band", {}).get("tau", 0.0))
     pixel_angle = views[0].pixel_angle

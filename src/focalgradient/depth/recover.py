@@ -154,8 +154,9 @@ def recover_depth(
         ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
         points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
         and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
-        ``brightness`` of the views, or None. Where no pixel is valid, ``rejected`` says why.
-        Where no pixel is valid, ``rejected`` says why.
+        ``brightness`` of the views, or None. Where no pixel is valid, ``rejected`` says why. By ``"spectra"`` also
+        ``tau``, the same error as its bands show it. Neither ``"ratio"`` nor ``"edges"`` without a calibration knows
+        such an error: their ``vergence_sd`` holds for blur of the shape that is assumed.
 
     Raises
     ------

@@ -16,15 +16,12 @@ import numpy as np
 from focalgradient.depth.equalise.likelihood import equalise
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.estimate import Problem
+from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import DISC_K, PsfName
 
 __all__ = ["Fit", "Shape", "fit_models", "fit_shapes", "judge_shape"]
-
-DOUBTFUL = 0.05
-"""Model error, as a share of the blur radius, from which a user is warned: right models give 0 to 0.01, and up to 0.04
-where a part of one view was replaced."""
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared."""

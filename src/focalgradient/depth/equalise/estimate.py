@@ -27,12 +27,13 @@ from focalgradient.depth.equalise.likelihood import (
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
-from focalgradient.depth.equalise.split_band import LEAST_BLUR, SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
 from focalgradient.depth.numerics import GROWTH, NODES
 from focalgradient.depth.registration import RegisteredViews
@@ -54,9 +55,6 @@ power: of views nearly without noise the strongest contrasts contradict every mo
 BARE = 0.3
 """Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
 0.16)."""
-
-LARGEST_TAU = 0.25
-"""Model error as a share of the blur beyond which nothing is claimed: blur of a wrong shape gives up to 0.2."""
 
 UNEVEN = 8.0
 """Largest factor that unevenness of the residual asks of texture: a choice."""

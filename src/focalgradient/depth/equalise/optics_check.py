@@ -14,8 +14,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from focalgradient.depth.equalise.blur_shape import DOUBTFUL, SIDE, Shape, fit_models
+from focalgradient.depth.equalise.blur_shape import SIDE, Shape, fit_models
 from focalgradient.depth.estimate import Problem
+from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.search import Search
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics

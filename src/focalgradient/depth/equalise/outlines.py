@@ -31,9 +31,9 @@ from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_edges import FARTHEST, blurs_at, moved_to_edges
 from focalgradient.depth.equalise.outline_jumps import find_small_jumps
-from focalgradient.depth.equalise.split_band import LEAST_BLUR
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 

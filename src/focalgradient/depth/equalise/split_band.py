@@ -21,23 +21,15 @@ from scipy import fft
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
+from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 
-__all__ = ["LEAST_BLUR", "SplitBand", "split_band_test"]
+__all__ = ["SplitBand", "split_band_test"]
 
 CUTS = (0.25, 0.35)
 """Frequencies at which the band is split, in cycles per blur radius: chosen on 70 rendered pairs; one alone misses."""
 
 LEAST_RADIUS = 0.8
 """Blur radius in pixels below which the cuts move no further: beyond them would lie aliased detail only."""
-
-LEAST_BLUR = 0.5
-"""Blur radius in pixels below which a model error counts as a share of this: small blur is the pixels' own."""
-
-TRIMMED = 0.05
-"""Share of the nodes, those that differ most, that is left out: outlines and contradictions are no model error."""
-
-LEAST_NODES = 30
-"""Nodes below which nothing can be said of the model."""
 
 SURROUND = 24
 """Pixels of mirrored surround about the frame, for the filters not to wrap."""
@@ -117,11 +109,9 @@ def split_band_test(
             equalised, nodes, spectra, at_pixels, weight, cut / radius, noise
         )
         difference, variance = (low - high)[use], (widening * (low_variance + high_variance))[use]
-        ratio = difference**2 / variance
-        kept = ratio <= np.quantile(ratio, 1 - TRIMMED)
-        excess = (ratio[kept] - 1).sum() / (share[kept] ** 2 / variance[kept]).sum()
-        taus.append(float(np.sqrt(np.clip(excess, 0.0, 1.0))))  # an error of the whole blur at most
-        differences.append(float(np.mean((difference / share)[kept])))
+        tau, mean = random_effects(difference, variance, share)
+        taus.append(tau)
+        differences.append(mean)
     return SplitBand(max(taus), tuple(cut / radius for cut in CUTS), tuple(taus), tuple(differences), int(use.sum()))
 
 

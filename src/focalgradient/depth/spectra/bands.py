@@ -243,6 +243,7 @@ class Compared:
     bands: Bands
     hypothesis: Hypothesis
     slope: Image  # h x w, in pixels^2
+    difference: Image  # K x h x w: P1 - P2
     weight: Image  # K x h x w: of the difference of power in each band, in the slope
     power: Image  # K x h x w: the scene's
     misfit: Image  # h x w: what the line leaves, squared, over its variance, summed, beyond what noise leaves
@@ -287,14 +288,36 @@ class Compared:
         left = difference - 2 * power * np.tanh(slope * row(squared) / 2)
         spread = (row(lit) * power + row(dark)) / np.maximum(shares, 1e-6)
         misfit = (row(used) * left**2 / spread).sum(axis=0) - (used.sum() - 1)
-        return cls(bands, hypothesis, slope, weight, power, misfit, support, shares, covariances)
+        return cls(bands, hypothesis, slope, difference, weight, power, misfit, support, shares, covariances)
 
     @cached_property
     def variance(self) -> FloatArray:
         """Variance of the slope (h x w); huge where the patch is uninformative."""
-        dark, lit = self._parts(np.s_[:])
-        variance = _quadratic(lit, self.covariances[0], lit) + _quadratic(dark, self.covariances[1], dark)
+        variance = self._variance(self.weight)
         return np.where((self.support > 0.01) & (variance > 0), variance, NOTHING)
+
+    def coarse_less_fine(self, share: float) -> tuple[FloatArray, FloatArray]:
+        """The slope from coarse detail less that from fine, and the variance of what they differ by (h x w each).
+
+        The coarse half has `share` of what the bands tell of the slope over the whole frame. What it has of a band that
+        falls to both is counted in both: its noise cancels.
+        """
+        scene = self.bands.means(self.hypothesis.scene) + 1e-30
+        squared = self.bands.means(self.hypothesis.scene * RADII**2) / scene
+        told = self.weight * squared.astype(np.float32)[:, None, None] * self.power
+        whole = told.mean(axis=(1, 2), dtype=float)
+        before = np.cumsum(whole) - whole
+        coarse = np.clip((share * whole.sum() - before) / np.maximum(whole, 1e-30), 0, 1)
+        coarse = coarse.astype(np.float32)[:, None, None]
+        parts = [(told * half).sum(axis=0) for half in (coarse, 1 - coarse)]
+        contrast = self.weight * (coarse / (parts[0] + 1e-6) - (1 - coarse) / (parts[1] + 1e-6))
+        known = (np.minimum(*parts) > 0.01) & (self.support > 0.01)
+        return (contrast * self.difference).sum(axis=0), np.where(known, self._variance(contrast), NOTHING)
+
+    def _variance(self, weight: Image) -> FloatArray:
+        """Variance of the sum over bands of the differences times `weight` (K x h x w)."""
+        dark, lit = self._parts(weight, np.s_[:])
+        return _quadratic(lit, self.covariances[0], lit) + _quadratic(dark, self.covariances[1], dark)
 
     def covariance(self, other: Compared, mine: int, its: int, where: NDArray[np.bool_]) -> FloatArray:
         """Covariance, at nodes `where`, of the slope with another's, through a view that both compare.
@@ -306,13 +329,13 @@ class Compared:
         usual = (self.bands.means(one.hypothesis.scene) + 1e-30 for one in (self, other))
         lit = 4 * self.bands.covariance(scene, noise) / np.sqrt(np.outer(*usual))
         dark = 2 * self.bands.covariance(noise, noise)
-        (own_dark, own_lit), (its_dark, its_lit) = (one._parts(np.s_[:, where]) for one in (self, other))
+        (own_dark, own_lit), (its_dark, its_lit) = (one._parts(one.weight, np.s_[:, where]) for one in (self, other))
         total = _quadratic(own_lit, lit, its_lit) + _quadratic(own_dark, dark, its_dark)
         return total if mine == its else -total
 
-    def _parts(self, place: Any) -> tuple[Image, Image]:
-        """The weights at `place`, as the noise meets them alone and together with the scene."""
-        weight = self.weight[place] / np.sqrt(np.maximum(self.shares[place], 1e-6))
+    def _parts(self, weight: Image, place: Any) -> tuple[Image, Image]:
+        """A `weight` at `place`, as the noise meets it alone and together with the scene."""
+        weight = weight[place] / np.sqrt(np.maximum(self.shares[place], 1e-6))
         return weight, weight * np.sqrt(self.power[place])
 
 

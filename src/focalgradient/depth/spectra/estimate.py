@@ -5,6 +5,7 @@ from __future__ import annotations
 from scipy import stats
 
 from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU
 from focalgradient.depth.noise import noise_from_residuals
 from focalgradient.depth.spectra.pairs import Differences
 from focalgradient.depth.validity import blur_is_known
@@ -26,12 +27,22 @@ def estimate(problem: Problem) -> Estimate:
     agrees = joint.agrees(settings.false_alarm)
     # A depth at the end of the search must fit as well as any.
     inside = joint.misfit <= stats.chi2.isf(settings.false_alarm, count - 1)
-    known = blur_is_known(joint.vergence_sd * search.slope, search.radius(joint.vergence))
+    # The model's error is stated, and no reason to claim nothing, until most of it is the model's.
+    known = (joint.tau <= LARGEST_TAU) & blur_is_known(joint.noise_sd * search.slope, search.radius(joint.vergence))
+    disagreeing = float(1 - agrees[joint.whole].mean()) if joint.whole.any() else 0.0
+    texts = []
+    if joint.tau >= DOUBTFUL and disagreeing < 0.5:  # views that contradict each other are no matter of blur's shape
+        texts.append(
+            f"the blur is not quite a {settings.model}: depth from coarse detail and depth from fine detail differ by "
+            f"{joint.tau:.0%} of the blur, which is part of the standard deviations; compare method equalise, which "
+            "tells what shape is likelier, or check focus and apertures."
+        )
     valid = joint.to_blocks(known & agrees & inside & joint.unambiguous, registered.shape) & registered.usable
     return Estimate(
         joint.to_pixels(joint.vergence, search.spacing, registered.shape),
         joint.to_pixels(joint.vergence_sd, search.spacing, registered.shape),
         valid,
         noise=[sd * gain for sd, gain in zip(noise_sd, registered.gains, strict=True)],
-        details={"share_disagreeing": float(1 - agrees[joint.whole].mean()) if joint.whole.any() else 0.0},
+        details={"tau": joint.tau, "share_disagreeing": disagreeing},
+        warnings=texts,
     )

@@ -19,9 +19,10 @@ from scipy import stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, RADII, FloatArray, disc_pass
+from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.spectra.bands import Bands, Compared, Hypothesis, compare, scene_level
+from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
 from focalgradient.depth.validity import SECONDARY_MINIMUM
 from focalgradient.psf import DISC_K, PsfName, transfer
 
@@ -37,6 +38,9 @@ MARGIN = 3.0
 
 SUPPORT = 0.9
 """Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate."""
+
+SPLITS = (1 / 3, 2 / 3)
+"""Shares of what all detail tells of depth that count as coarse; one alone may miss an error."""
 
 LEAST_STEP, STEP = 0.25, 0.1
 """Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two."""
@@ -66,10 +70,12 @@ class JointEstimate:
     pairs: tuple[Pair, ...]
     vergence: FloatArray
     vergence_sd: FloatArray
+    noise_sd: FloatArray  # the part of it that comes from noise
     statistic: FloatArray  # chi-square of the pairs' disagreement
     misfit: FloatArray  # chi-square of the best depth in the range searched, if that is at its end
     unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
     support: FloatArray  # share of the window that could be used
+    tau: float  # the model error, as a share of the blur radius
     step: int  # pixels from node to node
 
     @property
@@ -157,22 +163,27 @@ class Differences:
         bend = np.array([self.variance_per_square[j] - self.variance_per_square[i] for i, j in self.pairs])
         bends = np.broadcast_to(bend[:, None, None], here.shape)
         first, second = _quadratic(steep, inverse, steep), _quadratic(bends, inverse, bends)
-        sd = _reach(np.sqrt(first), np.sqrt(second))
+        support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
+        support = np.take_along_axis(support, np.rint(FINE * place).astype(np.intp)[None], axis=0)[0]
+        noise_sd = _reach(np.sqrt(first), np.sqrt(second))
+        tau, model_sd = self._model_error(place, vergence, steep, support)
+        sd = np.hypot(noise_sd, model_sd)
         explained = _quadratic(steep, inverse, here) ** 2 / np.maximum(first, 1e-30)
         whole = _quadratic(here, inverse, here)
         pairs = tuple(
-            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p])))
+            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p]), model_sd))
             for p, (i, j) in enumerate(self.pairs)
         )
-        support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
         return JointEstimate(
             pairs,
             vergence,
             sd,
+            noise_sd,
             statistic=whole - explained,
             misfit=whole,
-            unambiguous=self._unambiguous(cost, fine, place, vergence, sd),
-            support=np.take_along_axis(support, np.rint(FINE * place).astype(np.intp)[None], axis=0)[0],
+            unambiguous=self._unambiguous(cost, fine, place, vergence, noise_sd),
+            support=support,
+            tau=tau,
             step=self.step,
         )
 
@@ -202,6 +213,36 @@ class Differences:
         # Where no depth fits, as the model itself errs, a second minimum may fit as much worse again.
         return ~(minimum & (cost < SECONDARY_MINIMUM + 2 * np.maximum(cost.min(axis=0), 0))).any(axis=0)
 
+    def _model_error(
+        self, place: FloatArray, vergence: FloatArray, steep: Floats, support: FloatArray
+    ) -> tuple[float, FloatArray]:
+        """By how much the blur model errs, as a share of the blur, and the standard deviation that this gives vergence.
+
+        Depth from coarse detail and depth from fine detail must agree where the model is right.
+        """
+        unit = np.maximum(LEAST_BLUR, self.search.radius(vergence)) / self.search.slope
+        whole, tau = support >= SUPPORT, 0.0
+        for share in SPLITS:
+            differences, variances, units = [], [], []
+            for p, row in enumerate(self.compared):
+                # Between two hypotheses of the depth: a disc's effect is no straight line in squared frequency.
+                difference, variance = np.zeros((2, *place.shape))
+                for level, one in enumerate(row):
+                    nearness = np.where(whole, np.maximum(1 - np.abs(place - level), 0), 0)
+                    if nearness.any():
+                        found = one.coarse_less_fine(share)
+                        difference += nearness * found[0]
+                        variance += nearness * found[1]
+                slope = 4 * np.pi**2 * steep[p]
+                use = whole & (variance < NOTHING) & (variance > 0) & (np.abs(slope) > 1e-9)
+                differences.append(difference[use] / slope[use])
+                variances.append(variance[use] / slope[use] ** 2)
+                units.append(unit[use])
+            if sum(map(len, units)) >= LEAST_NODES:
+                found_tau, _ = random_effects(*(np.concatenate(parts) for parts in (differences, variances, units)))
+                tau = max(tau, found_tau)
+        return tau, tau * unit
+
     def _information(self, level: NDArray[np.intp]) -> FloatArray:
         """Inverse covariance (h x w x P x P) of the pairs' differences, noise that pairs share taken into account."""
         count = len(self.pairs)
@@ -226,7 +267,7 @@ class Differences:
         return np.einsum("yxpe,yxqe,yxe->yxpq", vectors, vectors, 1 / values[..., -vectors.shape[-1] :])
 
     def _root(
-        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float
+        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float, model_sd: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
         vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)[:, None, None]
@@ -241,7 +282,7 @@ class Differences:
         width = (vergences[1:] - vergences[:-1])[index[0], 0, 0]
         sd = np.sqrt(chosen[2])
         reach = _reach(np.abs(chosen[1] - chosen[0]) / width / sd, bend / sd)
-        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), reach
+        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), np.hypot(reach, model_sd)
 
 
 def _hypotheses(search: Search) -> FloatArray:
