@@ -335,6 +335,16 @@ BAD = {
         ("views.toml", "--out", "in"),
         r"in/depth\.png would be overwritten, but it is read \(b\.png\)",
     ),
+    "results of one frame over an image of the next": (
+        lambda f: (
+            (f / "out" / "first").mkdir(parents=True),
+            (f / "first.toml").write_text(TOML),
+            (f / "b.png").rename(f / "out" / "first" / "depth.png"),
+            edit("b.png", "out/first/depth.png")(f),
+        ),
+        ("first.toml", *SETTINGS),
+        r"out/first/depth\.png would be overwritten, but it is read",
+    ),
     # settings
     "not TOML": (edit("= 25.0", "25.0"), SETTINGS, r"views\.toml is not valid TOML: .*line 2"),
     "not text": (content("views.toml", b"\xff\xfe\x00"), SETTINGS, r"views\.toml is not text in UTF-8 \(byte 1\)"),

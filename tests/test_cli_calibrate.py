@@ -14,6 +14,7 @@ from scipy import ndimage
 from focalgradient import DepthMap, Lens
 from focalgradient.calibration import EDGE_K
 from focalgradient.cli import main
+from focalgradient.errors import InputError
 from focalgradient.photographs import camera_toml, load_camera, load_settings
 from focalgradient.psf import transfer
 
@@ -92,6 +93,24 @@ def test_the_file_keeps_what_was_found(camera, tmp_path):
     assert again.sensor == calibrated.sensor
     np.testing.assert_allclose(again.calibration.parameters, calibrated.calibration.parameters, rtol=1e-4)
     np.testing.assert_allclose(again.calibration.covariance, calibrated.calibration.covariance, rtol=1e-5)
+
+
+def test_a_camera_file_that_cannot_be_one_is_refused(camera, tmp_path):
+    text = camera[0].read_text()
+    first = re.search(r"covariance = \[\n *\[([^,]*), ([^,]*),", text)
+    variance, joint = first[1], first[2]
+    doubled = text.replace("f_number = 16", "f_number = 8", 1)
+    assert "f_number = 16" in text
+    for changed, sentence in (
+        (text.replace(variance, f"-{variance}", 1), "covariance is not symmetric with variances of 0 or more"),
+        (text.replace(joint, f"{1 + abs(float(joint))}", 1), "covariance is not symmetric"),
+        (text.replace(joint, "1e300").replace(variance, "1e-300"), "covariance is not symmetric"),
+        (doubled, r"two \[\[aperture\]\] tables have one f_number: leave one of them out"),
+    ):
+        assert changed != text
+        (tmp_path / "camera.toml").write_text(changed)
+        with pytest.raises(InputError, match=sentence):
+            load_camera(tmp_path / "camera.toml")
 
 
 def test_two_distances_do_not_determine_the_offset(tmp_path, camera):

@@ -409,6 +409,8 @@ def arguments(chance: random.Random, folder: Path) -> None:
         result = CliRunner().invoke(main, [command, *args], catch_exceptions=True)
     finally:
         os.chdir(before)
+    if "../x" in args:  # named so itself, as --out
+        shutil.rmtree(folder.parent / "x", ignore_errors=True)
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     assert result.exit_code in (0, 1, 2), result.exit_code

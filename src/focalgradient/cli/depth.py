@@ -6,7 +6,8 @@ import math
 import platform
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -152,7 +153,9 @@ def depth(
             for name, path in zip(folders(inputs), inputs, strict=True)
         }
         for frame in frames.values():
-            writable(frame.out, NAMES, read)
+            writable(frame.out, NAMES)
+        places = [frame.out / name for frame in frames.values() for name in NAMES]
+        refuse_overwriting([*read, *_files_of(inputs, calibration)], places)
         recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
         return
     writable(out, NAMES, read)
@@ -171,6 +174,16 @@ def depth(
         f"Valid pixels: {found.valid:.1%}",
         f"Written: {', '.join(str(path) for path in written)}",
     )
+
+
+def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path]:
+    """What several settings files name; where one is wrong, that is said when its frame has its turn."""
+    from focalgradient.photographs import load_camera, load_settings
+
+    calibrated = None if calibration is None else load_camera(calibration)
+    for path in inputs:
+        with suppress(InputError):
+            yield from load_settings(path, calibrated).files
 
 
 def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:

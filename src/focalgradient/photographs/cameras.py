@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import AliasChoices, Field, InstanceOf
 
 from focalgradient.calibration import Calibration
@@ -19,6 +20,10 @@ from focalgradient.psf import PsfName
 from focalgradient.tables import Table, load_table
 
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
+
+
+ROUNDED = 1e-4
+"""What correlations and their eigenvalues may be off by: the file has seven digits of each of some tens of numbers."""
 
 
 class Calibrated(Table):
@@ -119,6 +124,13 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
             f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
             "anew with focalgradient calibrate."
         )
+    for name, key, marks in (
+        ("aperture", "f_number", [one.f_number for one in file.apertures]),
+        ("focus", "focus_distance_m", [one.focus_distance_m for one in file.focus]),
+    ):
+        if len(set(marks)) < len(marks):
+            raise InputError(f"{path}: two [[{name}]] tables have one {key}: leave one of them out.")
+    _check_covariance(path, np.array(covariance))
     calibration = Calibration(
         focal_length=body.focal_length_mm * 1e-3,
         pixel_pitch=body.pixel_pitch_um * 1e-6,
@@ -136,6 +148,19 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         **({} if file.field is None else {"field": _field(file.field)}),
     )
     return Calibrated(sensor=body.only, calibration=calibration)
+
+
+def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
+    """Refuse what is no covariance: the errors of depth that follow from it would be no numbers, or any."""
+    with np.errstate(all="ignore"):
+        sd = np.sqrt(np.diag(covariance))
+        scaled = covariance / np.where(sd > 0, sd, 1) / np.where(sd > 0, sd, 1)[:, None]
+        valid = bool(np.isfinite(scaled).all() and np.abs(scaled - scaled.T).max() < ROUNDED)
+    if not (valid and np.linalg.eigvalsh(scaled).min() > -ROUNDED):
+        raise InputError(
+            f"{path}: covariance is not symmetric with variances of 0 or more along every direction: write the file "
+            "anew with focalgradient calibrate."
+        )
 
 
 def _field(table: _FieldTable) -> FocusField:
