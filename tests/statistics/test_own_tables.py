@@ -68,6 +68,24 @@ def test_wide(tmp_path: Path) -> None:
     assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notes)
 
 
+def test_wide_with_words_for_the_pinhole(tmp_path: Path) -> None:
+    own = read_ratings(write(tmp_path, "participant;near f5,6;near sharp\n1;1,4;1,0\n"))
+    assert own.table["aperture"].tolist() == ["f/5.6", "pinhole"]
+    assert not own.problems
+
+
+def test_a_wide_column_whose_aperture_is_not_understood_is_a_problem(tmp_path: Path) -> None:
+    """It was left out with a note at the report's end, and the rise was not tested."""
+    path = write(tmp_path, "participant;near f5,6;near pin\n1;1,4;1,0\n")
+    own = read_ratings(path)
+    assert own.table["aperture"].tolist() == ["f/5.6"]
+    assert "left out: near pin" in own.problems[0]
+    assert "--conditions" in own.problems[0]
+    named = read_ratings(path, conditions={"pin": "pinhole"})
+    assert named.table["aperture"].tolist() == ["f/5.6", "pinhole"]
+    assert not named.problems
+
+
 def test_wide_with_scenes_in_the_names(tmp_path: Path) -> None:
     text = "subject,room_near_pinhole,room_near_f5.6,tree_near_pinhole\n1,1,1.5,1.1\n"
     assert read_ratings(write(tmp_path, text)).table["scene"].tolist() == ["room", "room", "tree"]

@@ -21,7 +21,8 @@ def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict
     for part in re.split(r",(?=[^,]*=)", given) if given else ():
         name, equals, value = (text.strip() for text in part.partition("="))
         if not (name and equals and value):
-            raise InputError(f"{option.opts[0]} is {given}, but must be pairs like participant=subject,rating=resp.")
+            like = "participant=subject,rating=resp" if "--columns" in option.opts else "front=nearest,open=f/5.6"
+            raise InputError(f"{option.opts[0]} is {given}, but must be pairs like {like}.")
         pairs[name] = value
     return pairs
 

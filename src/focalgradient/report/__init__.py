@@ -188,7 +188,7 @@ def make_report(
     else:
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
         ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
-        found = _Analysed(root.stem, ratings, notes=[*own.notes])
+        found = _Analysed(root.stem, ratings, notes=[*own.notes], problems=[*own.problems])
     sheets: list[Sheet] = []
     figures: dict[str, bytes] = {}
     body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]

@@ -226,6 +226,7 @@ all_rises <- function(d) {{  # of each object in focus, and the difference of ea
   of
 }}
 headline <- function(cells) {{  # complete tables of subjects by scenes
+  if (length(unique(cells$participant_id)) < 2) return("Fewer than two subjects have a ratio to the pinhole: no test.")
   y <- tapply(cells$log_ratio, list(cells$participant_id, cells$scene), mean)
   if (anyNA(y)) return("Some subject has no answers to some scene: use lmerTest.")
   s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,10 +85,13 @@ class OwnRatings:
         One row a trial: see `focalgradient.statistics.tables.rating_table`. The index gives file and row.
     notes
         What was assumed, left out or changed, a sentence each.
+    problems
+        What was left out though it may be ratings, a sentence each.
     """
 
     table: pd.DataFrame
     notes: tuple[str, ...]
+    problems: tuple[str, ...] = ()
 
 
 def read_ratings(
@@ -132,8 +135,11 @@ def read_ratings(
     path = Path(path)
     table = read_table(path)
     notes: list[str] = []
+    problems: list[str] = []
     theirs = found_columns(path, table, ROLES, columns or {})
     if "rating" not in theirs:
+        others = [str(name) for name in table if name not in theirs.values()]
+        problems += _without_aperture(others, conditions or {})
         table = _long(path, table, theirs, conditions or {}, notes)
     else:
         notes += unused([str(name) for name in table if name not in theirs.values()])
@@ -148,7 +154,7 @@ def read_ratings(
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    return OwnRatings(rating_table(table), tuple(notes))
+    return OwnRatings(rating_table(table), tuple(notes), tuple(problems))
 
 
 def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
@@ -190,7 +196,22 @@ def _aperture_within(name: str, conditions: Mapping[str, str]) -> str | None:
     found = WITHIN.search(name)
     if found is None and _fixation_within(name, conditions):
         *_, found = [None, *BARE.finditer(name)]
+        sharp = [word for word in PARTS.split(name) if word.lower() in SHARP]
+        return found.group() if found else next(iter(sharp), None)
     return found.group() if found else None
+
+
+def _without_aperture(names: Sequence[str], conditions: Mapping[str, str]) -> list[str]:
+    """A problem of columns that name a fixation, as columns of ratings do, and no aperture that is understood."""
+    lost = [
+        printable(one) for one in names if _fixation_within(one, conditions) and not _aperture_within(one, conditions)
+    ]
+    if not lost:
+        return []
+    return [
+        f"Columns that were left out: {few(lost)}. They name a fixation, but no aperture that is understood: where "
+        "they hold ratings, give the words' meaning with --conditions, as in blurred=f/5.6,clear=pinhole."
+    ]
 
 
 def _fixation_within(name: str, conditions: Mapping[str, str]) -> bool:
