@@ -39,23 +39,13 @@ def test_eq_1_and_16_agree_with_vergence(focal_length: float, f_number: float, f
 @pytest.mark.parametrize(("side", "true", "trapped"), [("beyond", 2.0, 4 / 3), ("nearer", 2 / 3, 4 / 5)])
 def test_the_trap_of_the_factor_two(side: str, true: float, trapped: float) -> None:
     """f = F / (lens radius): the photographer's number takes the point half as far, in dioptres, from focus."""
-    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
-    given_lens = {"focal_length": 0.050, "sensor_distance": lens.sensor_distance, "side": side}
-    sigma = 0.025 / 76  # worked by hand above
-    assert paper_distance(sigma, paper_f_number=4, **given_lens) == pytest.approx(true)
-    assert paper_distance(sigma, paper_f_number=2, **given_lens) == pytest.approx(trapped)
+    assert paper_distance(SIGMA, **TERMS, side=side) == pytest.approx(true)
+    assert paper_distance(SIGMA, **{**TERMS, "paper_f_number": 2}, side=side) == pytest.approx(trapped)
 
 
 def test_eq_1_says_where_no_point_blurs_so_much() -> None:
-    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
-    infinity = float(lens.blur_radius(math.inf)) * lens.sensor_distance
-    found = paper_distance(
-        np.array([0.999, 1.001]) * infinity,
-        focal_length=0.050,
-        sensor_distance=lens.sensor_distance,
-        paper_f_number=4,
-        side="beyond",
-    )
+    infinity = float(LENS.blur_radius(math.inf)) * LENS.sensor_distance
+    found = paper_distance(np.array([0.999, 1.001]) * infinity, **TERMS, side="beyond")
     assert found[0] == pytest.approx(1000, rel=1e-6)
     assert found[1] < 0
 
@@ -81,9 +71,8 @@ def test_eq_14_is_the_plane_of_focus(focal_length: float, focus: float) -> None:
 
 def test_eq_13_at_and_within_the_focal_length() -> None:
     assert conjugate_distance([0.05, math.inf], focal_length=0.05).tolist() == [math.inf, 0.05]
-    assert conjugate_distance(0.025, focal_length=0.05) == pytest.approx(
-        -0.05
-    )  # a virtual image, by Newton: x x' = F^2
+    virtual = conjugate_distance(0.025, focal_length=0.05)
+    assert virtual == pytest.approx(-0.05)  # by Newton: x x' = F^2
 
 
 @pytest.mark.parametrize("distance", [1.25, 2.0, 10.0])

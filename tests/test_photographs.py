@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image, ImageCms
 from PIL.PngImagePlugin import PngInfo
+from PIL.TiffImagePlugin import IFDRational
 
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
@@ -273,7 +274,7 @@ FOCAL_LENGTH, F_NUMBER, DISTANCE, PER_UNIT, UNIT, WIDTH, HEIGHT = 37386, 33437, 
 WHOLE = {FOCAL_LENGTH: 18.0, F_NUMBER: 10.0, DISTANCE: 0.25, PER_UNIT: 5080.0, UNIT: 2}  # 25400 um / 5080 = 5 um
 
 
-def photograph(path: Path, tags: dict[int, float]) -> Path:
+def with_exif(path: Path, tags: dict[int, float]) -> Path:
     exif = Image.Exif()
     exif.get_ifd(0x8769).update(tags)
     Image.fromarray(np.kron(RGB8, np.ones((8, 8, 1), np.uint8))).save(path, exif=exif)  # 128 x 96
@@ -281,7 +282,7 @@ def photograph(path: Path, tags: dict[int, float]) -> Path:
 
 
 def test_exif_tells_the_optics(tmp_path):
-    files = [photograph(tmp_path / "a.jpg", WHOLE), photograph(tmp_path / "b.jpg", WHOLE | {F_NUMBER: 2.8})]
+    files = [with_exif(tmp_path / "a.jpg", WHOLE), with_exif(tmp_path / "b.jpg", WHOLE | {F_NUMBER: 2.8})]
     settings = from_exif(files)
     assert settings.camera.focal_length_mm == 18.0
     assert settings.camera.pixel_pitch_um == pytest.approx(5.0)
@@ -301,12 +302,12 @@ def test_exif_tells_the_optics(tmp_path):
     ],
 )
 def test_pixel_pitch_by_unit_and_resizing(tmp_path, tags, pitch):
-    files = [photograph(tmp_path / name, WHOLE | tags) for name in ("a.jpg", "b.jpg")]
+    files = [with_exif(tmp_path / name, WHOLE | tags) for name in ("a.jpg", "b.jpg")]
     assert from_exif(files).camera.pixel_pitch_um == pytest.approx(pitch)
 
 
 def test_options_go_before_exif(tmp_path):
-    files = [photograph(tmp_path / name, WHOLE) for name in ("a.jpg", "b.jpg")]
+    files = [with_exif(tmp_path / name, WHOLE) for name in ("a.jpg", "b.jpg")]
     settings = from_exif(
         files, focal_length_mm=50.0, f_numbers=(16, 4), focus_distances_m=(1, math.inf), pixel_pitch_um=2.0
     )
@@ -315,9 +316,7 @@ def test_options_go_before_exif(tmp_path):
 
 
 def test_an_endless_distance_in_exif(tmp_path):
-    from PIL.TiffImagePlugin import IFDRational
-
-    files = [photograph(tmp_path / n, WHOLE | {DISTANCE: IFDRational(0xFFFFFFFF, 1)}) for n in ("a.jpg", "b.jpg")]
+    files = [with_exif(tmp_path / n, WHOLE | {DISTANCE: IFDRational(0xFFFFFFFF, 1)}) for n in ("a.jpg", "b.jpg")]
     assert from_exif(files).shots[0].focus_distance_m == math.inf
 
 
@@ -334,7 +333,7 @@ def test_an_endless_distance_in_exif(tmp_path):
     ],
 )
 def test_what_exif_lacks_is_named_with_its_parameter(tmp_path, first, second, said):
-    files = [photograph(tmp_path / "a.jpg", WHOLE | first), photograph(tmp_path / "b.jpg", WHOLE | second)]
+    files = [with_exif(tmp_path / "a.jpg", WHOLE | first), with_exif(tmp_path / "b.jpg", WHOLE | second)]
     with pytest.raises(InputError, match=said):
         from_exif(files)
 

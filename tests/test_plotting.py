@@ -113,17 +113,17 @@ def test_infinity_is_on_the_bar_and_nothing_behind_it():
     assert panel(figure, "Recovered").images[0].norm.vmin == 0
 
 
-def test_refused_pixels_show_hatched_grey_and_valid_ones_colour():
+def test_rejected_pixels_show_hatched_grey_and_valid_ones_colour():
     valid = np.ones(SHAPE, bool)
     valid[:, :40] = False
     figure = depth_figure(views(16, 5.6), ramp(valid=valid), truth=1 / ramp().vergence)
     for title in ("Recovered", "Error", "Uncertainty"):
         shown = pixels(figure, panel(figure, title))
         half = shown.shape[1] // 2
-        refused, kept = shown[:, : half - 4], shown[:, half + 4 :]
-        assert is_grey(refused).all(), title
-        assert refused.max() > 230, title
-        assert refused.min() < 190, title  # the hatch: not one flat colour that a map might hold
+        rejected, kept = shown[:, : half - 4], shown[:, half + 4 :]
+        assert is_grey(rejected).all(), title
+        assert rejected.max() > 230, title
+        assert rejected.min() < 190, title  # the hatch: not one flat colour that a map might hold
         if title != "Error":  # here the error is 0, whose colour is nearly white
             assert not is_grey(kept).any(), title
     truth = pixels(figure, panel(figure, "True depth"))
@@ -187,7 +187,7 @@ def test_legible_and_nothing_off_the_page(count, shape):
 
 
 @pytest.mark.parametrize("truth", [None, np.full(SHAPE, np.inf)])
-def test_a_map_that_refuses_everything_can_be_drawn(truth):
+def test_a_map_of_rejected_pixels_alone_can_be_drawn(truth):
     nothing = np.zeros(SHAPE, bool)
     sd = np.full(SHAPE, np.inf)
     figure = depth_figure(views(16, 5.6), ramp(valid=nothing, vergence_sd=sd), truth=truth)

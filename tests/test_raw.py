@@ -1,5 +1,6 @@
 """Camera raw files, from minimal ones written here: an uncompressed Bayer mosaic with the tags of a DNG."""
 
+import importlib.util
 import struct
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ BLACK, WHITE = 64, 4095
 RGGB, GBRG = (0, 1, 1, 2), (1, 2, 0, 1)
 
 needs_rawpy = pytest.mark.skipif(
-    __import__("importlib.util").util.find_spec("rawpy") is None, reason="rawpy (the extra 'raw') is not installed"
+    importlib.util.find_spec("rawpy") is None, reason="rawpy (the extra 'raw') is not installed"
 )
 
 

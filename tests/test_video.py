@@ -123,7 +123,7 @@ def test_frames_are_read_as_stored(tmp_path: Path, pictures: list[np.ndarray]) -
     assert [frame.number for frame in found if isinstance(frame, Frame)] == list(range(12))
     for frame, picture in zip(found, pictures, strict=True):
         assert isinstance(frame, Frame)
-        assert np.abs(frame.image.astype(int) - picture).max() <= 2
+        assert np.abs(frame.image.astype(int) - picture).max() <= 2  # from grey to YUV of 8 bits and back
 
 
 def test_a_video_cut_off_is_read_up_to_there_and_the_rest_reported(tmp_path: Path, pictures: list[np.ndarray]) -> None:
@@ -151,11 +151,11 @@ def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
 def test_depth_video_can_be_read_back(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"depth{ending}"
     values = np.linspace(0.5, 1.0, 30, dtype=np.float32)[None].repeat(25, axis=0)
-    told = np.ones(values.shape, bool)
-    told[:10] = False
+    valid = np.ones(values.shape, bool)
+    valid[:10] = False
     video = VideoFile(path, 25.0, values.shape, Scale.of_distance(0.5, 1.0))
     for _ in range(5):
-        video.write(values, told)
+        video.write(values, valid)
     video.close()
     capture = cv2.VideoCapture(str(path))
     pictures = []

@@ -1,5 +1,6 @@
 """The words of the screen: the same entries in each language, and what is wrong with a laboratory's own file."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -51,17 +52,20 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
 
 
 def test_every_entry_is_said_somewhere_and_no_other():
-    """A name that is put together by the program counts where its beginning stands there."""
+    """Where the program puts a name together, what it fills in must stand in the program, too."""
     web = SOURCE.parent / "web"
     files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design").rglob("*.py")]
     files += [*web.glob("*.py"), *(web / "page").glob("*.js")]
     code = "".join(path.read_text(encoding="utf-8") for path in files)
-    put_together = ("depth.instructions_", "depth.answer_", "depth.example_", "necker.", "form.", "depth.debriefing")
-    put_together += ("blur.instructions_", "blur.question_", "blur.debriefing", "blur.practice_again")
-    put_together += ("pinhole.debriefing", "depth.practice_again", "name", "depth.much_", "depth.alike")
-    unsaid = [
-        name for name in load_words("en").entries if f'"{name}"' not in code and not name.startswith(put_together)
-    ]
+    templates = re.findall(r"[\"'`]([a-z_.]*\$?\{[^\s\"`]*?\}[a-z_.]*)[\"'`]", code)
+    filled = {"(.+)".join(map(re.escape, re.split(r"\$?\{.*?\}", one))) for one in templates if "." in one}
+
+    def stands(name: str) -> bool:
+        parts = [found.groups() for one in filled if (found := re.fullmatch(one, name))]
+        return f'"{name}"' in code or any(all(f'"{part}"' in code for part in each) for each in parts)
+
+    entries = load_words("en").entries
+    unsaid = [name for name in entries if not stands(name)]
     assert unsaid == []
 
 

@@ -41,7 +41,7 @@ def test_every_pair_tells_the_depth_and_all_together_more() -> None:
 
 
 def test_false_alarms_are_as_many_as_asked_for() -> None:
-    """Of what agrees, a tenth and a hundredth is refused; the statistic follows chi-square."""
+    """Of what agrees, a tenth and a hundredth is rejected; the statistic follows chi-square."""
     statistic = np.concatenate(
         [
             check_views(blurred.wall(LENSES, 1.3, psf="gaussian", seed=seed), **LIMITS).statistic[INSIDE]

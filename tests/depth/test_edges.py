@@ -120,15 +120,15 @@ def test_a_disc_is_read_as_a_disc():
 
 def test_false_alarms_are_as_many_as_stated():
     # So faint that what is granted to lenses is little beside the noise.
-    for chance in (0.05, 0.2):
+    for p in (0.05, 0.2):
         for settings_ in ({}, {"noise": 0.02}):
-            refused = [
+            rejected = [
                 ~measure_edges(
-                    image_of(step(2.0, 0.12), angle, (200, 64), noise=0.02, seed=seed), false_alarm=chance, **settings_
+                    image_of(step(2.0, 0.12), angle, (200, 64), noise=0.02, seed=seed), false_alarm=p, **settings_
                 ).valid
                 for seed, angle in enumerate([0.0, 0.2, -0.3] * 4)
             ]
-            assert 0.4 * chance < np.concatenate(refused).mean() < 1.2 * chance
+            assert 0.4 * p < np.concatenate(rejected).mean() < 1.2 * p
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,6 @@ def test_a_view_of_another_scene_is_refused(replaced: int, three: tuple[list[Vie
 @pytest.mark.parametrize("false_alarm", [1e-3, 0.02])
 def test_false_alarms_are_as_rare_as_stated(false_alarm: float, three: tuple[list[View], np.ndarray]) -> None:
     """Refusals come in clumps as large as the squares that are tested, 25 pixels: hence the tolerance."""
-    refused = recover_depth(three[0], near=0.85, false_alarm=false_alarm).details["share_disagreeing"]
+    rejected = recover_depth(three[0], near=0.85, false_alarm=false_alarm).details["share_disagreeing"]
     pixels = SHAPE[0] * SHAPE[1]
-    assert refused <= false_alarm + 4 * np.sqrt(25 * false_alarm / pixels)
+    assert rejected <= false_alarm + 4 * np.sqrt(25 * false_alarm / pixels)

@@ -81,7 +81,7 @@ def test_what_two_depths_explain_alike_is_refused(distance: float) -> None:
 
 
 def test_gaussian_of_another_width() -> None:
-    """k is sigma / disc radius: told so, the reading is right; told half of it, the blur is taken for twice as wide."""
+    """k is sigma / disc radius: the right k gives the right depth; half of it takes the blur for twice as wide."""
     views = wall(APERTURES, 1.2, psf="gaussian", k=0.7)
     right = recover_depth(views, near=0.85, psf="gaussian", k=0.7)
     assert np.median(right.distance[right.valid]) == pytest.approx(1.2, rel=0.005)
@@ -197,10 +197,10 @@ def test_progress_is_told_in_words(pair: list[View]) -> None:
     assert len(set(said)) == len(said)
 
 
-# --- what must be refused ---------------------------------------------------------------------------------------------
+# --- what must be rejected --------------------------------------------------------------------------------------------
 
 
-def test_no_texture_is_refused() -> None:
+def test_no_texture_is_rejected() -> None:
     """Where nothing but noise and uneven light is seen, nothing is claimed."""
     field = texture(4)
     ramp = np.linspace(0.9, 1.1, field.shape[1])
@@ -213,7 +213,7 @@ def test_no_texture_is_refused() -> None:
 
 @pytest.mark.filterwarnings("ignore:view 2 (is displaced|does not seem)")  # what shows nothing may seem to lie anywhere
 @pytest.mark.parametrize("number", [0, 1])
-def test_one_view_without_detail_is_refused(pair: list[View], number: int) -> None:
+def test_one_view_without_detail_is_rejected(pair: list[View], number: int) -> None:
     """Detail in one view and none in the other fits no depth."""
     ramp = np.broadcast_to(np.linspace(0.9, 1.1, SHAPE[1]), SHAPE)
     image = ramp + 0.01 * np.random.default_rng(0).standard_normal(SHAPE)
@@ -223,7 +223,7 @@ def test_one_view_without_detail_is_refused(pair: list[View], number: int) -> No
 
 
 def test_views_of_two_scenes() -> None:
-    """Views that show different scenes are said to, hardly read, and not aligned."""
+    """Views that show different scenes are said to, hardly any depth is estimated, and nothing is aligned."""
     views = [wall(APERTURES, 1.4, seed=1)[0], wall(APERTURES, 1.4, seed=2)[1]]
     with pytest.warns(FocalGradientWarning, match="view 2 (does not seem to show|is displaced)"):
         depth = recover_depth(views, near=0.85, noise=0.01)

@@ -108,7 +108,7 @@ def test_what_is_blown_out_displaces_nothing(masked: bool) -> None:
 
 
 def test_what_a_shift_does_when_left_in() -> None:
-    """The warning is deserved: unaligned, depth is several times worse, or refused."""
+    """The warning is deserved: unaligned, depth is several times worse, or rejected."""
     views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(down=0.8, right=-0.6)], seed=5)
     with pytest.warns(FocalGradientWarning, match="displaced"):
         left_alone = recover_depth(views, near=0.85)

@@ -7,15 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 SCRIPT = Path(__file__).parents[2] / "src" / "focalgradient" / "web" / "page" / "numbers.js"
 
 
 def test_numbers_of_the_slider_have_three_digits_and_keep_the_zeros_of_whole_numbers() -> None:
     deno = shutil.which("deno", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
-    if deno is None:
-        pytest.skip("deno is not installed")
+    assert deno, "deno is missing: it is among the packages for development"
     values = [0.25, 1.0, 1.5, 10.0, 100.0, 123.4, 1000.0]
     program = (
         f"import {{ significant }} from {json.dumps(SCRIPT.as_uri())};"

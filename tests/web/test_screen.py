@@ -18,6 +18,7 @@ import viewing_distance
 
 @pytest.mark.parametrize("hz", [60.0, 120.0])
 def test_simulated_people_are_as_far_off_as_is_said(hz: float) -> None:
+    """600 people measure a share within one standard error to .02, and the median error to .4 % of the distance."""
     bias, within_one, within_two, error, plugin = viewing_distance.run(600, hz, 3)
     assert abs(bias) < 1.0
     assert 0.62 < within_one < 0.8
