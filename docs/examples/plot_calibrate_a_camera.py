@@ -49,7 +49,8 @@ print(camera.summary())
 
 # %%
 # The width of an edge gives k over the f-number only. What is assumed of k beforehand tells the two apart, so that
-# each has an error of 4 to 5 %. Depth from edges needs their ratio alone. The test: each distance is predicted from the photographs at the other distances.
+# each has an error of 4 to 5 %. Depth from edges needs their ratio alone. The test: each distance is predicted from
+# the photographs at the other distances.
 
 predicted = cross_validate(readings, 0.025, pitch, priors)
 for distance, found in zip(distances, predicted, strict=True):
