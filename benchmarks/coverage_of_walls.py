@@ -1,9 +1,9 @@
 """Whether the stated uncertainty of depth covers, on flat walls as an eye sees them.
 
     python benchmarks/coverage_of_walls.py [--kinds bands moments] [--pupils MM ...] [--luminances CD ...]
-        [--vergences D ...] [--seeds N] [--side PIXELS] [--out FILE.csv]
+        [--focus D] [--vergences D ...] [--seeds N] [--side PIXELS] [--out FILE.csv]
 
-A wall stands at each vergence before an eye that is focused at FOCUS; its views have the photon noise of each
+A wall stands at each vergence before an eye that is focused at `focus`; its views have the photon noise of each
 luminance (cd/m^2). Bands: what L and M, and S cones see (textures correlated at 0.95). Moments: two views of L and M
 cones, 0.5 D apart in focus. The noise is not given to the estimator.
 
@@ -25,7 +25,7 @@ from focalgradient.eye import Cones, Eye, Oscillation, Photons, eye_views
 from focalgradient.eye.retina import S_FINEST_CPD
 
 PIXEL = np.radians(1 / 60)
-FOCUS, CORRELATION, WRONG = 0.5, 0.95, 0.5
+CORRELATION, WRONG = 0.95, 0.5
 PAIR = (0.125, 0.375)
 """Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
 
@@ -53,9 +53,9 @@ COLUMNS = (
 Row = dict[str, float | str]
 
 
-def measured(kind: str, mm: float, luminance: float, vergence: float, seed: int, side: int) -> Row:
+def measured(kind: str, mm: float, luminance: float, focus: float, vergence: float, seed: int, side: int) -> Row:
     """One wall: shares and medians over its valid pixels."""
-    eye = Eye(1e-3 * mm, FOCUS)
+    eye = Eye(1e-3 * mm, focus)
     if kind == "bands":
         cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
     else:
@@ -111,6 +111,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", default=["bands", "moments"], choices=["bands", "moments"])
     parser.add_argument("--pupils", nargs="+", type=float, default=PUPILS_MM)
     parser.add_argument("--luminances", nargs="+", type=float, default=LUMINANCES)
+    parser.add_argument("--focus", type=float, default=0.5)
     parser.add_argument("--vergences", nargs="+", type=float, default=VERGENCES)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--first-seed", type=int, default=0)
@@ -123,7 +124,7 @@ def main() -> None:
             for luminance in given.luminances:
                 for vergence in given.vergences:
                     for seed in range(given.first_seed, given.first_seed + given.seeds):
-                        rows.append(measured(kind, mm, luminance, vergence, seed, given.side))
+                        rows.append(measured(kind, mm, luminance, given.focus, vergence, seed, given.side))
     print("\n".join(table(rows)))
     if given.out is not None:
         with given.out.open("w", newline="") as file:

@@ -120,9 +120,9 @@ def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
 
 
 def noise_passed(
-    filters: NDArray[Any], own: NDArray[Any], measure: FloatArray
+    filters: NDArray[Any], own: NDArray[Any], measure: FloatArray, variance: FloatArray | None = None
 ) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray]:
-    """What noise of variance 1 in every view, and of the sources `own`, comes to behind `filters` (n x L x F).
+    """What noise of a `variance` (n; 1 in every view) and of the sources `own` comes to behind `filters` (n x L x F).
 
     Returns
     -------
@@ -138,12 +138,13 @@ def noise_passed(
     views, levels, count = filters.shape
     gains = np.empty((views + len(own), levels, count), filters.real.dtype)
     sums = np.zeros((3, levels))
-    share_rows(levels, lambda first, last: _noise_passed(filters, own, measure, first, last, gains, sums))
+    white = np.asarray(np.ones(views) if variance is None else variance, filters.real.dtype)
+    share_rows(levels, lambda first, last: _noise_passed(filters, own, measure, white, first, last, gains, sums))
     return gains, *sums
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _noise_passed(filters, own, measure, first, last, gains, sums):  # type: ignore[no-untyped-def]
+def _noise_passed(filters, own, measure, white, first, last, gains, sums):  # type: ignore[no-untyped-def]
     views, levels, count = filters.shape
     for level in range(first, last):
         before, after = max(level - 1, 0), min(level + 1, levels - 1)
@@ -153,9 +154,9 @@ def _noise_passed(filters, own, measure, first, last, gains, sums):  # type: ign
             for i in range(views):
                 value = filters[i, level, f]
                 risen = (filters[i, after, f] - filters[i, before, f]) * over
-                gains[i, level, f] = value.real**2 + value.imag**2
+                gains[i, level, f] = white[i] * (value.real**2 + value.imag**2)
                 gain += gains[i, level, f]
-                slope += risen.real**2 + risen.imag**2
+                slope += white[i] * (risen.real**2 + risen.imag**2)
             for source in range(len(own)):
                 value = risen = altered = filters[0, level, f] * 0
                 for i in range(views):

@@ -38,7 +38,16 @@ from focalgradient.depth.filters import (
 )
 from focalgradient.depth.search import Blurs
 
-__all__ = ["Equalised", "Filters", "Nodes", "ResidualStatistics", "SharedPower", "comparing_filters", "equalise"]
+__all__ = [
+    "Equalised",
+    "Filters",
+    "Nodes",
+    "ResidualStatistics",
+    "SharedPower",
+    "assumed_sd",
+    "comparing_filters",
+    "equalise",
+]
 
 LEAST_NOISE = 1e-4
 """Noise variance, over the one assumed, that is found at least: of views without noise a parabola may lie below 0."""
@@ -69,6 +78,7 @@ class SharedPower:
     waveband: NDArray[np.intp]  # of each view; the first view's is 0
     gain: FloatArray  # of each view
     independent: FloatArray  # of each waveband; the first's is 0
+    least_sd: FloatArray  # of each view's noise: the least that filters assume
 
     def noises(self, transfer: NDArray[Any], power: FloatArray) -> NDArray[Any]:
         """Amplitude of each waveband's independent texture in each view (m x n x L x F), the first waveband left out.
@@ -377,15 +387,22 @@ def equalise(
     filters
         What `comparing_filters` gives, where that is known.
     """
-    spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(noise_sd)
+    assumed = assumed_sd(noise_sd, shared)
+    spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
     frequencies = blurs.frequencies
     if filters is None:
-        power = _scene_power(spectra, noise_sd, frequencies) if power is None else power
+        power = _scene_power(spectra, assumed, frequencies) if power is None else power
         filters = comparing_filters(blurs, noise_sd, power, shared)
     rows, own = filters
-    residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies) for one in rows]
+    known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
+    residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     change = np.sum([residual.change for residual in residuals], axis=0)
     return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
+
+
+def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:
+    """Standard deviation of each view's noise that filters assume: they may assume more than there is."""
+    return np.asarray(noise_sd, float) if shared is None else np.maximum(noise_sd, shared.least_sd)
 
 
 def scene_power(
@@ -400,11 +417,12 @@ def comparing_filters(
 ) -> Filters:
     """Filters (n x L x F each) that compare views over their noise, blind to a scene of `power` at each level.
 
-    Also returns the amplitude of wavebands' independent textures over the noise, wavebands x n x L x F.
+    The images are to be over the noise that is assumed (`assumed_sd`). Also returns the amplitude of wavebands'
+    independent textures over it, wavebands x n x L x F.
     """
     kind = blurs.transfer.real.dtype
     view_weight = blurs.pass_band
-    transfers = view_weight * blurs.transfer / np.asarray(noise_sd, kind)[:, None, None]
+    transfers = view_weight * blurs.transfer / assumed_sd(noise_sd, shared).astype(kind)[:, None, None]
     own: NDArray[Any] = np.zeros((0, *transfers.shape), transfers.dtype)
     if shared is not None:
         own = shared.noises(transfers, power)

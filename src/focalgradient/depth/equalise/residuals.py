@@ -48,11 +48,12 @@ class Residuals:
         own: NDArray[Any] | None = None,
         frequencies: Frequencies = ROUND,
         tolerance: float = TOLERANCE,
+        variance: FloatArray | None = None,
     ) -> Residuals:
         """Filter whole images by `filters` (n x L x F), given at the `frequencies`.
 
-        `own` (m x n x L x F) is the amplitude of further sources of noise in the views (`noise_passed`); `tolerance`
-        the energy by which the images may err.
+        `own` (m x n x L x F) is the amplitude of further sources of noise in the views, and `variance` that of each
+        view's own noise (`noise_passed`); `tolerance` the energy by which the images may err.
         """
         measure, power = spectra.measure_and_power_at(frequencies)
         views, levels, count = filters.shape
@@ -76,7 +77,7 @@ class Residuals:
             if own is None:  # of what was kept of them
                 filters = _combined(coefficients, parts)
         sources = np.zeros((0, *filters.shape), filters.dtype) if own is None else own
-        gains, noise, noise_slope, change = noise_passed(filters, sources, measure)
+        gains, noise, noise_slope, change = noise_passed(filters, sources, measure, variance)
         radial = spectra.measure_and_power()[0]
         return cls(images, coefficients, noise, noise_slope, frequencies.to_radial(gains), radial, change)
 

@@ -24,14 +24,15 @@ from focalgradient.depth.equalise.likelihood import (
     Filters,
     Nodes,
     SharedPower,
+    assumed_sd,
     comparing_filters,
     equalise,
     scene_power,
     view_spectra,
 )
 from focalgradient.depth.equalise.residuals import Residuals
-from focalgradient.depth.filters import FloatArray, Frequencies, Image, Spectra
-from focalgradient.depth.noise import noise_from_spectrum
+from focalgradient.depth.filters import FloatArray, Image, Spectra
+from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
@@ -67,7 +68,8 @@ SIDEWAYS = 1e-2
 by 5 % makes 2.5e-5 of it."""
 
 FLOOR = 3e-2
-"""Noise assumed at least, over the image's standard deviation: less would distinguish levels finer than they lie."""
+"""Noise that filters assume at least, over the image's standard deviation: less would distinguish levels finer than
+they lie. What noise leaves of the views is that of the noise there is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +80,11 @@ class BandGains:
     noise_sd: list[float]
     gain_sd: FloatArray  # of each waveband's gain, over the gain; the first's is 0
     power: FloatArray  # of the sharp scene, at the blurs' frequencies
+
+    @property
+    def assumed_sd(self) -> FloatArray:
+        """Standard deviation of each view's noise that filters assume."""
+        return assumed_sd(self.noise_sd, self.shared)
 
     @property
     def comparable(self) -> bool:
@@ -116,7 +123,8 @@ def estimate_band_gains(
     floors = np.array([FLOOR * float(image.std()) for image in part.images])
     # The finest detail is at least as strong as the noise. Cones of one class are alike: one noise for each waveband.
     finest = np.array([noise_from_spectrum(image) for image in part.images])
-    most = np.maximum(floors, [finest[band == one].min() for one in band])
+    least = np.array([storage(image) for image in part.images])
+    most = np.maximum(least, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
     gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
     gain_sd = np.zeros(len(names))
@@ -124,19 +132,19 @@ def estimate_band_gains(
     spectra = view_spectra(part.images, blurs)
     power = scene_power(part.images, np.ones(len(sd)), blurs.frequencies)
 
-    def compare(blurs: Blurs, filters: Filters) -> tuple[Equalised, Nodes]:
-        equalised = equalise(spectra, blurs, sd.tolist(), window=window, filters=filters)
-        return equalised, equalised.read(weight)
+    def compare(blurs: Blurs, own: FloatArray) -> tuple[Filters, Equalised, Nodes]:
+        shared = SharedPower(band, gain, own, floors)
+        filters = comparing_filters(blurs, sd, power, shared)
+        equalised = equalise(spectra, blurs, sd.tolist(), window=window, shared=shared, filters=filters)
+        return filters, equalised, equalised.read(weight)
 
     def improve(blurs: Blurs, own: FloatArray) -> float:
         """Improve the gains, by filters that know them; return the greatest change of a logarithm."""
         nonlocal gain
-        filters = comparing_filters(blurs, sd, power, SharedPower(band, gain, own))
-        (equalised, nodes), over_noise = compare(blurs, filters), spectra.over(sd)
-        moved = 0.0
+        filters, equalised, nodes = compare(blurs, own)
+        moved, now = 0.0, BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power)
         for number in range(1, len(names)):
-            raised = comparing_filters(blurs, sd, power, _raised(SharedPower(band, gain, own), number))
-            changed = _gain_change(equalised, nodes, over_noise, filters[0], raised, blurs.frequencies, weight)
+            changed = _gain_change(equalised, nodes, spectra, filters[0], now, number, blurs, weight)
             change, gain_sd[number] = changed
             gain = gain * np.where(band == number, np.exp(np.clip(change, -0.3, 0.3)), 1)
             moved = max(moved, abs(change))
@@ -145,7 +153,7 @@ def estimate_band_gains(
     for _ in range(ROUNDS):
         # What is not shared is estimated with filters that assume little of it: were more assumed, depth would give
         # way to it, and more be found.
-        equalised, nodes = compare(coarse, comparing_filters(coarse, sd, power, SharedPower(band, gain, little)))
+        _, equalised, nodes = compare(coarse, little)
         # Outlines that hide what lies behind contradict every depth, in one waveband as in another: they are left out.
         usual = max(1.0, float(np.quantile(nodes.misfit[nodes.support > 0.2], 0.25)))  # 1 is noise as stated
         weight = weight * equalised.to_blocks(nodes.misfit <= CONTRADICTS * usual, part.shape)
@@ -153,14 +161,14 @@ def estimate_band_gains(
         found = equalised.noise_by_view(equalised.evaluate(nodes), taper, together=len(sd))
         own = np.concatenate([[0.0], np.clip(LITTLE * found[1:], 1e-6, 2)])
         if noise_sd is None:
-            sd = np.clip(sd * np.sqrt(found[0]), floors, most)
+            sd = np.clip(sd * np.sqrt(found[0]), least, most)
         for _ in range(STEPS):
             if improve(coarse, own) < ALIKE:
                 break
         if np.abs(np.log(gain)).max() < ALIKE:
             break  # the gain assumed was good enough for what was found with it
     improve(blurs, own)  # levels far apart bias the gain by some per cent
-    return BandGains(SharedPower(band, gain, own), sd.tolist(), gain_sd, power)
+    return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power)
 
 
 def _gain_change(
@@ -168,25 +176,31 @@ def _gain_change(
     nodes: Nodes,
     spectra: Spectra,
     filters: list[NDArray[Any]],
-    raised: Filters,
-    frequencies: Frequencies,
+    now: BandGains,
+    number: int,
+    blurs: Blurs,
     weight: Image,
 ) -> tuple[float, float]:
-    """Change of the logarithm of one waveband's gain that fits best, with depth free at every node; its sd.
+    """Change of the logarithm of the gain of waveband `number` that fits best, with depth free at every node; its sd.
 
-    `filters` are those of the gain as it is, `raised` those of the gain raised by the share STEP.
+    `filters` are those of the gains as they are `now`.
     """
+    assumed = now.assumed_sd
+    over_noise, known_noise = spectra.over(assumed), (np.array(now.noise_sd) / assumed) ** 2
+    # By filters of the gain raised by a share.
+    raised = comparing_filters(blurs, now.noise_sd, now.power, _raised(now.shared, number))
     level = equalised.evaluate(nodes).level
     sums = np.zeros((5, *level.shape), np.float32)  # of r'^2, r' g', g'^2, r r' and r g', with g' by the gain
     by_level, by_gain = -equalised.change / 2, np.zeros(equalised.levels)  # what noise alone makes of the last two
     left, noise = np.zeros_like(level), np.zeros(equalised.levels)
     for here, old, new in zip(equalised.residuals, filters, raised[0], strict=True):
         rest, slope = here.at(level)
-        by_step = Residuals.of(spectra, (new - old) / np.float32(STEP), None, frequencies, SIDEWAYS)
+        by_step = Residuals.of(over_noise, (new - old) / np.float32(STEP), None, blurs.frequencies, SIDEWAYS)
         aside = by_step.at(level)[0]
         sums += np.stack([slope**2, slope * aside, aside**2, rest * slope, rest * aside])
         by_level += np.gradient(here.noise) / 2
-        by_gain += (noise_passed(new, raised[1], here.measure_at(frequencies))[1] - here.noise) / STEP / 2
+        risen = noise_passed(new, raised[1], here.measure_at(blurs.frequencies), known_noise)[1]
+        by_gain += (risen - here.noise) / STEP / 2
         left, noise = left + rest**2, noise + here.noise
     places = np.arange(equalised.levels)
     # Of noise there is at most what is left.
@@ -222,7 +236,7 @@ def common_error(gains: BandGains, blurs: Blurs) -> FloatArray:
     every = 2  # the shift changes slowly by level
     some = blurs.every(every)
     areas = gains.power * some.frequencies.areas
-    scene = some.transfer * gains.shared.gain[:, None, None] / np.array(gains.noise_sd)[:, None, None]
+    scene = some.transfer * gains.shared.gain[:, None, None] / gains.assumed_sd[:, None, None]
     filters, _ = comparing_filters(some, gains.noise_sd, gains.power, gains.shared)
     by_level = [(np.gradient(here, every, axis=1) * scene).sum(axis=0) for here in filters]
     slope = np.sum([np.abs(one) ** 2 @ areas for one in by_level], axis=0)
