@@ -510,3 +510,27 @@ def test_as_a_process_of_its_own(folder, prepare, said):
     assert (done.returncode, done.stdout, done.stderr.count(b"\n")) == (2, b"", 1)
     assert said in done.stderr
     assert not (folder / "out").exists()
+
+
+COMMAND = "import sys; from focalgradient.cli import main; main(sys.argv[1:])"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="shells elsewhere close no streams")
+def test_closed_standard_streams_are_not_missed(folder):
+    """As by `2>&-`: results take the streams' numbers otherwise, and what libraries print goes into them."""
+    close = "import os; [os.close(number) for number in (0, 1, 2)]\n"
+    start = f"{close}import sys; sys.stdin = sys.stdout = sys.stderr = None\n{COMMAND}"
+    done = subprocess.run([sys.executable, "-c", start, "depth", *SETTINGS], timeout=120)
+    assert done.returncode == 0
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["depth.npz", "depth.png", "summary.json"]
+    assert np.load(folder / "out" / "depth.npz")["valid"].shape == (96, 96)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere a working folder cannot be removed")
+def test_a_working_folder_that_is_gone_is_said(tmp_path):
+    (tmp_path / "here").mkdir()
+    start = f"import os; os.rmdir(os.getcwd())\n{COMMAND}"
+    args = [sys.executable, "-c", start, "power", "necker", "--out", "out", "--experiments", "1"]
+    done = subprocess.run(args, cwd=tmp_path / "here", capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "the working folder is no longer there" in done.stderr

@@ -67,6 +67,7 @@ class Program(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run, and leave with exit code 2 after one sentence where the input is wrong."""
+        _open_standard_streams()
         with suppress(AttributeError, ValueError):  # a name that the terminal cannot show is no reason to fail
             sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
         try:
@@ -98,10 +99,28 @@ class Program(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; Ctrl-C leaves with exit code 130, SIGTERM with 143, and both say what is there then."""
         try:
+            os.getcwd()
+        except OSError:
+            fail("the working folder is no longer there: go to one that is, and run this again.")
+        try:
             return super().invoke(ctx)
         except KeyboardInterrupt as stop:
             click.echo(f"Interrupted: {str(stop) or 'nothing was written.'}", err=True)
             ctx.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
+
+
+def _open_standard_streams() -> None:
+    """Let those that were closed lead nowhere: the next file would take their number, and what libraries print."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  for as long as this runs
 
 
 def _of_compiled_code(error: BaseException) -> bool:
