@@ -149,6 +149,12 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     ended = run("depth-rating", "--out", tmp_path / "wrong", *CAST, "--encoding", "srgb")
     assert (ended.exit_code, "--encoding is for photographs" in ended.stderr) == (2, True)
     assert not (tmp_path / "wrong").exists()
+    (tmp_path / "in" / "scene").mkdir(parents=True)
+    (tmp_path / "metres.npy").rename(inside := tmp_path / "in" / "scene" / "depth.npy")
+    before = inside.read_bytes()
+    ended = run("depth-rating", "--out", tmp_path / "in", "--depth", inside, *shown)
+    assert (ended.exit_code, "lies in --out" in ended.stderr) == (2, True)
+    assert inside.read_bytes() == before
     assert len(depth_options(blur)) == 5
     assert depth_options(stimuli.commands["depth-rating"]) == depth_options(blur)
 

@@ -249,6 +249,10 @@ DAMAGES = {
         "was added or changed after the session: it has no chain",
     ),
     "end lost": (lines(lambda found: found.pop()), "does not say what its journal says"),
+    "half a character": (
+        text(b'"scene": "', b'"scene": "\\ud800'),
+        "line 6 is damaged, which no kill of the program explains",
+    ),
     "phase lost": (text(b'"phase": "main", ', b""), "line 6: phase is missing, but must be practice or main"),
     "onset lost": (text(b'"onset"', b'"offset"'), "line 6: onset is missing, but must be a number of 0 or more"),
     "rating no more a number": (text(b'"rating": 1.25', b'"rating": "x"'), "line 6: rating is 'x', but must be"),

@@ -93,6 +93,16 @@ def test_json_beyond_reason_is_refused_in_a_sentence(tmp_path: Path, text: str) 
     assert "manifest.json is n" in refused(read_json, path)
 
 
+@pytest.mark.parametrize("text", ['"\\ud800"', '{"a": ["x", {"b\\uDFFF": 1}]}', '"\\udc00\\ud800"'])
+def test_json_with_half_a_character_is_refused(tmp_path: Path, text: str) -> None:
+    """What is read can be written: UTF-8 has no half of a surrogate pair."""
+    path = tmp_path / "manifest.json"
+    path.write_text(text)
+    assert "half a character" in refused(read_json, path)
+    path.write_text('["\\ud83d\\ude00", "\\u00e9"]')
+    assert read_json(path) == ["\U0001f600", "é"]
+
+
 def test_text_that_is_not_utf8_is_refused_and_a_byte_order_mark_is_not(tmp_path: Path) -> None:
     (tmp_path / "bom").write_bytes(b"\xef\xbb\xbfa\r\n")
     (tmp_path / "latin").write_bytes("é".encode("latin-1"))
@@ -130,6 +140,7 @@ def header(text: str) -> bytes:
         header("{'descr': '<f4', 'fortran_order': False, 'shape': (1,)}") + b"\0" * 3,
         header("(" * 5000),
         header("{'descr': '<f4', 'fortran_order': False, 'shape': (" + "1," * 60 + ")}") + b"\0" * 4,
+        header("{'descr': ('<f4', (2,)), 'fortran_order': False, 'shape': (1,)}") + b"\0" * 8,
         header("{'descr': '|V0', 'fortran_order': False, 'shape': (9,)}"),
     ],
 )

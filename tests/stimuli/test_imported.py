@@ -102,6 +102,24 @@ def test_the_same_again_verifies_and_another_table_is_refused(photos: Path, tmp_
         import_pictures(photos, table, out)
 
 
+def test_pictures_are_never_written_over(photos: Path) -> None:
+    """A set may be made where its pictures lie, unless one of its files would take the place of one of them."""
+    (photos / "yard").mkdir()
+    table = photos / "pictures.csv"
+    for old, new in (("b.png", "yard/f8-nearest.png"), ("yard.npy", "yard/depth.npy")):
+        (photos / old).rename(photos / new)
+        text = table.read_text()
+        table.write_text(text.replace(old, new))
+        before = (photos / new).read_bytes()
+        with pytest.raises(InputError, match=rf"{new} would be overwritten, but it is read"):
+            import_pictures(photos, table, photos)
+        assert (photos / new).read_bytes() == before
+        assert not (photos / "manifest.json").exists()
+        (photos / new).rename(photos / old)
+        table.write_text(text)
+    import_pictures(photos, table, photos)
+
+
 def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_path: Path) -> None:
     table = photos / "plain.csv"
     table.write_text("file;scene;aperture;fixation\na.png;x;pinhole;\nb.png;x;4;nearest\n", encoding="utf-8-sig")

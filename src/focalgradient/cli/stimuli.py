@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -143,7 +145,8 @@ def depth_rating(
       focalgradient stimuli depth-rating --out pictures --seed 1 --screen-width 53.1 --distance 0.57
       focalgradient stimuli depth-rating --out mine --picture room.png --depth room.npy --field 30
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    writable(out, (), [*pictures, *depths])
+    writable(out, ())
+    _refuse_inside(out, (*pictures, *depths))
     depth_file = {name: options.pop(name) for name in DEPTH_FILE}
     display = display_of(**options)
     from focalgradient.render.mitsuba_backend import variant
@@ -254,7 +257,7 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, field: fl
     Example:
       focalgradient stimuli import photos --table photos/pictures.csv --out stimuli --screen-width 53.1
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    writable(out, (), [table])
+    writable(out, ())
     from focalgradient.stimuli import import_pictures
 
     with warnings_given(), resumable(LEFT) as say:
@@ -268,6 +271,18 @@ def import_(folder: Path, table: Path, out: Path, focal_length: float, field: fl
             progress=say,
         )
     _tell(made, out)
+
+
+def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:
+    """Refuse inputs in the folder of the set: a file that is made might take their place."""
+    for path in inputs:
+        inside = False
+        with suppress(OSError, ValueError, RuntimeError):  # said when it is opened
+            inside = out.resolve() in path.resolve().parents
+        if inside:
+            raise InputError(
+                f"{printable(path)} lies in --out {printable(out)}, where the set is made: choose another --out."
+            )
 
 
 def _tell(made: StimulusSet, out: Path) -> None:

@@ -29,7 +29,7 @@ import numpy as np
 from focalgradient.dataset.events import Event, Tests, trial_tests, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, move, read_bytes
+from focalgradient.files import flush, is_text, move, read_bytes
 
 __all__ = [
     "Journal",
@@ -451,7 +451,8 @@ def _parsed(line: bytes) -> Event | None:
         event = DECODER.decode(line.decode())
     except (ValueError, RecursionError):
         return None
-    return event if isinstance(event, dict) and isinstance(event.get("event"), str) else None
+    whole = isinstance(event, dict) and isinstance(event.get("event"), str) and is_text(line, event)
+    return event if whole else None
 
 
 def _no_number(name: str) -> Any:

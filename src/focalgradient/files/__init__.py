@@ -3,6 +3,7 @@
 from focalgradient.files.names import inner_name, plain_name, printable, refuse_overwriting
 from focalgradient.files.reading import (
     LARGEST,
+    is_text,
     opened,
     parse_json,
     read_array,
@@ -28,6 +29,7 @@ __all__ = [
     "existing",
     "flush",
     "inner_name",
+    "is_text",
     "move",
     "opened",
     "parse_json",

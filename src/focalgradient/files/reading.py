@@ -23,6 +23,7 @@ from focalgradient.files.names import printable
 
 __all__ = [
     "LARGEST",
+    "is_text",
     "opened",
     "parse_json",
     "read_array",
@@ -48,6 +49,9 @@ DEEPEST = 32
 """Parts of a dotted TOML key: what reading takes grows with their square."""
 
 _DOTTED = re.compile(rf"(?<![\w-])(?:(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_SURROGATE_BYTES = re.compile(_SURROGATE.pattern.encode())
 
 
 @contextmanager
@@ -175,11 +179,30 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
         If it is not JSON, or nested beyond reason.
     """
     try:
-        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_each_once)
+        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_each_once)
+        if not is_text(text, content):
+            raise ValueError("half a character stands there, as \\ud800 alone")
+        return content
     except (RecursionError, MemoryError) as error:
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
     except ValueError as error:
         raise InputError(f"{name} is not valid JSON ({printable(str(error)).rstrip('.')}): give {what}.") from error
+
+
+def is_text(source: str | bytes, content: Any) -> bool:
+    r"""Whether what was read from JSON can be written as UTF-8: no half of a surrogate pair was escaped in it.
+
+    >>> is_text('"\\ud800"', "\ud800"), is_text('"\\ud83d\\ude00"', "\U0001f600")
+    (False, True)
+    """
+    escape = _SURROGATE if isinstance(source, str) else _SURROGATE_BYTES
+    if escape.search(source) is None:  # type: ignore[arg-type]
+        return True
+    try:
+        json.dumps(content, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _no_constant(word: str) -> NoReturn:
@@ -218,7 +241,8 @@ def _parsed_array(data: bytes, name: str, what: str) -> NDArray[Any]:
     except Exception as error:  # a header is a Python literal: it fails in many ways
         raise InputError(wrong) from error
     content = memoryview(data)[head.tell() :]
-    plain = not dtype.hasobject and dtype.itemsize > 0 and all(type(n) is int and n >= 0 for n in shape)
+    plain = not dtype.hasobject and dtype.subdtype is None and dtype.itemsize > 0
+    plain = plain and all(type(n) is int and n >= 0 for n in shape)
     if not plain or len(shape) > 32 or math.prod(shape) * dtype.itemsize != len(content):
         raise InputError(wrong)
     array = np.frombuffer(content, dtype).copy()  # to be written to, as what numpy.load gives

@@ -22,14 +22,14 @@ from PIL import Image, ImageOps
 
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import inner_name, plain_name, printable, read_array, read_bytes, read_text
+from focalgradient.files import inner_name, plain_name, printable, read_array, read_bytes, read_text, refuse_overwriting
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs, judged
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
-from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 
 __all__ = ["import_pictures"]
@@ -124,6 +124,9 @@ def import_pictures(
         raise InputError(f"field is {field!r}, but must be in radians, above 0 and below pi.")
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
+    made_names = [f"{row.stem}.{kind}" for row in rows for kind in ("png", "npy")]
+    made_names += [MANIFEST, UNFINISHED, *(f"{row.scene}/depth.npy" for row in rows)]
+    refuse_overwriting([table, *(folder / name for name in hashes)], [out / name for name in made_names])
     parameters: dict[str, Any] = {
         "kind": "imported",
         "apertures": _apertures(rows),
