@@ -26,7 +26,7 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
-from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, join_outlines
+from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
@@ -315,13 +315,14 @@ def _by_tiles(
         crop = registered.most_textured_crop(COMMON)
         power = scene_power(crop.images, noise_sd, blurs.frequencies)
         first = equalise(crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
+        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         if raisable is not None:
             weight = crop.usable.astype(np.float32)
             law, some = even_out(first, lambda changed: first.read(weight), crop, at)
             scale = min(raisable, first.noise_found(some))
             noise_sd, raisable = [math.sqrt(scale) * sd for sd in noise_sd], None
         del first
-    agrees, found, splits, outlines = np.empty(registered.shape, np.bool_), [], [], []
+    agrees, found, splits, ends = np.empty(registered.shape, np.bool_), [], [], None
     for number, tile in enumerate(parts):
         if len(parts) > 1:
             settings.progress(0.4 + 0.5 * number / len(parts), f"equalising blur, tile {number + 1} of {len(parts)}")
@@ -348,7 +349,13 @@ def _by_tiles(
                 views.images,
                 robust.split.tau,
             )
-            outlines.append((tile, find_outlines(equalised, robust.nodes, *rest)))
+            outlines = find_outlines(equalised, robust.nodes, *rest)
+            if outlines is not None:
+                ends = ends or Outlines.none(registered.shape)
+                ends.fill(tile, outlines)
+            del rest, outlines
+        if number + 1 < len(parts):
+            del equalised, robust, args  # before the next tile's are made
     nodes = join_nodes(found, registered.shape, step)
     curved, split = np.zeros(nodes.level.shape), join_splits(splits)
     if settings.outlines and shared is None:
@@ -358,7 +365,6 @@ def _by_tiles(
         curved = np.maximum(curved - (split.tau * np.maximum(LEAST_BLUR, radius) * levels_per_pixel) ** 2, 0)
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
-    ends = join_outlines(outlines, registered.shape)
     return _Frame(equalised, nodes, curved, agrees, split, noise_sd, law, ends)
 
 

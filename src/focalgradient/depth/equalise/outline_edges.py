@@ -79,11 +79,12 @@ def moved_to_edges(
         return moved
     place = np.stack(at, axis=1)
     reach = FARTHEST + 4 * NORMAL
-    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach), NORMAL))
-    size = np.hypot(down, right) + 1e-9
+    # Of single precision, for memory: as large as a tile.
+    down, right = np.gradient(ndimage.gaussian_filter(np.clip(inward, -reach, reach).astype(np.float32), NORMAL))
+    size = np.hypot(down, right) + np.float32(1e-9)
     down, right = down / size, right / size
     sharpest = blur.argmin(axis=0)
-    contrast = np.zeros(border.shape)
+    contrast = np.zeros(border.shape, np.float32)
     for number, image in enumerate(images):
         if (sharpest == number).any():
             contrast = np.where(sharpest == number, _contrast(image, down, right), contrast)
@@ -100,8 +101,9 @@ def moved_to_edges(
     return moved
 
 
-def _contrast(image: Image, down: FloatArray, right: FloatArray) -> FloatArray:
+def _contrast(image: Image, down: Image, right: Image) -> Image:
     """Slope of an image across the direction (`down`, `right`), over what is common about it; H x W."""
-    slopes = np.gradient(ndimage.gaussian_filter(image.astype(float), FINE))
+    slopes = np.gradient(ndimage.gaussian_filter(image.astype(np.float32), FINE))
     common = np.sqrt(ndimage.gaussian_filter(slopes[0] ** 2 + slopes[1] ** 2, ABOUT))
-    return np.asarray(np.abs(slopes[0] * down + slopes[1] * right) / np.maximum(common, 1e-9 * np.abs(image).max()))
+    least = np.float32(1e-9 * np.abs(image).max())
+    return np.asarray(np.abs(slopes[0] * down + slopes[1] * right) / np.maximum(common, least))

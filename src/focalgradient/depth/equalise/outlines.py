@@ -37,7 +37,7 @@ from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
 
-__all__ = ["Outlines", "curvature_variance", "find_outlines", "join_outlines"]
+__all__ = ["Outlines", "curvature_variance", "find_outlines"]
 
 GAP = 0.5
 """Difference of blur radius, in pixels of the widest view, from which depth jumps."""
@@ -119,6 +119,19 @@ class Outlines:
     level: NDArray[np.float32]
     sd: NDArray[np.float32]  # of the surface, in levels
     side_sd: NDArray[np.float32]  # because a pixel may lie on the other side, in levels
+
+    @classmethod
+    def none(cls, shape: tuple[int, int]) -> Outlines:
+        """No outlines in a frame of `shape`, to be filled by tiles: what is not touched takes no memory."""
+        return cls(
+            *(np.zeros(shape, np.int8), np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)),
+            *(np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)),
+        )
+
+    def fill(self, tile: Tile, part: Outlines) -> None:
+        """Take the outlines of a tile."""
+        for name in self.__slots__:
+            getattr(self, name)[tile.core] = getattr(part, name)[tile.within]
 
     def before(self, other: Outlines) -> Outlines:
         """These outlines, and the `other` ones where these replace nothing."""
@@ -292,19 +305,6 @@ def curvature_variance(
     return surfaces.curvature_variance(nodes.level, nodes.sd, good, reach, SAME * levels_per_pixel)
 
 
-def join_outlines(parts: Sequence[tuple[Tile, Outlines | None]], shape: tuple[int, int]) -> Outlines | None:
-    """Outlines of a whole frame of `shape` from those of its tiles."""
-    found = [(tile, part) for tile, part in parts if part is not None]
-    if not found:
-        return None
-    names = ("side", "replaced", "valid", "level", "sd", "side_sd")
-    whole = {name: np.zeros(shape, getattr(found[0][1], name).dtype) for name in names}
-    for tile, part in found:
-        for name, values in whole.items():
-            values[tile.core] = getattr(part, name)[tile.within]
-    return Outlines(**whole)
-
-
 def _locate(
     equalised: Equalised,
     nodes: Nodes,
@@ -338,6 +338,7 @@ def _locate(
     only_far = _without_specks(clean_far & (better < -BETTER) & zone.inside)
     if not (only_near.any() and only_far.any()):
         return None
+    del near, far, better  # each as large as the tile
     reach_near, reach_far = _reach(*(blurs_at(level, radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
     inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)

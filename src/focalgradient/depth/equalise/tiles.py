@@ -19,7 +19,13 @@ from focalgradient.depth.registration import RegisteredViews
 __all__ = ["Tile", "join_nodes", "join_splits", "tiles"]
 
 CORE = 1920
-"""Side in pixels of a tile without its overlap, about: one holds the frame of a video, and takes half a gigabyte."""
+"""Side in pixels of a tile without its overlap, about, at most: one holds the frame of a video."""
+
+LEAST_CORE = 640
+"""The same, at least: smaller ones would be mostly overlap."""
+
+HELD = 175_000_000
+"""Pixels of filtered images that a tile may hold, about: 0.7 GB of them."""
 
 OVERLAP = 160
 """Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""
@@ -60,15 +66,18 @@ class Tile:
         return np.minimum.outer(rows, columns)
 
 
-def tiles(shape: tuple[int, int], step: int) -> Iterator[Tile]:
+def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
     """Tiles that cover a frame of `shape`; all begin on whole blocks of `step` pixels. A small frame is one tile.
+
+    The more filtered `images` a tile has to hold, the smaller it is.
 
     >>> [tile.core[1] for tile in tiles((1000, 5000), 5)]
     [slice(0, 1670, None), slice(1670, 3340, None), slice(3340, 5000, None)]
     """
     edges = []
+    side = float(np.clip(np.sqrt(HELD / images) - 2 * OVERLAP, LEAST_CORE, CORE))
     for n in shape:
-        count = max(1, round(n / CORE))
+        count = max(1, round(n / side))
         size = step * -(-n // (count * step))
         edges.append([(start, min(n, start + size)) for start in range(0, n, size)])
     overlap = step * -(-OVERLAP // step)
