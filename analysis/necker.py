@@ -46,7 +46,6 @@ def shown(dataset: Path) -> Shown:
             summary[f"p_{name}"] = share.p
     summary["nonrigid_share_without_a_gradient_percent"] = _nonrigid(result, "none")
     summary["nonrigid_share_at_its_largest_percent"] = _nonrigid(result, "nonrigid")
-    fits = [each.lognormal if each.better == "lognormal" else each.gamma for each in result.dominance]
     return Shown(
         title="The Necker cube by focal gradient",
         caption=(
@@ -60,41 +59,47 @@ def shown(dataset: Path) -> Shown:
         ),
         figure=necker_figure(result, simulated=part.simulated),
         summary=summary,
-        plotted={
-            "share_of_time": [
-                {
-                    "gradient": share.gradient,
-                    "strength_mm": share.strength,
-                    "percept": share.percept,
-                    "estimate": share.time.estimate,
-                    "low": share.time.low,
-                    "high": share.time.high,
-                }
-                for share in result.shares
-            ],
-            "nonrigid_share_of_subjects": [
-                {
-                    "subject": each.participant_id,
-                    "gradient": each.gradient,
-                    "strength_mm": each.strength,
-                    "nonrigid": each.nonrigid,
-                }
-                for each in result.subject_shares
-            ],
-            "durations": [
-                {
-                    "gradient": each.gradient,
-                    "strength_mm": each.strength,
-                    "percept": each.percept,
-                    "family": fit.family,
-                    "shape": fit.shape,
-                    "scale_s": fit.scale,
-                }
-                for each, fit in zip(result.dominance, fits, strict=True)
-                if isinstance(fit, DurationFit)
-            ],
-        },
+        plotted=_plotted(result),
     )
+
+
+def _plotted(result: NeckerResult) -> dict[str, Any]:
+    """The numbers behind the figure."""
+    fits = [each.lognormal if each.better == "lognormal" else each.gamma for each in result.dominance]
+    return {
+        "share_of_time": [
+            {
+                "gradient": share.gradient,
+                "strength_mm": share.strength,
+                "percept": share.percept,
+                "estimate": share.time.estimate,
+                "low": share.time.low,
+                "high": share.time.high,
+            }
+            for share in result.shares
+        ],
+        "nonrigid_share_of_subjects": [
+            {
+                "subject": each.participant_id,
+                "gradient": each.gradient,
+                "strength_mm": each.strength,
+                "nonrigid": each.nonrigid,
+            }
+            for each in result.subject_shares
+        ],
+        "durations": [
+            {
+                "gradient": each.gradient,
+                "strength_mm": each.strength,
+                "percept": each.percept,
+                "family": fit.family,
+                "shape": fit.shape,
+                "scale_s": fit.scale,
+            }
+            for each, fit in zip(result.dominance, fits, strict=True)
+            if isinstance(fit, DurationFit)
+        ],
+    }
 
 
 def _nonrigid(result: NeckerResult, gradient: str) -> float | None:

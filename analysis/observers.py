@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from report import Progress, Shown, alone
 from simulated import natural_pictures
 
-from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceived_depth, relief
+from focalgradient.observers import OBSERVERS, EncodedStimulus, Observer, encode, perceived_depth, relief
 from focalgradient.observers.perception import SD_PER_RADIUS
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.stimuli import StimulusSet
@@ -18,6 +19,7 @@ from focalgradient.stimuli import StimulusSet
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 FIXATIONS = ("nearest", "farthest")
 FIXATED_TIMES = 20
+SHOWN = ("default", "blur-blind", "opposite")
 MOST_BLUR, MOST_DEPTH = 10.0, 0.4  # arcmin, D: ends of the scales of colour
 
 
@@ -58,30 +60,24 @@ def perceive(stimuli: StimulusSet, aperture: str, fixation: str) -> Perceived:
     )
 
 
+def _increase(seen: Mapping[tuple[str, str], Perceived], observer: Observer) -> dict[str, list[float]]:
+    """How deep each picture looks to an observer, relative to the pinhole's, by fixation and aperture."""
+    found = {}
+    for end in FIXATIONS:
+        depth = [
+            np.mean([relief(seen[f, end].encoded, observer, np.random.default_rng(n)) for n in range(FIXATED_TIMES)])
+            for f in APERTURES
+        ]
+        found[end] = (np.array(depth) / depth[0]).tolist()
+    return found
+
+
 def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
     report = progress or (lambda share: None)
     stimuli = natural_pictures(lambda share, what: report(0.8 * share))
     seen = {(f, end): perceive(stimuli, f, end) for end in FIXATIONS for f in APERTURES}
     report(0.9)
-    increase = {
-        name: {
-            end: [
-                float(
-                    np.mean(
-                        [relief(seen[f, end].encoded, observer, np.random.default_rng(n)) for n in range(FIXATED_TIMES)]
-                    )
-                )
-                for f in APERTURES
-            ]
-            for end in FIXATIONS
-        }
-        for name, observer in OBSERVERS.items()
-        if name in ("default", "blur-blind", "opposite")
-    }
-    ratios = {
-        name: {end: (np.array(values) / values[0]).tolist() for end, values in ends.items()}
-        for name, ends in increase.items()
-    }
+    ratios = {name: _increase(seen, OBSERVERS[name]) for name in OBSERVERS if name in SHOWN}
     wide = {end: seen["f/5.6", end] for end in FIXATIONS}
     return Shown(
         title="What a simulated observer sees",

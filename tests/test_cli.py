@@ -13,80 +13,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from PIL import Image
-from scipy import ndimage
+from two_views import DISTANCE, TOML, run, sentence, write
 
 import focalgradient
-from focalgradient import DepthMap, FocalGradientWarning, InputError, Lens, memory
-from focalgradient.cli import main, program
-
-TOML = """\
-[camera]
-focal_length_mm = 25.0
-pixel_pitch_um = 8.0
-[[view]]
-image = "a.png"
-f_number = 16
-focus_distance_m = 0.85
-[[view]]
-image = "b.png"
-f_number = 5.6
-focus_distance_m = 0.85
-"""
-DISTANCE = 1.5
-
-
-def texture(size: int = 96) -> np.ndarray:
-    """A seeded 1/f texture of mean 0.5 and standard deviation 0.1."""
-    rng = np.random.default_rng(3)
-    f = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None])
-    f[0, 0] = np.inf
-    image = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) / f, (size, size))
-    return 0.5 + 0.1 * image / image.std()
-
-
-def picture(f_number: float, k: float = 0.5) -> np.ndarray:
-    """The texture at DISTANCE, blurred as a Gaussian by an f_number of TOML's camera, 16 bits, 0.5 % noise."""
-    lens = Lens(0.025, f_number, 0.85)
-    sigma = k * float(lens.blur_radius(DISTANCE)) * lens.sensor_distance / 8e-6
-    noise = 0.005 * np.random.default_rng(int(f_number)).standard_normal((96, 96))
-    image = ndimage.gaussian_filter(texture(), sigma, mode="wrap") + noise
-    return np.rint(65535 * np.clip(image, 0, 1)).astype(np.uint16)
-
-
-def write(path: Path, pixels: np.ndarray) -> None:
-    path.write_bytes(cv2.imencode(path.suffix, pixels)[1].tobytes())
-
-
-@pytest.fixture(scope="module")
-def pictures() -> dict[str, np.ndarray]:
-    return {"a.png": picture(16), "b.png": picture(5.6)}
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch, pictures):
-    """A folder, made the current one, with two pictures and the settings file that names them."""
-    for name, pixels in pictures.items():
-        write(tmp_path / name, pixels)
-    (tmp_path / "views.toml").write_text(TOML)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def run(*args: str) -> Result:
-    return CliRunner().invoke(main, [*args])
-
-
-def sentence(result: Result) -> str:
-    """The one sentence with which a run was refused."""
-    assert result.exit_code == 2, result.output
-    assert result.stdout == ""
-    assert result.stderr.startswith("Error: ")
-    assert result.stderr.count("\n") == 1
-    assert "Traceback" not in result.stderr
-    return result.stderr
-
+from focalgradient import DepthMap, FocalGradientWarning, InputError, memory
+from focalgradient.cli import program
 
 # --- What it does ------------------------------------------------------------------------------------------------
 

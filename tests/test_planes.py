@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from test_cli import TOML, folder, pictures, run, sentence  # noqa: F401  fixtures
+from two_views import TOML, run, sentence
 
 from focalgradient import DepthMap, InputError, Lens
 from focalgradient.calibration import Priors, Reading, calibrate
@@ -41,7 +41,7 @@ def test_what_is_missing_or_impossible_is_refused():
         Body(0.05).optical(0.15, "sensor")  # four focal lengths are the least
 
 
-def test_depth_is_given_from_the_plane_that_is_named(folder):  # noqa: F811
+def test_depth_is_given_from_the_plane_that_is_named(folder):
     medians = {}
     for plane, extra in (("entrance_pupil", ""), ("sensor", ""), ("lens_front", "sensor_to_front_mm = 45\n")):
         camera = f'[camera]\ndistances_from = "{plane}"\nfocus_from = "entrance_pupil"\n{extra}'
@@ -58,14 +58,14 @@ def test_depth_is_given_from_the_plane_that_is_named(folder):  # noqa: F811
     assert medians["sensor"] - medians["lens_front"] == pytest.approx(0.045, abs=1e-4)
 
 
-def test_the_option_that_is_missing_is_named(folder):  # noqa: F811
+def test_the_option_that_is_missing_is_named(folder):
     optics = ("--focal-length", "25", "--pixel-pitch", "8", "--f-number", "16", "--f-number", "5.6")
     focus = ("--focus-distance", "0.85", "--focus-distance", "0.85")
     said = sentence(run("depth", "a.png", "b.png", *optics, *focus, "--distances-from", "lens_front", "--out", "out"))
     assert "--sensor-to-front MM" in said
 
 
-def test_the_scale_of_a_lens_counts_from_the_sensor(folder):  # noqa: F811
+def test_the_scale_of_a_lens_counts_from_the_sensor(folder):
     lens = Lens(0.025, 16, 0.85)
     mark = 0.85 + lens.sensor_distance
     text = TOML.replace("[camera]\n", '[camera]\nfocus_from = "sensor"\n').replace("0.85", f"{mark:.6f}")

@@ -489,11 +489,10 @@ def _panel(height: int, scale: Scale, colours: NDArray[np.uint8]) -> NDArray[np.
         return panel
     for number, text in enumerate(title, 1):
         cv2.putText(panel, text, (gap, number * line), font, size, (255, 255, 255), thick, cv2.LINE_AA)
-    rows = np.linspace(255, 1, bottom - top).round().astype(int)
-    panel[top : top + len(rows), gap : gap + bar] = colours[rows][:, None]
+    panel[top:bottom, gap : gap + bar] = colours[np.linspace(255, 1, bottom - top).round().astype(int)][:, None]
     for value, label in scale.ticks:
         share = (value - scale.dark) / (scale.bright - scale.dark)
-        y = round(top + (1 - share) * (len(rows) - 1))
+        y = round(top + (1 - share) * (bottom - top - 1))
         cv2.line(panel, (gap + bar, y), (gap + bar + gap // 2, y), (255, 255, 255), thick)
         place = gap + bar + gap, y + round(9 * size)
         cv2.putText(panel, label, place, font, size, (255, 255, 255), thick, cv2.LINE_AA)

@@ -64,7 +64,7 @@ def test_apertures(stated, named):
         assert "contradict" not in text
     else:
         assert re.search(f"contradict the optics stated: they fit better with (the )?{named}", text)
-        assert "--f-number" in text
+        assert "(f_number, focus_distance)" in text
 
 
 @pytest.mark.parametrize("psf", ["gaussian", "blend"])
@@ -96,4 +96,4 @@ def test_magnification_tells_the_order_of_two_foci():
         return "\n".join(str(one.message) for one in caught)
 
     assert "opposite order" not in text((0, 1))
-    assert "opposite order (--focus-distance)" in text((1, 0))
+    assert "opposite order (focus_distance)" in text((1, 0))

@@ -21,6 +21,7 @@ import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import existing, printable, refuse_overwriting
+from focalgradient.progress import Progress
 
 __all__ = [
     "Program",
@@ -49,8 +50,14 @@ JSON = "focalgradient.json"
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-OPTIONS = {"(align=True)": "(--align)", "(near, far)": "(--near, --far)"}
-"""What the library's warnings call parameters, and the command's options for them."""
+OPTIONS = {
+    "(align=True)": "(--align)",
+    "(crop=True)": "(--align)",
+    "(f_number, focus_distance)": "(--f-number, --focus-distance)",
+    "(focus_distance)": "(--focus-distance)",
+    "(near, far)": "(--near, --far)",
+}
+"""What the library's sentences call parameters, and the command's options for them."""
 
 AGAIN = 0.05
 """Seconds after which a signal comes again that was lost in a destructor."""
@@ -177,7 +184,7 @@ def _signal_main_thread(number: signal.Signals) -> None:
 
 def fail(sentence: str) -> NoReturn:
     """Say what is wrong and leave with exit code 2."""
-    click.echo(f"Error: {' '.join(sentence.split())}", err=True)
+    click.echo(f"Error: {_with_options(sentence)}", err=True)
     sys.exit(2)
 
 
@@ -222,6 +229,14 @@ def announce(seconds: float, work: str) -> None:
     click.echo(f"{work}: about {time} on two cores.", err=True)
 
 
+def _with_options(sentence: str) -> str:
+    """A sentence of the library on one line, with the command's options for its parameters."""
+    words = " ".join(sentence.split())
+    for parameter, option in OPTIONS.items():
+        words = words.replace(parameter, option)
+    return words
+
+
 @contextmanager
 def warnings_given() -> Iterator[list[str]]:
     """Print focalgradient's warnings above the bar, a line each and once, and collect them; others go their way."""
@@ -234,10 +249,7 @@ def warnings_given() -> Iterator[list[str]]:
             otherwise(message, category, *place, **more)
         elif str(message) not in given:
             given.append(str(message))
-            words = " ".join(str(message).split())
-            for parameter, option in OPTIONS.items():
-                words = words.replace(parameter, option)
-            tqdm.write(f"Warning: {words}", file=sys.stderr)
+            tqdm.write(f"Warning: {_with_options(str(message))}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", FocalGradientWarning)
@@ -262,7 +274,7 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Callable[[float, str], object]]:
+def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Progress]:
     """Show a bar of the share done with the time left; a Ctrl-C goes on with what is `left` then.
 
     `begun` is called once, when what was given has been found right and the work begins.

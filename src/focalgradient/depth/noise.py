@@ -55,7 +55,7 @@ LEAST_PLACES = 128
 """Places from which the law is sought: of fewer chance could make it."""
 
 MOST_PLACES = 4096
-"""Places that are looked at, at most: more tell nothing new."""
+"""Places that are used, at most: more would give no new information."""
 
 RISES = 1.25
 """Noise variance where all but 5 % is darker, over that where 5 % is, from which it is said to rise with brightness."""

@@ -278,7 +278,7 @@ def _order_warning(number: int, shift: Placement, error: float, shape: tuple[int
         return ""
     return (
         f"view {number} is magnified against view 1 by {1 / (expected * shift.scale):.4f}, where its focus makes it "
-        f"{1 / expected:.4f}: the focus distances seem to be in the opposite order (--focus-distance)."
+        f"{1 / expected:.4f}: the focus distances seem to be in the opposite order (focus_distance)."
     )
 
 

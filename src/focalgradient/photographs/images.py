@@ -184,14 +184,14 @@ def read_photographs(
             if np.array_equal(one.luminance, other.luminance):
                 raise InputError(
                     f"{printable(one.path)} and {printable(other.path)} hold the same picture, pixel for pixel: depth "
-                    "is told by what differs, so give photographs of different aperture or focus."
+                    "comes from what differs, so give photographs of different aperture or focus."
                 )
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
             raise InputError(
                 f"{photographs[0].path} is {w0} x {h0} pixels but {other.path} is {w} x {h}: views of one scene must "
                 "have the same size and orientation, so export them alike, neither cropped nor resized, or crop them "
-                "to what all show (--align; crop=True)."
+                "to what all show (crop=True)."
             )
     return photographs
 

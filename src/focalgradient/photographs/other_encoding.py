@@ -32,7 +32,7 @@ LEAST = 400
 def encoding_difference(
     views: Sequence[View], depth: DepthMap, encoding: Encoding, near: float | None, far: float | None, align: bool
 ) -> float | None:
-    """Median change of vergence (D), as read, were the views' files of the other encoding; None where it is not known.
+    """Median change of vergence (D), were the views' files of the other encoding; None where it is not known.
 
     Parameters
     ----------

@@ -119,9 +119,7 @@ def cumulative_fit(
             raise StopIteration
 
     steps = [0]
-    odds = np.cumsum(np.bincount(category))[:-1] / len(category)
-    start = np.log(odds / (1 - odds))
-    free = np.concatenate([start[:1], np.log(np.diff(start)), np.zeros(columns), np.eye(q)[lower] * 0.5])
+    free = np.concatenate([_first_thresholds(category), np.zeros(columns), np.eye(q)[lower] * 0.5])
     exact = nodes > 1  # the derivative of Laplace's approximation is not the mean of derivatives
     tolerance = max(1e-4, 3e-6 * len(category))  # of a gradient that grows with the trials, as the information does
     with np.errstate(all="ignore"):
@@ -140,21 +138,38 @@ def cumulative_fit(
             information = _curvature(lambda at: cost(at)[1], free)
         else:
             information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
-        known = information[: last + columns, : last + columns]
-        at_boundary = not _is_positive(information)
-        if at_boundary and not _is_positive(known):
-            return None
-        covariance = np.linalg.inv(known if at_boundary else information)[: last + columns, : last + columns]
+        covariance, at_boundary = _covariance(information, last + columns)
     # the search may end for want of precision: what counts is that the slope there is flat, for its curvature
-    if not found.success and float(found.jac @ found.hess_inv @ found.jac) > 1e-3:
+    if covariance is None or (not found.success and float(found.jac @ found.hess_inv @ found.jac) > 1e-3):
         return None
     thresholds, fixed, spread = unpack(free)
-    turn = np.tril(np.concatenate([[1.0], np.exp(free[1:last])])[None, :] * np.ones((last, 1)))
-    errors = np.sqrt(np.diag(turn @ covariance[:last, :last] @ turn.T))
+    errors = _threshold_errors(free[:last], covariance[:last, :last])
     of_fixed = np.asarray(covariance[last:, last:], dtype=float)
     marginal.evaluate(thresholds, design @ fixed, spread)  # the modes of the last call, for a derivative, are beside it
     effects = marginal.mode @ spread.T
     return CumulativeFit(thresholds, errors, fixed, of_fixed, spread, -float(found.fun), at_boundary, effects)
+
+
+def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:
+    """Where the search begins: the first threshold and the logarithms of the gaps, by how many answers lie below."""
+    odds = np.cumsum(np.bincount(category))[:-1] / len(category)
+    start = np.log(odds / (1 - odds))
+    return np.concatenate([start[:1], np.log(np.diff(start))])
+
+
+def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None, bool]:
+    """Covariance of the first `wanted` parameters, and whether the others lie at a boundary; None at no maximum."""
+    known = information[:wanted, :wanted]
+    at_boundary = not _is_positive(information)
+    if at_boundary and not _is_positive(known):
+        return None, at_boundary
+    return np.linalg.inv(known if at_boundary else information)[:wanted, :wanted], at_boundary
+
+
+def _threshold_errors(free: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Standard errors of the thresholds, from the first and the logarithms of the gaps, and their covariance."""
+    turn = np.tril(np.concatenate([[1.0], np.exp(free[1:])])[None, :] * np.ones((len(free), 1)))
+    return np.asarray(np.sqrt(np.diag(turn @ covariance @ turn.T)))
 
 
 def answer_derivatives(

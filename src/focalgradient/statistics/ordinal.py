@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
@@ -149,13 +149,9 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     fixations = fixations_of(rows)
     steps, category = np.unique(rows["rating"].to_numpy().astype(int), return_inverse=True)
     subject, names = pd.factorize(rows["participant_id"], sort=True)
-    amount = rows["aperture_mm"].to_numpy(dtype=float)
-    width = float(np.ptp(amount))
+    width = float(np.ptp(rows["aperture_mm"].to_numpy(dtype=float)))
     shares = _shares(rows, steps)
-    formula = "rating ~ " + " + ".join(
-        [*(f"mm_{name}" for name in fixations), *(["fixation"] if len(fixations) > 1 else []), "scene"]
-    )
-    formula += " + (1 + " + " + ".join(f"mm_{name}" for name in fixations) + " | participant_id)"
+    formula = _formula(fixations)
 
     def missing(reason: str) -> OrdinalResult:
         none = NotComputed(reason)
@@ -166,15 +162,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
     if len(steps) < 2:
         return missing("All answers are the same: there is no variation to test a slope against.")
-    own = [(rows["fixation"] == name).to_numpy() * amount / width for name in fixations]
-    design = np.column_stack([*own, *(rows["fixation"] == name for name in fixations[1:])]).astype(float)
-    scenes = design_matrix(amount, rows["scene"].to_numpy(dtype=object))[:, 2:]
-    whole = np.column_stack([design, scenes])
-    if np.linalg.matrix_rank(whole - whole.mean(axis=0)) == whole.shape[1]:
-        design = whole
-    elif scenes.shape[1]:
-        remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
-    random = np.column_stack([np.ones(len(rows)), *own])
+    design, random = _columns(rows, fixations, width, remarks)
     fit = cumulative_fit(category, design, random, subject, nodes_for(subject), progress)
     if fit is None or not np.isfinite(fit.standard_errors[: len(fixations)]).all():
         return missing(
@@ -215,6 +203,29 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     )
 
 
+def _formula(fixations: Sequence[str]) -> str:
+    """The model as R's ordinal writes it."""
+    slopes = " + ".join(f"mm_{name}" for name in fixations)
+    both = " + fixation" if len(fixations) > 1 else ""
+    return f"rating ~ {slopes}{both} + scene + (1 + {slopes} | participant_id)"
+
+
+def _columns(
+    rows: pd.DataFrame, fixations: Sequence[str], width: float, remarks: list[str]
+) -> tuple[FloatArray, FloatArray]:
+    """Columns of the fixed and of the random effects, a row a trial; amounts in units of their range, `width`."""
+    amount = rows["aperture_mm"].to_numpy(dtype=float)
+    own = [(rows["fixation"] == name).to_numpy() * amount / width for name in fixations]
+    design = np.column_stack([*own, *(rows["fixation"] == name for name in fixations[1:])]).astype(float)
+    scenes = design_matrix(amount, rows["scene"].to_numpy(dtype=object))[:, 2:]
+    whole = np.column_stack([design, scenes])
+    if np.linalg.matrix_rank(whole - whole.mean(axis=0)) == whole.shape[1]:
+        design = whole
+    elif scenes.shape[1]:
+        remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
+    return design, np.column_stack([np.ones(len(rows)), *own])
+
+
 METHOD = "cumulative-link mixed model (logit), random intercepts and slopes, adaptive Gauss-Hermite, t on subjects - 1"
 
 
@@ -249,7 +260,7 @@ def _scene_deviations(
 def _over_scenes(effect: Effect, deviations: tuple[FloatArray, FloatArray] | None, weights: FloatArray) -> Effect:
     """The effect generalised to other scenes, by Cochran's Q of what the scenes' own rises (or their differences) are.
 
-    Each scene weighs by what its answers tell of it. Q over its degrees of freedom, one less than scenes, is 1 where
+    Each scene weighs by the information in its answers. Q over its degrees of freedom, one less than scenes, is 1 where
     scenes do not differ; beyond it, it is what they add to the mean's variance.
     """
     if deviations is None:

@@ -117,7 +117,7 @@ def judge_shape(
         more = "" if better.psf == "disc" else f", k={better.k:g}"
         advice = (
             f"{better} is likelier (its residual is {fits[best].misfit:.2f} times the noise's, {shape}'s "
-            f"{fits[0].misfit:.2f}): compare psf={better.psf!r}{more} (--psf {better.psf}), or calibrate the camera"
+            f"{fits[0].misfit:.2f}): compare psf={better.psf!r}{more}, or calibrate the camera"
         )
     else:
         advice = "no other shape explains the views better: calibrate the camera, and check its focus and apertures"

@@ -432,7 +432,7 @@ def comparing_filters(
     lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
     band = (1 - np.exp(-((blurs.frequencies.radius / lowest[:, None]) ** 2))) * blurs.frequencies.fine_pass()
     # Three or more views are compared in turn, the sharpest first: its transfer keeps its sign, so that the filters
-    # change little with depth. The order changes no residual's power, only what noise seems to tell of depth.
+    # change little with depth. The order changes no residual's power, only how noise acts on depth.
     order = np.argsort(blurs.radius.mean(axis=1), kind="stable")
     filters = whitened_filters(transfers[order], own[:, order], view_weight[order], band, power)
     return [one[np.argsort(order)] for one in filters], own

@@ -70,7 +70,7 @@ def judge_optics(
     return left, [
         f"the views contradict the optics stated: they fit better with {best} (what is left of them is "
         f"{left[best]:.2f} times the noise, {left['as stated']:.2f} as stated): check the f-numbers and focus "
-        "distances, and their order (--f-number, --focus-distance), and that all is of this lens."
+        "distances, and their order (f_number, focus_distance), and that all is of this lens."
     ]
 
 

@@ -56,7 +56,7 @@ def even_out(
     equalised, views
         What is compared, and the views themselves.
     read, every
-        Reads depth at nodes, `every` so many of them, from `equalised`; told whether that has changed since.
+        Estimates depth at nodes, `every` so many of them, from `equalised`; called with whether that has changed since.
     at
         Brightness at which noise is as assumed. None: noise is even.
     """
@@ -67,7 +67,7 @@ def even_out(
     bright = (block_sum(image, step) / block_sum(np.ones_like(image), step))[::every, ::every].astype(float)
     law, divided = None, np.ones_like(image)
     for _ in range(ROUNDS):
-        # Where noise is less than assumed depth is misread, and more is left of the views: with the law both mend.
+        # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
         variance = nodes.misfit * (1 if law is None else law.variance(bright))
         some = nodes.support > 0.5
         textured = some & (nodes.texture >= 1)

@@ -299,17 +299,17 @@ class Compared:
     def coarse_less_fine(self, share: float) -> tuple[FloatArray, FloatArray]:
         """The slope from coarse detail less that from fine, and the variance of what they differ by (h x w each).
 
-        The coarse half has `share` of what the bands tell of the slope over the whole frame. What it has of a band that
-        falls to both is counted in both: its noise cancels.
+        The coarse half has `share` of the bands' information about the slope over the whole frame. What it has of a
+        band that falls to both is counted in both: its noise cancels.
         """
         scene = self.bands.means(self.hypothesis.scene) + 1e-30
         squared = self.bands.means(self.hypothesis.scene * RADII**2) / scene
-        told = self.weight * squared.astype(np.float32)[:, None, None] * self.power
-        whole = told.mean(axis=(1, 2), dtype=float)
+        information = self.weight * squared.astype(np.float32)[:, None, None] * self.power
+        whole = information.mean(axis=(1, 2), dtype=float)
         before = np.cumsum(whole) - whole
         coarse = np.clip((share * whole.sum() - before) / np.maximum(whole, 1e-30), 0, 1)
         coarse = coarse.astype(np.float32)[:, None, None]
-        parts = [(told * half).sum(axis=0) for half in (coarse, 1 - coarse)]
+        parts = [(information * half).sum(axis=0) for half in (coarse, 1 - coarse)]
         contrast = self.weight * (coarse / (parts[0] + 1e-6) - (1 - coarse) / (parts[1] + 1e-6))
         known = (np.minimum(*parts) > 0.01) & (self.support > 0.01)
         return (contrast * self.difference).sum(axis=0), np.where(known, self._variance(contrast), NOTHING)

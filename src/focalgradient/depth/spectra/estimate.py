@@ -35,7 +35,7 @@ def estimate(problem: Problem) -> Estimate:
         texts.append(
             f"the blur is not quite a {settings.model}: depth from coarse detail and depth from fine detail differ by "
             f"{joint.tau:.0%} of the blur, which is part of the standard deviations; compare method equalise, which "
-            "tells what shape is likelier, or check focus and apertures."
+            "names the likelier shape, or check focus and apertures."
         )
     valid = joint.to_blocks(known & agrees & inside & joint.unambiguous, registered.shape) & registered.usable
     return Estimate(

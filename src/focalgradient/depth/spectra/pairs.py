@@ -40,7 +40,7 @@ SUPPORT = 0.9
 """Share of a patch's window that must be free of what the frame's rim, or masked pixels, invalidate."""
 
 SPLITS = (1 / 3, 2 / 3)
-"""Shares of what all detail tells of depth that count as coarse; one alone may miss an error."""
+"""Shares of the information about depth that count as coarse; one alone may miss an error."""
 
 LEAST_STEP, STEP = 0.25, 0.1
 """Pixels of blur, and share of it, from one hypothesis of depth to the next: the greater of the two."""
