@@ -132,8 +132,8 @@ def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[
     frames = [change.latency_ms / 1e3 / change.latency_frames for change in changes if change.latency_frames]
     frame_s = frames[0] if frames else math.nan
     rate = found.get("RefreshRate")  # the journal has it as the length of frames only
-    told = isinstance(rate, (int, float)) and math.isclose(rate * frame_s, 1, rel_tol=1e-6)
-    made = about_changes(settings, changes, rate if told or not frames else None, frame_s)
+    agrees = isinstance(rate, (int, float)) and math.isclose(rate * frame_s, 1, rel_tol=1e-6)
+    made = about_changes(settings, changes, rate if agrees or not frames else None, frame_s)
     if not frames:
         made["FramePacing"] = found.get("FramePacing")
     yield from (f"{path}: {each}" for each in differences(found, json.loads(json.dumps(made)), "restore it."))

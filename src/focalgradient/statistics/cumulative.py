@@ -163,7 +163,8 @@ def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None
     at_boundary = not _is_positive(information)
     if at_boundary and not _is_positive(known):
         return None, at_boundary
-    return np.linalg.inv(known if at_boundary else information)[:wanted, :wanted], at_boundary
+    covariance = np.linalg.inv(known if at_boundary else information)[:wanted, :wanted]
+    return np.asarray(covariance, dtype=float), at_boundary
 
 
 def _threshold_errors(free: FloatArray, covariance: FloatArray) -> FloatArray:
