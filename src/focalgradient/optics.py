@@ -219,7 +219,20 @@ class Lens:
 
 
 def check_optics(optics: Any) -> None:
-    """Refuse what is no optics: `Optics` have a finite aperture diameter of 0 or more, and a finite focus vergence."""
+    """Refuse what is no optics: `Optics` have a finite aperture diameter of 0 or more, and a finite focus vergence.
+
+    Raises
+    ------
+    InputError
+        If one of the two is missing or out of range.
+
+    Examples
+    --------
+    >>> check_optics(Lens(0.05, 2, 1.0))
+    >>> check_optics(None)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: optics is None, but must be a Lens, an Eye or ...
+    """
     try:
         aperture, focus = optics.aperture_diameter, optics.focus_vergence
     except AttributeError as error:

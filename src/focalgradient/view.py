@@ -110,7 +110,22 @@ class View:
 
 
 def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
-    """Refuse what is no angle of a pixel, and warn of one that is too small for a sensor: more likely a pixel pitch."""
+    """Refuse what is no angle of a pixel, and warn of one that is too small for a sensor: more likely a pixel pitch.
+
+    Raises
+    ------
+    InputError
+        If `pixel_angle`, in radians, is not positive, or is wider than a camera's pixel.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(0.05, 2, 1.0)
+    >>> check_pixel_angle(3e-4, lens)
+    >>> check_pixel_angle(8.0, lens)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: pixel_angle is 8 rad, wider than a camera's pixel: ...
+    """
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if pixel_angle >= WIDEST:
         raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {_ANGLE}.")
@@ -125,7 +140,20 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
 
 
 def check_mask(mask: object, shape: tuple[int, ...]) -> None:
-    """Refuse what does not say of each pixel whether it can be used."""
+    """Refuse what does not say of each pixel whether it can be used.
+
+    Raises
+    ------
+    InputError
+        If `mask` is neither None nor an array of booleans of that `shape` (H x W), or is False everywhere.
+
+    Examples
+    --------
+    >>> check_mask(np.ones((2, 3), bool), (2, 3))
+    >>> check_mask(np.zeros((2, 3), bool), (2, 3))  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: mask is False everywhere...
+    """
     if mask is None:
         return
     if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == shape):

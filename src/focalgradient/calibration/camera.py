@@ -337,6 +337,23 @@ def _apart(mark: float | None, given: float | None) -> float:
 def disc_radius(
     focal_length: float, f_number: float, focus: float, vergence: ArrayLike, telecentric: bool = False
 ) -> FloatArray:
-    """Radius of the blur disc on the sensor, in metres: as a Lens has it, defined for any vergence."""
+    """Radius of the blur disc on the sensor, in metres: as a Lens has it, defined for any vergence.
+
+    Parameters
+    ----------
+    focal_length
+        In metres.
+    f_number
+        As photographers state it: focal length over the diameter of the aperture.
+    focus, vergence
+        Vergence in focus, and of the point, in dioptres; `vergence` may have any shape, which is the result's.
+    telecentric
+        Whether the lens is so on the side of the sensor: blur is then counted in focal lengths.
+
+    Examples
+    --------
+    >>> round(float(disc_radius(0.05, 2, 1.0, 0.5)) * 1e6)  # 25/76 mm, by similar triangles
+    329
+    """
     throw = focal_length if telecentric else 1 / (1 / focal_length - focus)
     return focal_length / (2 * f_number) * np.abs(focus - np.asarray(vergence)) * throw

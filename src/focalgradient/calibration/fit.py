@@ -315,6 +315,16 @@ def cross_validate(
 
     `fit` takes the readings, the lengths and the priors, as `calibrate` does.
     None where the others do not hold its setting, or leave the side of focus open.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(0.05, 4.2, 1.0)  # marked f/4
+    >>> width = lambda d: 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance
+    >>> seen = [Reading(d, 4.0, None, width(d), 1e-8) for d in (1.4, 2.0, 3.0, 5.0)]
+    >>> priors = Priors(k=0.5, offset_sd=0.001, k_sd=0.01, distance_sd=0.001)
+    >>> [round(found.distance, 2) for found in cross_validate(seen, 0.05, 5e-6, priors)]
+    [1.41, 2.0, 2.99, 4.95]
     """
     predictions: list[Prediction | None] = []
     for number, reading in enumerate(readings):

@@ -34,6 +34,13 @@ def check_label(what: str, label: str) -> None:
     ------
     InputError
         If `label` is not made of letters and digits alone.
+
+    Examples
+    --------
+    >>> check_label("participant", "07")
+    >>> check_label("participant", "0_7")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: participant label is '0_7', but must be letters and digits alone, ...
     """
     if not (label.isascii() and label.isalnum()):
         raise InputError(

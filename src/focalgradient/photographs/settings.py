@@ -200,7 +200,36 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:
-    """Join each photograph with the optics of its shot; what their vignetting differs by is evened out."""
+    r"""Join each photograph with the optics of its shot; what their vignetting differs by is evened out.
+
+    Parameters
+    ----------
+    settings
+        Of `load_settings` or `from_exif`.
+    photographs
+        One for each of the settings' shots, in their order.
+
+    Returns
+    -------
+    list of View
+        As many, each with the photograph's luminance and mask (H x W), and the angle of its pixels in radians.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> lens = "f_number = 4\nfocus_distance_m = 1.0\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     for name in "ab":
+    ...         np.save(Path(folder, f"{name}.npy"), np.random.default_rng(ord(name)).random((8, 9)))
+    ...     text = "[camera]\nfocal_length_mm = 50\npixel_pitch_um = 5\n"
+    ...     text += "".join(f'[[view]]\nimage = "{name}.npy"\n{lens}' for name in "ab")
+    ...     written = Path(folder, "views.toml").write_text(text)
+    ...     settings = load_settings(Path(folder, "views.toml"))
+    ...     views = make_views(settings, read_photographs([shot.image for shot in settings.shots]))
+    >>> views[0].shape, round(1e6 * views[0].pixel_angle, 1)  # 5 um at 1/19 m
+    ((8, 9), 95.0)
+    """
     shots = zip(photographs, settings.lenses(), settings.pixel_angles(), strict=True)
     return even_out(
         [View(photo.luminance, lens, angle * photo.binning, mask=photo.mask) for photo, lens, angle in shots]

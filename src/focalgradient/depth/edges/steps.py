@@ -253,7 +253,7 @@ def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
-    """Levenberg's and Marquardt's least squares from `p` on, in place; False where it does not settle."""
+    """Levenberg's and Marquardt's least squares from `p` on, in place; False where it does not converge."""
     vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
     square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
     trial_vector = np.empty(6)
