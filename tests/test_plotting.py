@@ -224,6 +224,22 @@ def test_helpers_draw_into_the_axes_given():
     assert ax.get_title(loc="left") == "mine"
 
 
+def test_a_large_map_is_drawn_by_every_other_pixel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As it is drawn whole, but with a quarter of the memory."""
+    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]] / 100
+    vergence = 1.0 + rows + columns
+    depth = DepthMap(vergence, 0.01 * vergence, columns < 0.6, columns < 9)
+    views = [View(vergence.astype(np.float32), Lens(0.025, n, 1.0), 3e-4) for n in (16, 4)]
+    titles, sizes = [], []
+    for most in (2000, 40):
+        monkeypatch.setattr("focalgradient.plotting.maps._MOST_PIXELS", most)
+        figure = depth_figure(views, depth, truth=1 / vergence)
+        titles.append([ax.get_title(loc="left") for ax in figure.axes])
+        sizes.append(figure.axes[0].images[0].get_array().shape)
+    assert titles[0] == titles[1]
+    assert sizes == [SHAPE, (SHAPE[0] // 2, SHAPE[1] // 2)]
+
+
 def test_no_display_and_no_global_state():
     before = dict(matplotlib.rcParams)
     depth_figure(views(16, 5.6), ramp())

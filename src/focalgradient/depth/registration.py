@@ -227,7 +227,7 @@ class RegisteredViews:
                 "scene: check that the views belong together and are rightly exposed."
             )
         gains = [1.0, *(_gain(first, image, usable) for image in images[1:])]
-        scaled = [image / np.float32(g) for image, g in zip(images, gains, strict=True)]
+        scaled = [first, *(image / np.float32(g) for image, g in zip(images[1:], gains[1:], strict=True))]
         return cls(scaled, usable, gains, placements, tuple(filter(None, warnings)))
 
     def most_textured_crop(self, side: int) -> RegisteredViews:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,9 @@ REFUSED: dict[str, Any] = {"facecolor": "#efefef", "edgecolor": "#a6a6a6", "hatc
 """How the ground under rejected pixels is drawn: no colour map used here comes near this hatched grey."""
 
 _MOST_VIEWS = 4
+
+_MOST_PIXELS = 2000
+"""Side in pixels of the largest picture that is drawn whole: 180 mm at 280 to the inch."""
 
 
 def depth_figure(
@@ -89,7 +93,7 @@ def depth_figure(
         raise InputError(
             f"truth has shape {truth.shape}, but the depth map {depth.shape}: give the true distance of every pixel."
         )
-    shown = views[:_MOST_VIEWS]
+    shown, depth, truth = _thinned(views[:_MOST_VIEWS], depth, truth)
     titles = ["" if depth.details.get("order_only") else describe_optics(view.optics) for view in shown]
     if names is not None:
         titles = [f"{shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
@@ -117,6 +121,19 @@ def depth_figure(
             )
         figure.draw_without_rendering()  # ticks are born when first drawn: let that be in this style
     return figure
+
+
+def _thinned(
+    views: Sequence[View], depth: DepthMap, truth: NDArray[np.floating] | None
+) -> tuple[Sequence[View], DepthMap, NDArray[np.floating] | None]:
+    """Every second, third, ... pixel of what is larger than any page shows: drawing copies its pictures many times."""
+    every = -(-max(depth.shape) // _MOST_PIXELS)
+    if every <= 1:
+        return views, depth, truth
+    some = (slice(None, None, every),) * 2
+    arrays = {name: getattr(depth, name)[some] for name in ("vergence", "vergence_sd", "valid", "side_known")}
+    thin = [View(view.image[some], view.optics, every * view.pixel_angle) for view in views]
+    return thin, replace(depth, **arrays), None if truth is None else truth[some]
 
 
 def draw_view(ax: Axes, view: View, title: str | None = None) -> Axes:
