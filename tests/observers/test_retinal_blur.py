@@ -43,8 +43,8 @@ def test_noise_of_the_picture_is_not_taken_for_sharp_texture(sigma, noise):
 
 @pytest.mark.parametrize("radius", [2.0, 3.0, 4.0, 5.0])
 def test_discs_are_estimated_as_the_observer_takes_them_to_be(radius):
-    read = median_blur(texture(lambda f: disc_transfer(f, radius)), edges=False)
-    assert np.sqrt(read**2 - 0.25) / radius == pytest.approx(SD_PER_RADIUS, rel=0.15)
+    found = median_blur(texture(lambda f: disc_transfer(f, radius)), edges=False)
+    assert np.sqrt(found**2 - 0.25) / radius == pytest.approx(SD_PER_RADIUS, rel=0.15)
 
 
 @pytest.mark.parametrize("sigma", [1.0, 3.0])
@@ -78,5 +78,5 @@ def test_nothing_is_estimated_where_there_is_nothing():
 
 def test_the_eye_itself_blurs_and_a_wide_pupil_more():
     light = np.exp(texture(seed=1))
-    read = [median_blur(np.log(retinal_image(light, 60, pupil)), edges=False) for pupil in (0.002, 0.006)]
-    assert median_blur(np.log(light), edges=False) < read[0] < read[1]
+    found = [median_blur(np.log(retinal_image(light, 60, pupil)), edges=False) for pupil in (0.002, 0.006)]
+    assert median_blur(np.log(light), edges=False) < found[0] < found[1]
