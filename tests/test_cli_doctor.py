@@ -52,6 +52,12 @@ def test_all_well_is_exit_code_0(tmp_path, monkeypatch):
     assert asked.read_text() == "--screen 1 --seconds 10.0 --monitor lab --windowed"
 
 
+def test_seconds_that_are_no_number_are_refused(tmp_path):
+    result = run("--data", tmp_path, "--seconds", "nan")
+    assert result.exit_code == 2
+    assert "--seconds is nan, but must be a positive number of seconds" in result.stderr
+
+
 def test_a_sentence_of_the_experiments_becomes_a_line(tmp_path, monkeypatch):
     answered(tmp_path, monkeypatch, "", "PsychoPy is not installed: 'pip install focalgradient[lab]'.\n")
     result = run("--data", tmp_path)

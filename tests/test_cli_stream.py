@@ -111,6 +111,14 @@ def test_a_lost_frame_is_reported_and_what_follows_is_right(folder: Path, views:
         (["video.mkv", "--out", "./new/../video.mkv"], "video.mkv would be overwritten, but it is read"),
         (["video.mkv", "--out", "d.mp4", "--values", "d.json"], "name one file twice"),
         (["video.mkv", "--out", "d.mp4", "--values", "video.mkv"], "video.mkv would be overwritten, but it is read"),
+        (
+            ["video.mkv", "--out", "d.mp4", "--window", "nan"],
+            "--window is nan, but must be a positive number of pixels",
+        ),
+        (
+            ["video.mkv", "--out", "d.mp4", "--window", "65"],
+            "--window is 65, but must be a number of pixels from 2 to 64",
+        ),
         (["a\udcff.mkv", "--out", "d.mp4"], "not UTF-8"),
         (["video.mkv", "--out", "a\udcff.mp4"], "not UTF-8"),
         (

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.options import positive
 from focalgradient.cli.program import json_option, show
 from focalgradient.files import printable, write_whole
 
@@ -65,10 +66,11 @@ class Check:
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0.1, max=600),
+    type=float,
     default=10.0,
     show_default=True,
-    help="How long to count dropped frames.",
+    callback=positive(" of seconds", least=0.1, most=600),
+    help="How long to count dropped frames: 0.1 to 600.",
 )
 @click.option("--windowed", is_flag=True, help="Look at a window, not at the whole screen.")
 @click.option(

@@ -105,11 +105,12 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
 )
 @click.option(
     "--window",
-    type=click.FloatRange(2, 64),
+    type=float,
     default=8.0,
     show_default=True,
     metavar="PX",
-    help="Standard deviation, in pixels, of the window in which detail is gathered.",
+    callback=positive(" of pixels", least=2, most=64),
+    help="Standard deviation, in pixels, of the window in which detail is gathered: 2 to 64.",
 )
 @json_option
 def stream(
