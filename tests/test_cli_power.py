@@ -189,6 +189,15 @@ def test_bad_options_are_said_in_one_sentence(tmp_path, args, sentence):
     assert result.stderr.count("\n") == 1
 
 
+def test_a_share_that_leaves_nothing_of_a_reading_is_refused(tmp_path):
+    result = CliRunner().invoke(
+        Program("focalgradient", commands=[command]),
+        ["power", "necker", "--nonrigid", "1e-320", "--out", str(tmp_path / "power")],
+    )
+    assert result.exit_code == 2
+    assert "nonrigid is 1e-320, but must be a share from 0.001 to 0.999" in result.stderr
+
+
 def test_the_cube_s_changes_are_those_of_the_analysis():
     table = simulated_reports(NeckerDesign(), 6, CubeModel(), np.random.default_rng(5))
     effects = {(one.gradient, one.strength): one.share for one in necker(table).effects}

@@ -83,8 +83,8 @@ class CubeModel:
                 f"effect is {self.effect!r}, but must be a ratio of odds from 0.01 to 100: 1 is no effect."
             )
         check_spreads(self, "between", "between_levels", "between_dominances")
-        if not 0 < self.nonrigid < 1:
-            raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share between 0 and 1, like 0.2.")
+        if not 0.001 <= self.nonrigid <= 0.999:  # beyond, less than a video frame of a trial is left of one reading
+            raise InputError(f"nonrigid is {self.nonrigid!r}, but must be a share from 0.001 to 0.999, like 0.2.")
         for name, least, most in (("dominance", 0.5, 100.0), ("regularity", 0.5, 20.0)):
             value = getattr(self, name)
             if not least <= value <= most:
