@@ -1,8 +1,8 @@
-"""Tries the package as others get it: `python tests/installed.py [PYTHON ...]`.
+"""Tries the package as others get it: `python tests/installed.py [PYTHON ...] [EXTRA ...]`.
 
-Builds the wheel and the source archive, and installs the wheel, with no extra and with each, into empty environments of
-each Python that is named (else of this one). There README's example from Python is run, and the command line is
-tried. Needs the network, and uv or pip.
+Builds the wheel and the source archive, and installs the wheel into empty environments of each Python that is named
+(else of this one): with no extra and with each, or with those that are named (`none` is no extra). There README's
+example from Python is run, and the command line is tried. Needs the network, and uv or pip.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 NO_PSYCHOPY = (3, 13)  # the first Python without it
+WITH_PSYCHOPY = ("lab", "gaze")
+NONE = "none"
 DESIGNS = ("depth_rating.toml", "necker.toml", "pinhole.toml")
 
 
@@ -79,7 +81,7 @@ def tried(own: Path, extra: str, version: tuple[int, ...], folder: Path) -> str:
     assert "apertures = " in done.stdout, done.stderr
     done = run(own, *command, "run", "depth-rating", "--participant", "01", folder=folder)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    missing = extra != "lab" or version >= NO_PSYCHOPY
+    missing = extra not in WITH_PSYCHOPY or version >= NO_PSYCHOPY
     assert ("PsychoPy is not installed" in done.stderr) == missing, done.stderr
     numpy = run(
         own, "-c", "import numpy, PIL; print('NumPy', numpy.__version__, 'Pillow', PIL.__version__)", folder=folder
@@ -87,8 +89,10 @@ def tried(own: Path, extra: str, version: tuple[int, ...], folder: Path) -> str:
     return numpy.stdout.strip()
 
 
-def main(pythons: Sequence[str]) -> None:
-    extras = ["", *tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]]
+def main(words: Sequence[str]) -> None:
+    extras = [NONE, *tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]]
+    pythons = [word for word in words if word not in extras]
+    extras = [word for word in words if word in extras] or extras
     with tempfile.TemporaryDirectory() as name:
         wheel, archive = build(Path(name, "dist"))
         print(f"{wheel.name} {wheel.stat().st_size / 1e6:.2f} MB, {archive.name} {archive.stat().st_size / 1e6:.2f} MB")
@@ -98,9 +102,9 @@ def main(pythons: Sequence[str]) -> None:
             for extra in extras:
                 start, folder = time.monotonic(), Path(name, f"{version[1]}-{extra}")
                 (folder / "work").mkdir(parents=True)
-                own = environment(python, folder / "venv", [f"{wheel}[{extra}]" if extra else str(wheel)])
+                own = environment(python, folder / "venv", [str(wheel) if extra == NONE else f"{wheel}[{extra}]"])
                 found = tried(own, extra, version, folder / "work")
-                what = f"Python {'.'.join(map(str, version))}, {f'extra {extra}' if extra else 'no extra'}"
+                what = f"Python {'.'.join(map(str, version))}, {'no extra' if extra == NONE else f'extra {extra}'}"
                 print(f"{what}: ok, {found} ({time.monotonic() - start:.0f} s)", flush=True)
                 shutil.rmtree(folder)
 
