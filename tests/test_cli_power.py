@@ -1,7 +1,9 @@
 """`focalgradient power`: rates that are right where they are known, runs that go on where they were cut off."""
 
+import errno
 import json
 import math
+import os
 
 import numpy as np
 import pandas as pd
@@ -196,6 +198,19 @@ def test_a_share_that_leaves_nothing_of_a_reading_is_refused(tmp_path):
     )
     assert result.exit_code == 2
     assert "nonrigid is 1e-320, but must be a share from 0.001 to 0.999" in result.stderr
+
+
+def test_on_a_full_disk_the_experiments_are_kept_and_nothing_else_is_said(tmp_path, monkeypatch):
+    def full(path):
+        if path.name != "experiments.jsonl":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("focalgradient.files.writing._flush_file", full)
+    args = ["power", "necker", "--subjects", "3", "--experiments", "1", "--workers", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(Program("focalgradient", commands=[command]), args)
+    assert result.exit_code == 2
+    assert "(No space left on device): none of these results was written" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["experiments.jsonl"]
 
 
 def test_the_cube_s_changes_are_those_of_the_analysis():

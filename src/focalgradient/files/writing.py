@@ -220,7 +220,7 @@ def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path
     KeyboardInterrupt
         As it comes; with such a message where some had been moved.
     """
-    left = "nothing was written"
+    left = "none of these results was written"
     try:
         with ExitStack() as folders:
             bases = {place.parent: existing(place.parent) for place in places}
