@@ -13,8 +13,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.polynomial import Polynomial
-from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft2, ifft2, next_fast_len
 
@@ -306,25 +306,41 @@ class Pupil:
 
     def phase(self, place: NDArray[np.complex128]) -> NDArray[np.float64]:
         """Phase in radians."""
-        total, square = np.zeros(place.shape), np.abs(place) ** 2
-        for k in sorted({abs(m) for _, m, _ in self.terms}):
-            # All terms of one meridional frequency in two radial polynomials, of the cosine and of the sine.
-            both = np.zeros((2, 1 + max(n - k for n, m, _ in self.terms if abs(m) == k) // 2))
-            for n, m, radians in self.terms:
-                if abs(m) == k:
-                    coefficients = _radial_coefficients(n, k)
-                    both[int(m < 0), : len(coefficients)] += (
-                        radians * math.sqrt((n + 1) * (2 if m else 1)) * coefficients
-                    )
-            turned = place**k
-            for coefficients, part in zip(both, (turned.real, turned.imag), strict=True):
-                if coefficients.any():
-                    total += polyval(square, coefficients) * part
-        return total
+        total = np.empty(place.size)
+        _sum_of_terms(np.ascontiguousarray(place, np.complex128).ravel(), self._polynomials(), total)
+        return total.reshape(place.shape)
+
+    def _polynomials(self) -> NDArray[np.float64]:
+        """Radial polynomials by meridional frequency, of the cosine and of the sine, the constant first."""
+        highest = max((n for n, _, _ in self.terms), default=0)
+        polynomials = np.zeros((1 + highest, 2, 1 + highest // 2))
+        for n, m, radians in self.terms:
+            coefficients = _radial_coefficients(n, abs(m))
+            size = radians * math.sqrt((n + 1) * (2 if m else 1))
+            polynomials[abs(m), int(m < 0), : len(coefficients)] += size * coefficients
+        return polynomials
 
     def amplitude(self, place: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Amplitude and phase of the light."""
         return np.exp(1j * self.phase(place) - self.loss / 2 * np.abs(place) ** 2)
+
+
+@njit(nogil=True, cache=True)
+def _sum_of_terms(place, polynomials, total):  # type: ignore[no-untyped-def]
+    """Phase at each `place`: radial polynomials of the squared radius, times the powers of the place."""
+    frequencies = len(polynomials)
+    for number in range(place.size):
+        x, y = place[number].real, place[number].imag
+        square = x * x + y * y
+        cosine, sine, found = 1.0, 0.0, 0.0
+        for k in range(frequencies):
+            along = aside = 0.0
+            for power in range((frequencies - 1 - k) // 2, -1, -1):
+                along = along * square + polynomials[k, 0, power]
+                aside = aside * square + polynomials[k, 1, power]
+            found += along * cosine + aside * sine
+            cosine, sine = cosine * x - sine * y, sine * x + cosine * y
+        total[number] = found
 
 
 def _rule(order: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
