@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
-from scipy.fft import fft2, ifft2, next_fast_len
+from scipy.fft import fft, ifft, next_fast_len
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.quadrature import gauss
@@ -204,12 +204,15 @@ def _transfer_by_fft(
     within = np.clip((1 - np.abs(z)) / spacing + 0.5, 0, 1)
     field = within * pupil.amplitude(z)
     size = next_fast_len(2 * len(place))
-    overlap = np.conj(ifft2(np.abs(fft2(field, (size, size))) ** 2))
     down, right = (parts * np.rint(multiples).astype(int) for multiples in (rows, columns))
+    # Along one axis after the other, without rows of zeros and columns that are not asked for.
+    power = np.abs(fft(fft(field, size, axis=1), size, axis=0)) ** 2
+    overlap = np.conj(ifft(ifft(power, axis=1)[:, right % size], axis=0))[down % size]
     far = (np.abs(down)[:, None] > 2 * count) | (np.abs(right) > 2 * count)
     # Not moved, a sample on the rim meets itself, and the autocorrelation would count its share twice.
-    overlap[0, 0] = light = (within * np.exp(-pupil.loss * np.abs(z) ** 2)).sum()
-    return np.where(far, 0, overlap[np.ix_(down % size, right % size)] / light)
+    light = (within * np.exp(-pupil.loss * np.abs(z) ** 2)).sum()
+    overlap[np.ix_(down == 0, right == 0)] = light
+    return np.where(far, 0, overlap / light)
 
 
 def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArray[np.float64]:
