@@ -7,7 +7,7 @@ import pytest
 
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.depth import search as search_module
-from focalgradient.depth.equalise.likelihood import SharedPower, comparing_filters, equalise
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.search import BANDS_STEP, Blurs, Search
 from focalgradient.depth.settings import RecoverySettings
@@ -92,6 +92,23 @@ def test_filters_may_assume_more_noise_than_there_is() -> None:
     seen = equalise(images, blurs, sd.tolist(), window=8, shared=shared, power=power)
     left = seen.energy(np.ones((128, 128), np.float32)).sum(axis=(1, 2)) / 128**2
     assert left == pytest.approx(seen.residuals[0].noise, rel=0.2)  # where little passes, by chance
+
+
+def test_a_jump_is_felt_as_far_as_filters_reach_and_a_slope_is_not() -> None:
+    place = np.arange(60.0)
+    views = Equalised([], 5, 8.0, np.zeros(2))
+
+    def farther(level):
+        whole = np.broadcast_to(level, (60, 60)).copy()
+        none = np.zeros_like(whole)
+        yes = none == 0
+        return views.farther_from_jumps(Nodes(whole, none, none, none, yes, yes, none), 20.0)[30]
+
+    # Of 10 levels: next to nothing at 100 pixels, and at 40 a standard deviation of a tenth of the jump and more.
+    step = np.sqrt(farther(np.where(place < 30, 0.0, 10.0)))
+    assert step[10] < 0.2
+    assert step[22] > 1
+    assert np.sqrt(farther(0.5 * place))[15:45].max() < 0.3
 
 
 def test_blur_at_every_other_level() -> None:

@@ -292,7 +292,7 @@ class _Frame:
 
     equalised: Equalised  # of the last tile: its step and window are all tiles'
     nodes: Nodes
-    curved: FloatArray  # h x w: variance of depth where it is not plane, in levels squared
+    curved: FloatArray  # h x w: variance of depth where it is not plane, or near jumps, in levels squared
     agrees: NDArray[np.bool_]  # H x W
     split: SplitBand
     noise_sd: list[float]  # of each view
@@ -363,6 +363,9 @@ def _by_tiles(
         # An error of the model bends depth, too, and is part of the sd already.
         radius = np.interp(nodes.level, np.arange(search.levels), blur)
         curved = np.maximum(curved - (split.tau * np.maximum(LEAST_BLUR, radius) * levels_per_pixel) ** 2, 0)
+    if shared is not None:  # no outline is looked for, and filters carry one side over the other as far as blur reaches
+        reach = REACH * float(np.median(np.interp(nodes.level, np.arange(search.levels), blur)))
+        curved = equalised.farther_from_jumps(nodes, reach)
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     return _Frame(equalised, nodes, curved, agrees, split, noise_sd, law, ends)

@@ -307,8 +307,15 @@ class Equalised:
         """
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + JUMP * self.scatter(nodes)))
 
-    def scatter(self, nodes: Nodes) -> FloatArray:
-        """Variance of depth about its local plane in the window asked for, in levels squared (h x w)."""
+    def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
+        """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
+        return np.maximum(JUMP * (self.scatter(nodes, reach) - self.scatter(nodes)), 0)
+
+    def scatter(self, nodes: Nodes, reach: float = 0.0) -> FloatArray:
+        """Variance of depth about its local plane in the window asked for, in levels squared (h x w).
+
+        The window is wider by `reach` pixels.
+        """
         trust = 1 / (1 + nodes.sd**2)  # what is known to a level or so
 
         def local(values: FloatArray) -> FloatArray:
@@ -316,7 +323,7 @@ class Equalised:
             wide = np.pad(values, margin, mode="reflect")
             return ndimage.gaussian_filter(wide, sd)[margin:-margin, margin:-margin]
 
-        sd = self.window / self.step
+        sd = (self.window + reach) / self.step
         total = local(trust)
         mean = local(trust * nodes.level) / total
         spread = local(trust * nodes.level**2) / total - mean**2
