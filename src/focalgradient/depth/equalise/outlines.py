@@ -129,9 +129,12 @@ class Outlines:
         )
 
     def fill(self, tile: Tile, part: Outlines) -> None:
-        """Take the outlines of a tile."""
-        for name in self.__slots__:
+        """Take the outlines of a tile; of depth what is replaced alone, for memory."""
+        for name in ("side", "replaced", "valid"):
             getattr(self, name)[tile.core] = getattr(part, name)[tile.within]
+        at = part.replaced[tile.within]
+        for name in ("level", "sd", "side_sd"):
+            getattr(self, name)[tile.core][at] = getattr(part, name)[tile.within][at]
 
     def before(self, other: Outlines) -> Outlines:
         """These outlines, and the `other` ones where these replace nothing."""
