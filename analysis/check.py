@@ -24,7 +24,7 @@ LENSES = tuple(Lens(focal_length=0.025, f_number=number, focus_distance=FOCUS) f
 PIXEL = 8e-6 / LENSES[0].sensor_distance  # rad
 NOISE = 0.003  # radiance; the walls' mean is 0.35
 FALSE_ALARM = 1e-3  # the default
-WRONG = 3.0  # stated standard deviations, beyond which an answer is wrong
+WRONG = 3.0  # standard deviations, beyond which an answer is wrong
 NEAR, FAR = 1.1, 1.6  # m: of walls, cards and reflections
 SKIN = Texture(texel=0.3e-3, projected=True)
 
@@ -145,10 +145,10 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             f"{FOCUS:g} m, with {100 * NOISE / 0.35:.1f} % noise. Each pair of views gives depth; where their "
             "estimates disagree by more than noise can explain (chi-square, the noise that pairs share taken into "
             "account) the answer is rejected.",
-            f"An answer is wrong if it is off by more than {WRONG:g} of the standard deviations it states. (a) Each "
-            "curve: the share of one kind’s wrong answers that is rejected, against the share of sound answers that "
-            "the limit is to reject. Grey: the share of a sound wall’s that it does reject. Dots: the default, 1 in "
-            "1000.",
+            f"An answer is wrong if it is off by more than {WRONG:g} standard deviations: those of noise in (a), those "
+            "that the default method states in (b). (a) Each curve: the share of one kind’s wrong answers that is "
+            "rejected, against the share of sound answers that the limit is to reject. Grey: the share of a sound "
+            "wall’s that it does reject. Dots: the default, 1 in 1000.",
             f"At the default what moves is found in {100 * points['moving object']:.0f} %, what lies at two depths in "
             f"{100 * points['reflection']:.0f} %. Without texture all pairs are uncertain and hardly "
             "disagree; the stated uncertainty rejects such pixels. Highlights that the sensor compresses alike in all "

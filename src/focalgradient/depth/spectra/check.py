@@ -33,7 +33,7 @@ class Check:
     """Vergence in dioptres from all views together."""
 
     joint_sd: NDArray[np.floating]
-    """Its standard deviation in dioptres."""
+    """Its standard deviation in dioptres, by noise alone: views that disagree show what else errs."""
 
     statistic: NDArray[np.floating]
     """Chi-square of the pairs' disagreement: 0 for two views, which cannot disagree."""
@@ -112,7 +112,7 @@ def check_views(
     return Check(
         tuple(Pair(pair.views, pixels(pair.vergence), pixels(pair.vergence_sd)) for pair in joint.pairs),
         pixels(joint.vergence),
-        pixels(joint.vergence_sd),
+        pixels(joint.noise_sd),
         joint.to_blocks(joint.statistic, registered.shape),
         joint.freedom,
         joint.to_blocks(joint.agrees(false_alarm), registered.shape),

@@ -60,7 +60,7 @@ class Pair:
     """Vergence in dioptres: of two depths that fit the pair alike, the one nearer to the joint estimate."""
 
     vergence_sd: NDArray[np.floating]
-    """Its standard deviation in dioptres."""
+    """Its standard deviation in dioptres, by noise alone."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class Differences:
         explained = _quadratic(steep, inverse, here) ** 2 / np.maximum(first, 1e-30)
         whole = _quadratic(here, inverse, here)
         pairs = tuple(
-            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p]), model_sd))
+            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p])))
             for p, (i, j) in enumerate(self.pairs)
         )
         return JointEstimate(
@@ -267,7 +267,7 @@ class Differences:
         return np.einsum("yxpe,yxqe,yxe->yxpq", vectors, vectors, 1 / values[..., -vectors.shape[-1] :])
 
     def _root(
-        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float, model_sd: FloatArray
+        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float
     ) -> tuple[FloatArray, FloatArray]:
         """The vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
         vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)[:, None, None]
@@ -282,7 +282,7 @@ class Differences:
         width = (vergences[1:] - vergences[:-1])[index[0], 0, 0]
         sd = np.sqrt(chosen[2])
         reach = _reach(np.abs(chosen[1] - chosen[0]) / width / sd, bend / sd)
-        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), np.hypot(reach, model_sd)
+        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), reach
 
 
 def _hypotheses(search: Search) -> FloatArray:
