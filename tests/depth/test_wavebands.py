@@ -7,6 +7,7 @@ import pytest
 
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.depth import search as search_module
+from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.search import BANDS_STEP, Blurs, Search
@@ -96,7 +97,7 @@ def test_filters_may_assume_more_noise_than_there_is() -> None:
 
 def test_a_jump_is_felt_as_far_as_filters_reach_and_a_slope_is_not() -> None:
     place = np.arange(60.0)
-    views = Equalised([], 5, 8.0, np.zeros(2))
+    views = Equalised([], 5, 8.0, np.zeros(2), EvenCoordinate.of(np.ones((2, 2))))
 
     def farther(level):
         whole = np.broadcast_to(level, (60, 60)).copy()

@@ -84,7 +84,8 @@ def fit_models(
         blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
         equalised = equalise(views.images, search.blurs(shape.psf, shape.k), noise_sd, window=window)
         nodes = equalised.read(weight, noise)
-        nodes = equalised.refine(nodes, equalised.evaluate(nodes), weight, noise)
+        beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
+        nodes = equalised.refine(nodes, beside, weight, noise)
         images = equalised.evaluate_images(nodes)[1]
         informative = nodes.unambiguous & nodes.inside & (nodes.texture >= 1)
         split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, noise, informative)

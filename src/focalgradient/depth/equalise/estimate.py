@@ -249,10 +249,7 @@ def _to_pixels(
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
         known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
-        # Near the focus noise is symmetric in the square of blur: towards the focus two sd reach further.
-        blur_sd = sd * search.spacing * search.slope
-        towards = radius * (1 - np.sqrt(np.maximum(0, 1 - 4 * blur_sd / np.maximum(radius, 1e-6)))) / 2
-        sd = np.sqrt(np.maximum(sd, towards / (search.spacing * search.slope)) ** 2 + more)
+        sd = np.sqrt(sd**2 + more)
         vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, split))
     return vergence, vergence_sd, known
 
@@ -431,9 +428,10 @@ def _estimate_robustly(
             break
         equalised.sum_again(energy, weight, changed)
         nodes = equalised.minima(*equalised.averages(energy, weight), scale)
-    nodes = replace(equalised.refine(nodes, local, weight, scale, GROWTH[:2]), sd=nodes.sd)
+    first = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, local), weight, scale, GROWTH[:2])
+    nodes = replace(first, sd=nodes.sd)
     local, images = equalised.evaluate_images(nodes)
-    nodes = equalised.refine(nodes, local, weight, scale)  # again, about the first's answer
+    nodes = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, local), weight, scale)  # again, about the first
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
     # The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are
     # left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
@@ -464,7 +462,8 @@ def _read_again(equalised: Equalised, robust: _Robust, kept: NDArray[np.bool_]) 
     weight, energy = used.astype(np.float32), robust.energy.copy()
     equalised.sum_again(energy, weight, used ^ robust.used)
     nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
-    nodes = equalised.refine(nodes, equalised.evaluate(nodes), weight, robust.scale)
+    beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
+    nodes = equalised.refine(nodes, beside, weight, robust.scale)
     return nodes, _informative(nodes)
 
 

@@ -25,6 +25,7 @@ from scipy import integrate, ndimage, optimize, special, stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.comparing import whitened_filters
+from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.minima import read_minima
 from focalgradient.depth.equalise.residuals import Residuals
 from focalgradient.depth.filters import (
@@ -122,6 +123,7 @@ class Equalised:
     step: int
     window: float
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
+    even: EvenCoordinate
 
     @property
     def levels(self) -> int:
@@ -219,6 +221,11 @@ class Equalised:
             slope += derivative**2
         return ResidualStatistics(level, rest, cross, slope), images
 
+    def evaluate_to_refine(self, nodes: Nodes, local: ResidualStatistics) -> ResidualStatistics:
+        """`local`, or the same anew where depths lie so near the focus that residuals do not change by them."""
+        level = self.even.changing(nodes.level)
+        return self.evaluate(replace(nodes, level=level)) if (level != nodes.level).any() else local
+
     def refine(
         self,
         nodes: Nodes,
@@ -231,24 +238,28 @@ class Equalised:
 
         A window estimates the depth where its texture happens to lie, not at its middle. Linearised at the depth of
         `local`, pixel x gives the level level(x) - r/r' with the weight r'^2; a plane fitted to that gives the level at
-        the node, and its sandwich variance the sd, uneven texture included.
+        the node, and its sandwich variance the sd, uneven texture included. All this in the coordinate by which
+        residuals change evenly.
         """
         # What noise alone puts into r r' on average is known, and taken out.
         drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
         score = np.interp(local.level, np.arange(self.levels), drift).astype(np.float32) - local.cross
+        rate = self.even.rate_at(local.level).astype(np.float32)
+        score, slope, start = score / rate, local.slope / rate**2, self.even.at(local.level).astype(np.float32)
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
         noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
         # Of r'^2 the noise's part knows nothing of depth: on blank paper near the focus, whose levels stray to one
         # side, it would pull depth that way.
         share = np.maximum(nodes.texture, 0.01) / (1 + nodes.texture)
         fitted, sd = numerics.grow_planes(
-            share * numerics.block_sum(weight * local.slope, self.step),
-            share * numerics.block_sum(weight * (score + local.slope * local.level), self.step),
-            nodes.level,
+            share * numerics.block_sum(weight * slope, self.step),
+            share * numerics.block_sum(weight * (score + slope * start), self.step),
+            self.even.at(nodes.level),
             noise_sd,
             [self.window * g / self.step for g in growth],
             numerics.STEEP,
         )
+        fitted, sd = self.even.levels(fitted, sd)
         # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
@@ -404,7 +415,7 @@ def equalise(
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
     residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     change = np.sum([residual.change for residual in residuals], axis=0)
-    return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change)
+    return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change, EvenCoordinate.of(blurs.radius))
 
 
 def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:
