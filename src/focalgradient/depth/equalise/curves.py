@@ -28,7 +28,7 @@ def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
     follows: dict[Point, list[Point]] = {}
     for axis in (0, 1):
         first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
-        for i, j in np.argwhere(side[first].astype(int) * side[second] < 0).tolist():
+        for i, j in np.argwhere(side[first] * side[second] < 0).tolist():
             start, end = ((i + 1, j), (i + 1, j + 1)) if axis == 0 else ((i + 1, j + 1), (i, j + 1))
             if side[i, j] > 0:
                 start, end = end, start

@@ -287,7 +287,7 @@ def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float
 class _Frame:
     """Depth of the whole frame at nodes, with what it was estimated from."""
 
-    equalised: Equalised  # of the last tile: its step and window are all tiles'
+    equalised: Equalised  # of the last tile, without images: its step and window are all tiles'
     nodes: Nodes
     curved: FloatArray  # h x w: variance of depth where it is not plane, or near jumps, in levels squared
     agrees: NDArray[np.bool_]  # H x W
@@ -365,7 +365,7 @@ def _by_tiles(
         curved = equalised.farther_from_jumps(nodes, reach)
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
-    return _Frame(equalised, nodes, curved, agrees, split, noise_sd, law, ends)
+    return _Frame(equalised.without_images(), nodes, curved, agrees, split, noise_sd, law, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -134,6 +134,11 @@ class Equalised:
         """Pixels that the window is worth: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
+    def without_images(self) -> Equalised:
+        """What stays known of the comparison once its images, as large as a tile, are let go."""
+        none = np.zeros((0, 0, 0), np.float32)
+        return replace(self, residuals=[replace(residual, images=none) for residual in self.residuals])
+
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
         for residual in self.residuals:

@@ -24,8 +24,8 @@ CORE = 1920
 LEAST_CORE = 640
 """The same, at least: smaller ones would be mostly overlap."""
 
-HELD = 175_000_000
-"""Pixels of filtered images that a tile may hold, about: 0.7 GB of them."""
+HELD = 140_000_000
+"""Pixels of filtered images that a tile may hold, about: 0.56 GB of them."""
 
 OVERLAP = 160
 """Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""
