@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.equalise import tiles
+from focalgradient.depth.equalise import outlines, tiles
 from focalgradient.psf import transfer
 
 PIXEL = 3.2e-4
@@ -68,3 +68,27 @@ def test_a_frame_by_tiles_is_as_whole(monkeypatch):
     assert np.median(jump[:, 319]) <= 0.1
     error = np.abs(parts.vergence - 1 / 1.3) / parts.vergence_sd
     assert (error[parts.valid] < 2).mean() == pytest.approx(0.95, abs=0.06)
+
+
+def test_depth_about_an_outline_is_the_same_from_the_part_of_the_frame_about_it(monkeypatch):
+    near, far = wall((200, 1000), 1.1), wall((200, 1000), 1.6)
+    left = np.arange(1000) < 400
+    views = [View(np.where(left, a.image, b.image), a.optics, PIXEL) for a, b in zip(near, far, strict=True)]
+    made: list[list[tiles.Tile]] = []
+
+    def tiles_about(*given):
+        made.append(tiles.tiles_about(*given))
+        return made[-1]
+
+    monkeypatch.setattr(outlines, "tiles_about", tiles_about)
+    part = recover_depth(views, near=0.85, noise=0.01)
+    (tile,) = made[-1]
+    assert tile.outer[1].stop - tile.outer[1].start < 400
+    monkeypatch.setattr(tiles, "MUCH", 0)
+    whole = recover_depth(views, near=0.85, noise=0.01)
+    assert made[-1][0].outer == (slice(0, 200), slice(0, 1000))
+    assert part.details["outlines"]
+    assert part.details["outlines"] == whole.details["outlines"]
+    assert (part.valid == whole.valid).all()
+    apart = np.abs(part.vergence - whole.vergence) / whole.vergence_sd
+    assert apart[part.valid].max() < 0.01

@@ -26,9 +26,9 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
-from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines
+from focalgradient.depth.equalise.outlines import Again, Outlines, curvature_variance, find_outlines
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
-from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles
+from focalgradient.depth.equalise.tiles import Tile, join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
@@ -337,7 +337,7 @@ def _by_tiles(
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
             rest = (
-                partial(_read_again, equalised, robust),
+                partial(_read_again, robust),
                 _informative(robust.nodes),
                 robust.agrees,
                 blurs.radius,
@@ -365,7 +365,7 @@ def _by_tiles(
         curved = equalised.farther_from_jumps(nodes, reach)
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
-    return _Frame(equalised.without_images(), nodes, curved, agrees, split, noise_sd, law, ends)
+    return _Frame(equalised.part(slice(0), slice(0)), nodes, curved, agrees, split, noise_sd, law, ends)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -456,11 +456,11 @@ def _with_texture_of_its_own(
     return replace(nodes, texture=np.where(specks, 0, nodes.texture))
 
 
-def _read_again(equalised: Equalised, robust: _Robust, kept: NDArray[np.bool_]) -> tuple[Nodes, NDArray[np.bool_]]:
-    """Depth at nodes from the pixels of `kept` (H x W) alone, and the nodes where it rests on signal."""
-    used = robust.used & kept
-    weight, energy = used.astype(np.float32), robust.energy.copy()
-    equalised.sum_again(energy, weight, used ^ robust.used)
+def _read_again(robust: _Robust, equalised: Equalised, tile: Tile, kept: NDArray[np.bool_]) -> Again:
+    """Depth at a tile's nodes from its pixels of `kept` (H x W) alone, and the nodes where it rests on signal."""
+    before = robust.used[tile.outer]
+    weight, energy = (before & kept).astype(np.float32), robust.energy[:, *tile.outer_nodes(equalised.step)].copy()
+    equalised.sum_again(energy, weight, before & ~kept)
     nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
     beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
     nodes = equalised.refine(nodes, beside, weight, robust.scale)

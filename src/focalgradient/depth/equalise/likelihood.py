@@ -104,6 +104,10 @@ class Nodes:
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
 
+    def part(self, rows: slice, columns: slice) -> Nodes:
+        """The nodes of these rows and columns."""
+        return Nodes(*(np.ascontiguousarray(getattr(self, name)[rows, columns]) for name in self.__slots__))
+
 
 @dataclass(frozen=True, slots=True)
 class ResidualStatistics:
@@ -134,10 +138,11 @@ class Equalised:
         """Pixels that the window is worth: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
-    def without_images(self) -> Equalised:
-        """What stays known of the comparison once its images, as large as a tile, are let go."""
-        none = np.zeros((0, 0, 0), np.float32)
-        return replace(self, residuals=[replace(residual, images=none) for residual in self.residuals])
+    def part(self, rows: slice, columns: slice) -> Equalised:
+        """The comparison of these rows and columns of pixels; of none, what stays known without images."""
+        images = [np.ascontiguousarray(residual.images[:, rows, columns]) for residual in self.residuals]
+        residuals = [replace(residual, images=own) for residual, own in zip(self.residuals, images, strict=True)]
+        return replace(self, residuals=residuals)
 
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""

@@ -48,6 +48,9 @@ CLEARLY = 2.0
 """Variance about that plane, over what noise explains, from which a surface is clearly not plane: painted planes stay
 below it."""
 
+FARTHEST = round(REACH * WIDEST / WIDTH)
+"""Nodes that a plane reaches over at most."""
+
 FITS = 1.0
 """Mean square of nodes' distance from a plane, over their variance, up to which it fits."""
 

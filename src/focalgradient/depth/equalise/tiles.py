@@ -6,10 +6,13 @@ is estimated once, so that what either tile gives at their seam differs by far l
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.equalise.split_band import SplitBand
@@ -26,6 +29,9 @@ LEAST_CORE = 640
 
 HELD = 140_000_000
 """Pixels of filtered images that a tile may hold, about: 0.56 GB of them."""
+
+MUCH = 0.4
+"""Share of the frame up to which parts of it are worth being worked out by themselves."""
 
 OVERLAP = 160
 """Pixels that a tile reaches beyond its core: twice the widest filter (64), and the last window's two sd (28)."""
@@ -44,6 +50,10 @@ class Tile:
             slice((core.start - outer.start) // step, -(-(core.stop - outer.start) // step))
             for core, outer in zip(self.core, self.outer, strict=True)
         )
+
+    def outer_nodes(self, step: int) -> tuple[slice, slice]:
+        """The blocks of `step` pixels of the tile with its overlap."""
+        return tuple(slice(part.start // step, -(-part.stop // step)) for part in self.outer)  # type: ignore[return-value]
 
     @property
     def within(self) -> tuple[slice, slice]:
@@ -89,6 +99,39 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
                 for part, n in zip(core, shape, strict=True)
             )
             yield Tile(core, (outer[0], outer[1]))
+
+
+def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
+    """Tiles of a frame of `shape` whose cores hold what lies within `reach` pixels of `some` of its nodes (h x w).
+
+    Where they would hold much of the frame, the whole frame is one tile.
+
+    >>> one = np.zeros((200, 300), bool)
+    >>> one[20, 20] = one[150, 250] = True
+    >>> [tile.core for tile in tiles_about(one, 5, (1000, 1500), 40, 100)]
+    [(slice(60, 145, None), slice(60, 145, None)), (slice(710, 795, None), slice(1210, 1295, None))]
+    """
+    grown = -(-reach // step)
+    near = ndimage.distance_transform_edt(~some) <= grown if some.any() else some
+    boxes = [[[part.start, part.stop] for part in box] for box in ndimage.find_objects(ndimage.label(near)[0])]
+    cores: list[list[list[int]]] = []
+    for box in boxes:
+        # What overlaps another is joined with it.
+        while meeting := [c for c in cores if all(c[a][0] < box[a][1] and box[a][0] < c[a][1] for a in (0, 1))]:
+            cores = [core for core in cores if core not in meeting]
+            box = [[min(b[a][0] for b in [box, *meeting]), max(b[a][1] for b in [box, *meeting])] for a in (0, 1)]
+        cores.append(box)
+    beyond = step * -(-overlap // step)
+    found = []
+    for core in cores:
+        inner = tuple(slice(first * step, min(n, last * step)) for (first, last), n in zip(core, shape, strict=True))
+        outer = tuple(
+            slice(max(0, p.start - beyond), min(n, p.stop + beyond)) for p, n in zip(inner, shape, strict=True)
+        )
+        found.append(Tile((inner[0], inner[1]), (outer[0], outer[1])))
+    area = sum(math.prod(part.stop - part.start for part in tile.outer) for tile in found)
+    whole = (slice(0, shape[0]), slice(0, shape[1]))
+    return found if area <= MUCH * math.prod(shape) else [Tile(whole, whole)]
 
 
 def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step: int) -> Nodes:

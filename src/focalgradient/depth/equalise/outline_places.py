@@ -1,0 +1,201 @@
+"""Where outlines lie: between what the near surface explains and what the far one does, moved to the views' edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from focalgradient.depth.equalise import surfaces
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_edges import FARTHEST, blurs_at, moved_to_edges
+from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.validity import BLUR_ERROR
+
+__all__ = ["CLEAR", "GAP", "Located", "few_large", "locate", "squared_residual", "zone_reach"]
+
+ONSET = 0.75
+"""Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
+
+LARGE = 4.0
+"""Squared residual, over what is expected, that is large: of noise alone one in twenty is."""
+
+PATCH, MOST = 1.5, 0.22
+"""Standard deviation in pixels of the window in which large residuals are counted, and the share that is too many."""
+
+BETTER, BROAD = 0.3, 3.0
+"""Mean difference of residuals that decides between surfaces, and standard deviation in pixels of its window."""
+
+SPECK = 20
+"""Pixels up to which a patch that one surface explains is put down to chance."""
+
+SMOOTH = 1.5
+"""Standard deviation in pixels by which an outline is smoothed."""
+
+CLEAR = 1.25
+"""Reaches from an outline from which pixels are used when depth is read again, without what outlines reach."""
+
+OUTLINE_SD = 2.0
+"""Standard deviation in pixels of an outline's place, moved to an edge."""
+
+UNDECIDED = 0.4
+"""Share, of what the band between the two surfaces is wider or narrower than blur explains, that the outline's place is
+uncertain by: where it is narrower, both surfaces explain the views."""
+
+GAP = 0.5
+"""Difference of blur radius, in pixels of the widest view, from which depth jumps."""
+
+
+def zone_reach(radii: FloatArray, window: float) -> int:
+    """Pixels from a jump within which depth may be due to it."""
+    return int(2 * radii.max() + 3 * window)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """Where outlines lie."""
+
+    zone: surfaces.Zone
+    planes: FloatArray
+    near: NDArray[np.bool_]  # H x W: the near side
+    distance: FloatArray  # pixels from the nearest outline
+    place_sd: FloatArray  # standard deviation in pixels of the nearest outline's place
+    reach: FloatArray  # how far residuals reach from the outline on each pixel's side
+    clean: NDArray[np.bool_]  # what the surface on each pixel's side explains
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """H x W: pixels that outlines do not reach."""
+        return ~self.zone.inside | (self.distance > CLEAR * self.reach)
+
+
+def locate(
+    equalised: Equalised,
+    nodes: Nodes,
+    jump_sd: FloatArray,
+    good: NDArray[np.bool_],
+    known: NDArray[np.bool_],
+    radii: FloatArray,
+    levels_per_pixel: float,
+    noise: float,
+    images: Sequence[Image],
+) -> Located | None:
+    """Outlines between the surfaces that are continued from `good` nodes (h x w); None where there are none.
+
+    No outline runs through what is `known` (H x W) from windows.
+    """
+    planes = surfaces.planes(nodes.level, nodes.sd, good, GAP * levels_per_pixel)
+    pairs = surfaces.pairs(planes, jump_sd, good, GAP * levels_per_pixel)
+    if pairs is None:
+        return None
+    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, known.shape, zone_reach(radii, equalised.window))
+    near, far = (
+        squared_residual(equalised, level, sd, radii, levels_per_pixel, noise)
+        for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
+    )
+    clean_near, clean_far = few_large(near), few_large(far)
+    # Where both surfaces explain the views, the better one does, if it is clearly better.
+    better = ndimage.gaussian_filter(np.clip(far - near, -LARGE, LARGE), BROAD)
+    only_near = _without_specks(clean_near & (better > BETTER) & zone.inside)
+    only_far = _without_specks(clean_far & (better < -BETTER) & zone.inside)
+    if not (only_near.any() and only_far.any()):
+        return None
+    del near, far, better  # each as large as the tile
+    reach_near, reach_far = _reach(*(blurs_at(level, radii) for level in (zone.near, zone.far)))
+    to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (only_near, only_far))
+    inward = ndimage.gaussian_filter(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, SMOOTH)
+    side = _at_edges(inward > 0, zone, known, images, blurs_at(zone.near, radii))
+    distance, nearest = _distance(side, zone, known)
+    undecided = to_near + to_far - ONSET * (reach_near + reach_far)
+    return Located(
+        zone,
+        planes,
+        side,
+        distance,
+        np.hypot(OUTLINE_SD, UNDECIDED * undecided)[nearest],
+        np.where(side, reach_near, reach_far),
+        np.where(side, clean_near, clean_far),
+    )
+
+
+def _at_edges(
+    near: NDArray[np.bool_],
+    zone: surfaces.Zone,
+    known: NDArray[np.bool_],
+    images: Sequence[Image],
+    blur: FloatArray,
+) -> NDArray[np.bool_]:
+    """The `near` side (H x W) with its outlines moved to where the views have edges."""
+    distance, nearest = _distance(near, zone, known)
+    inward = np.where(near, distance, -distance) if np.isfinite(distance).all() else np.where(near, 1e3, -1e3)
+    moved = moved_to_edges(inward, distance < 1, images, blur)[nearest]
+    return np.where(distance < FARTHEST + 1, inward > moved, near)
+
+
+def _distance(
+    near: NDArray[np.bool_], zone: surfaces.Zone, known: NDArray[np.bool_]
+) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
+    """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
+
+    No outline runs through what is `known` (H x W) from windows.
+    Where three surfaces meet, the middle one is on the far side of one outline and on the near side of another.
+    """
+    own, other = np.where(near, zone.near, zone.far), np.where(near, zone.far, zone.near)
+    beside = np.zeros(near.shape, np.bool_)
+    for axis in (0, 1):
+        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+        border = (near[first] != near[second]) & zone.inside[first] & zone.inside[second]
+        border &= ~(known[first] & known[second])
+        for one, two in ((first, second), (second, first)):
+            border &= np.abs(own[two] - other[one]) < np.abs(own[two] - own[one])
+        beside[first] |= border
+        beside[second] |= border
+    if not beside.any():
+        return np.full(near.shape, np.inf), tuple(np.indices(near.shape))
+    distance, nearest = ndimage.distance_transform_edt(~beside, return_indices=True)
+    return distance + 0.5, tuple(nearest)
+
+
+def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pixels to the near and to the far side of an outline that residuals reach; blur radii are n x H x W.
+
+    A view meets the outline within the near surface's blur; the filter that compares it widens that by the other
+    view's blur, at the depth that it is compared at.
+    """
+    pairs = [(i, j) for i in range(len(near)) for j in range(len(near)) if i != j]
+    return (
+        np.max([near[i] + near[j] for i, j in pairs], axis=0),
+        np.max([near[i] + far[j] for i, j in pairs], axis=0),
+    )
+
+
+def squared_residual(
+    equalised: Equalised, level: FloatArray, sd: FloatArray, radii: FloatArray, levels_per_pixel: float, noise: float
+) -> FloatArray:
+    """Squared residual at `level` (H x W, known to `sd`) over what noise, that, and the blur's own error leave."""
+    level = np.clip(level, 0, equalised.levels - 1)
+    left, slope = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.float32)
+    for residual in equalised.residuals:
+        value, derivative = residual.at(level.astype(np.float32))
+        left += value**2
+        slope += derivative**2
+    place = np.arange(equalised.levels)
+    expected = noise * np.interp(level, place, sum(residual.noise for residual in equalised.residuals))
+    error = BLUR_ERROR * levels_per_pixel * np.interp(level, place, radii.max(axis=0))
+    return left / (expected + slope * (sd**2 + error**2))
+
+
+def few_large(residual: FloatArray) -> NDArray[np.bool_]:
+    """Whether few of the squared residuals about a pixel are large."""
+    large = (residual > LARGE).astype(np.float32)
+    return np.asarray(ndimage.gaussian_filter(large, PATCH) < MOST)
+
+
+def _without_specks(part: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    label, count = ndimage.label(part)
+    size = np.bincount(label.ravel(), minlength=count + 1)
+    size[0] = 0
+    return np.asarray((size > SPECK)[label])
