@@ -25,7 +25,7 @@ from photographs import wall
 from stored_photographs import LENSES, PIXEL, stored, views
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.equalise.estimate import EXPLAINED
+from focalgradient.depth.equalise.signal import EXPLAINED
 
 FOCI = (Lens(0.025, 5.6, 0.85), Lens(0.025, 5.6, 1.4))
 REFUSED = 0.01
@@ -119,9 +119,10 @@ def outcome(frame: Frame) -> Outcome:
         warnings.simplefilter("always")
         depth = recover_depth(frame.views, near=frame.near)
     off = np.abs(depth.vergence - 1 / frame.distance)[depth.valid] / depth.vergence_sd[depth.valid]
-    return Outcome(
-        frame, float(depth.details["share_of_texture_explained"]), float(depth.valid.mean()), bool(said), off > 5
-    )
+    explained = float(depth.details["share_of_texture_explained"])
+    if explained >= EXPLAINED and not depth.valid.any():
+        explained = 0.0  # refused for another reason, whatever the threshold
+    return Outcome(frame, explained, float(depth.valid.mean()), bool(said), off > 5)
 
 
 def curve(outcomes: Sequence[Outcome]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.equalise.estimate import BY_CHANCE, MISFIT, OVER_ERROR, _informative
 from focalgradient.depth.equalise.likelihood import Nodes
+from focalgradient.depth.equalise.signal import BY_CHANCE, MISFIT, OVER_ERROR, informative_nodes, left_on_blank
 from focalgradient.errors import FocalGradientWarning
 
 SQUARES = Path(__file__).parents[2].parent / "shared" / "data" / "printed_squares"
@@ -37,12 +38,42 @@ def nodes(texture: float, misfit: float) -> Nodes:
     ],
 )
 def test_texture_is_judged_against_misfit(texture: float, misfit: float, counts: bool) -> None:
-    assert _informative(nodes(texture, misfit)).all() == counts
-    assert _informative(nodes(texture, misfit)).any() == counts
+    assert informative_nodes(nodes(texture, misfit)).all() == counts
+    assert informative_nodes(nodes(texture, misfit)).any() == counts
+
+
+@pytest.mark.parametrize(
+    ("share", "misfit", "left"),
+    [(0.1, 0.2, 0.2), (0.1, 3.0, 3.0), (0.1, 0.8, None), (0.1, 1.8, None), (0.4, 0.2, 0.2), (0.4, 3.0, None)],
+)
+def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
+    share: float, misfit: float, left: float | None
+) -> None:
+    informative = np.arange(64).reshape(8, 8) < share * 64
+    assert left_on_blank(nodes(30, misfit), informative) == left
+
+
+@pytest.mark.parametrize("quality", [65, 75, 85, 95])
+def test_blank_paper_in_jpeg_is_rejected(quality: int) -> None:
+    for seed in range(3):
+        random, views = np.random.default_rng(seed), []
+        for number in (16, 4):
+            # Uneven light and photons, as a camera stores them.
+            light = 0.55 + 0.2 * np.linspace(0, 1, 400) + np.zeros((300, 1))
+            light += random.standard_normal(light.shape) * np.sqrt(1e-5 + 3e-5 * light)
+            pixels = np.rint(255 * light ** (1 / 2.2)).astype(np.uint8)
+            file = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+            image = (cv2.imdecode(file, cv2.IMREAD_GRAYSCALE) / 255) ** 2.2
+            views.append(View(image.astype(np.float32), Lens(0.025, number, 0.85), 3.2e-4))
+        with warnings.catch_warnings():  # compression's blocks look displaced
+            warnings.simplefilter("ignore", FocalGradientWarning)
+            depth = recover_depth(views, near=0.85)
+        assert depth.valid.mean() < 1e-3
+        assert "rejected" in depth.details
 
 
 def test_wavebands_have_textures_of_their_own() -> None:
-    assert _informative(nodes(30, 3.4), one_waveband=False).all()
+    assert informative_nodes(nodes(30, 3.4), one_waveband=False).all()
 
 
 @pytest.mark.slow

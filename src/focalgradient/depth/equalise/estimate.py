@@ -27,6 +27,7 @@ from focalgradient.depth.equalise.likelihood import (
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outlines import Again, Outlines, curvature_variance, find_outlines
+from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import Tile, join_nodes, join_splits, tiles
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
@@ -45,29 +46,6 @@ __all__ = ["estimate"]
 CHECK_SIDE = 5
 """Side in pixels of the squares in which the views' agreement is tested."""
 
-MISFIT = 4.0
-"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
-
-EXPLAINED = 0.5
-"""Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
-power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
-
-BARE = 0.3
-"""Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
-0.16)."""
-
-UNEVEN = 8.0
-"""Largest factor that unevenness of the residual asks of texture: a choice."""
-
-BY_CHANCE = 1.5
-"""Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
-estimate misses."""
-
-OVER_ERROR = 20.0
-"""Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
-a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
-on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
-
 ERRS = 1.1
 """Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
 0.99 to 1.01, JPEG of quality 90 about 1.5."""
@@ -83,9 +61,6 @@ quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
 
 SPECK = 3
 """Nodes across which depth must rest on texture for any of them to count: as far as two sd of a window reach."""
-
-SUPPORT = 0.1
-"""Share of a window that must be usable."""
 
 REACH = 2.0
 """How far into the frame the light from beyond it is felt, in radii of blur."""
@@ -118,7 +93,7 @@ def estimate(problem: Problem) -> Estimate:
         moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
-    informative = _informative(nodes, gains is None)
+    informative = informative_nodes(nodes, gains is None)
     left = _coherent_error(equalised, nodes, informative) if gains is None else np.zeros(nodes.level.shape)
     vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, left, search, split, registered.shape)
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
@@ -126,7 +101,9 @@ def estimate(problem: Problem) -> Estimate:
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
     # Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may differ.
     sound = gains.comparable if gains is not None else split.tau <= LARGEST_TAU
-    trusted = explained >= EXPLAINED and sound
+    # What a user gives as noise may be more than there is.
+    blank = left_on_blank(nodes, informative) if gains is None and settings.noise is None else None
+    trusted = explained >= EXPLAINED and sound and blank is None
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     ends = frame.outlines if trusted else None
     if ends is not None:
@@ -143,6 +120,8 @@ def estimate(problem: Problem) -> Estimate:
         slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
         if valid.any() and not texts:
             shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
+    untrusted = not trusted and (bool(textured.any()) or blank is not None)
+    reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank)} if untrusted else {}
     return Estimate(
         vergence,
         vergence_sd,
@@ -158,36 +137,9 @@ def estimate(problem: Problem) -> Estimate:
             "share_of_texture_explained": explained,
             **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),
-            **({"rejected": _rejected(nodes, explained, split.tau, sound)} if textured.any() and not trusted else {}),
+            **reason,
         },
         warnings=texts,
-    )
-
-
-def _rejected(nodes: Nodes, explained: float, tau: float, sound: bool) -> str:
-    """Why nothing is claimed, though the views show texture."""
-    remedy = (
-        "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
-        "blur is of another shape: give noise, or psf"
-    )
-    if explained >= EXPLAINED:
-        why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
-        why = "what they show in either waveband is too different" if sound else why
-        return f"the views contradict each other, as {why}: {remedy}"
-    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
-    clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
-    if np.sum(clear & weak) > np.sum(textured & ~clear):
-        return (
-            f"at {np.sum(clear & weak) / textured.sum():.0%} of the places with texture it is not clear of noise, "
-            f"which is {_unevenness(nodes):.2g} times as strong in some places as in others, as compression or a "
-            "rendering with few rays makes it: store the views without loss, or with less noise"
-        )
-    misfit = float(np.median(nodes.misfit[textured]))
-    if textured.mean() < BARE:
-        remedy += "; hard edges on a blank surface, such as printed squares, are for method edges"
-    return (
-        f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of them "
-        f"than noise explains (median: {misfit:.2g} times its power): {remedy}"
     )
 
 
@@ -338,7 +290,7 @@ def _by_tiles(
         if settings.outlines and shared is None:
             rest = (
                 partial(_read_again, robust),
-                _informative(robust.nodes),
+                informative_nodes(robust.nodes),
                 robust.agrees,
                 blurs.radius,
                 levels_per_pixel,
@@ -356,7 +308,7 @@ def _by_tiles(
     nodes = join_nodes(found, registered.shape, step)
     curved, split = np.zeros(nodes.level.shape), join_splits(splits)
     if settings.outlines and shared is None:
-        curved = curvature_variance(nodes, _informative(nodes), blurs.radius, equalised, levels_per_pixel)
+        curved = curvature_variance(nodes, informative_nodes(nodes), blurs.radius, equalised, levels_per_pixel)
         # An error of the model bends depth, too, and is part of the sd already.
         radius = np.interp(nodes.level, np.arange(search.levels), blur)
         curved = np.maximum(curved - (split.tau * np.maximum(LEAST_BLUR, radius) * levels_per_pixel) ** 2, 0)
@@ -437,7 +389,7 @@ def _estimate_robustly(
     # left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
     kept = within.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in images]
-    split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, _informative(nodes))
+    split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, informative_nodes(nodes))
     summed = before if changed.mean() < SETTLED else used
     return _Robust(nodes, agrees, scale, law, split, summed, energy)
 
@@ -448,7 +400,7 @@ def _with_texture_of_its_own(
     """The same nodes, without texture where it lies far away, or shows in hardly a node among others without any."""
     near = equalised.near_texture(nodes, local, weight, scale)
     nodes = replace(nodes, texture=np.where(near, nodes.texture, 0))
-    found = _informative(nodes)
+    found = informative_nodes(nodes)
     if not found.any() or np.median(nodes.misfit[found]) < ERRS:
         return nodes
     # Windows overlap, so that texture shows in several nodes side by side; compression of blank paper, in one or two.
@@ -464,37 +416,4 @@ def _read_again(robust: _Robust, equalised: Equalised, tile: Tile, kept: NDArray
     nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
     beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
     nodes = equalised.refine(nodes, beside, weight, robust.scale)
-    return nodes, _informative(nodes)
-
-
-def _informative(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
-    """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
-
-    Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
-    its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
-    must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
-    nature.
-    """
-    textured = _clear_of_noise(nodes) if one_waveband else nodes.texture >= np.maximum(1, nodes.misfit)
-    if one_waveband:
-        textured &= ~_contradicts(nodes)
-    return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
-
-
-def _unevenness(nodes: Nodes) -> float:
-    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2."""
-    residual = nodes.misfit[nodes.support > 0.5]
-    if not residual.size:
-        return 1.0
-    weak, strong = np.quantile(residual, [0.05, 0.95])
-    return float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
-
-
-def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes whose texture is clear of noise, and of how uneven that is."""
-    return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
-
-
-def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
-    """Nodes whose texture is not clear of what the model's error leaves."""
-    return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))
+    return nodes, informative_nodes(nodes)

@@ -1,0 +1,125 @@
+"""Whether depth rests on signal: where, whether anything at all is claimed, and if not, why."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth.equalise.likelihood import Nodes
+
+__all__ = ["EXPLAINED", "informative_nodes", "left_on_blank", "why_rejected"]
+
+MISFIT = 4.0
+"""Times the noise's power that may be left of the views in the wide window, beyond which nothing is claimed."""
+
+EXPLAINED = 0.5
+"""Share of the places with texture whose views must agree for anything to be claimed: a choice. By places and not by
+power: of views nearly without noise the strongest contrasts contradict every model, outlines first."""
+
+BARE = 0.3
+"""Share of the frame with texture below which it may be edges on blank surfaces: a choice (printed squares: 0.07 to
+0.16)."""
+
+UNEVEN = 8.0
+"""Largest factor that unevenness of the residual asks of texture: a choice."""
+
+LESS = 0.5
+"""Median of what is left of the views where depth seems to rest on signal, over the noise estimated, below which that
+is no signal: 0.05 to 0.45 on blank paper in JPEG of quality 60 to 80, whose compression leaves some blocks flat and
+others not; 0.9 and more where there is texture."""
+
+BLANK, MORE = 0.25, 2.0
+"""Share of the nodes with signal below which a frame is mostly blank, and median of what is left of all of it, over the
+noise estimated, above which that is not its noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to
+4.6, printed squares in the same 0.19 to 0.37 and 0.8 to 1.8."""
+
+BY_CHANCE = 1.5
+"""Times the noise's power that may be left of the views before the model is said to err: chance, and noise that the
+estimate misses."""
+
+OVER_ERROR = 20.0
+"""Power that is informative about depth, over what the model's error leaves of the views, from which depth rests on it:
+a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
+on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
+
+SUPPORT = 0.1
+"""Share of a window that must be usable."""
+
+
+def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
+    """Nodes whose depth rests on signal, and not on noise or on what contradicts the model.
+
+    Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
+    its strongest and its weakest places can look like texture: blank paper is no signal. Where the model errs, texture
+    must be clear of what the error leaves. In different wavebands texture of their own, which is modelled, is uneven by
+    nature.
+    """
+    textured = _clear_of_noise(nodes) if one_waveband else nodes.texture >= np.maximum(1, nodes.misfit)
+    if one_waveband:
+        textured &= ~_contradicts(nodes)
+    return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
+
+
+def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_]) -> float | None:
+    """What is left of views without signal, over the noise estimated, where that is not their noise; else None.
+
+    Then what seems to be signal is noise that is uneven.
+    """
+    seen = nodes.support > 0.5
+    if not (seen & informative).any():
+        return None
+    there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
+    if there < LESS:
+        return there
+    return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
+
+
+def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank: float | None) -> str:
+    """Why nothing is claimed, though the views show texture."""
+    if blank is not None:
+        return (
+            f"the views show little but noise, of {blank:.2g} times the power estimated, and uneven as compression "
+            "makes it: store the views without loss, or crop them to what has texture"
+        )
+    remedy = (
+        "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
+        "blur is of another shape: give noise, or psf"
+    )
+    if explained >= EXPLAINED:
+        why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
+        why = "what they show in either waveband is too different" if sound else why
+        return f"the views contradict each other, as {why}: {remedy}"
+    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+    clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
+    if np.sum(clear & weak) > np.sum(textured & ~clear):
+        return (
+            f"at {np.sum(clear & weak) / textured.sum():.0%} of the places with texture it is not clear of noise, "
+            f"which is {_unevenness(nodes):.2g} times as strong in some places as in others, as compression or a "
+            "rendering with few rays makes it: store the views without loss, or with less noise"
+        )
+    misfit = float(np.median(nodes.misfit[textured]))
+    if textured.mean() < BARE:
+        remedy += "; hard edges on a blank surface, such as printed squares, are for method edges"
+    return (
+        f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of them "
+        f"than noise explains (median: {misfit:.2g} times its power): {remedy}"
+    )
+
+
+def _unevenness(nodes: Nodes) -> float:
+    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2."""
+    residual = nodes.misfit[nodes.support > 0.5]
+    if not residual.size:
+        return 1.0
+    weak, strong = np.quantile(residual, [0.05, 0.95])
+    return float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
+
+
+def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes whose texture is clear of noise, and of how uneven that is."""
+    return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
+
+
+def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes whose texture is not clear of what the model's error leaves."""
+    return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))
