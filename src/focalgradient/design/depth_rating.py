@@ -260,6 +260,19 @@ class DepthRatingDesign(Plan):
         return (trial.scene if own else self.standard_scene, "pinhole", trial.fixation)
 
     @property
+    def picture_factors(self) -> tuple[str, ...]:
+        """The factors whose levels are different pictures."""
+        return tuple(name for name, factor in self.factors.items() if factor.pictures)
+
+    def pictures(self) -> list[tuple[str, str, str, dict[str, str]]]:
+        """List all that can be shown: scene, aperture, fixation, and the levels of the factors of pictures."""
+        scenes = (*self.scenes, self.standard_scene)
+        standard = [(self.standard_scene, "pinhole", fixation) for fixation in self.fixations]
+        own = product(scenes, ["pinhole"], self.fixations) if self.reference == "same-scene" else ()
+        shown = [*product(scenes, self.apertures, self.fixations), *standard, *own]
+        return [(*one, levels) for one, levels in product(shown, crossed(self.factors, self.picture_factors))]
+
+    @property
     def shown_s(self) -> float:
         """Seconds from when the (first) picture of a trial appears to the question."""
         mask = self.mask_s if self.mask != "none" else 0.0

@@ -48,7 +48,10 @@ class Factor(Table):
     def _check(self) -> Factor:
         for level in self.levels:
             if not LEVEL.fullmatch(level):
-                raise ValueError(f"levels names {level!r}, but a level is made of letters, digits and any of _ . -.")
+                raise ValueError(
+                    f"levels names {level!r}, but a level is made of letters (a to z, A to Z), digits and any of "
+                    "_ . -: write it so in the design and in the table of pictures."
+                )
         if len(set(self.levels)) < len(self.levels):
             raise ValueError("levels names one level more than once: leave out the second.")
         if self.vary == "between" and self.order == "blocked":
@@ -60,7 +63,7 @@ def check_factors(factors: Mapping[str, Factor]) -> None:
     """Refuse names that cannot be columns beside the others, and more than one factor in blocks."""
     for name in factors:
         if not NAME.fullmatch(name):
-            raise ValueError(f"factors names {name!r}, but a name is made of small letters, digits and _.")
+            raise ValueError(f"factors names {name!r}, but a name is made of small letters (a to z), digits and _.")
         if name in RESERVED:
             raise ValueError(f"factors names {name!r}, which the tables have already: take another name.")
     if sum(factor.order == "blocked" for factor in factors.values()) > 1:

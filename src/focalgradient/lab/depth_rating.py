@@ -7,14 +7,12 @@ ratio to the standard, a pinhole picture that counts as 1 and is shown now and t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
-from focalgradient.design.factors import crossed
 from focalgradient.design.rating_pages import instructions, scale_of, standard_text
 from focalgradient.design.scales import Scale
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
@@ -46,16 +44,6 @@ def _before(sitting: Sitting) -> None:
         explain(sitting.screen, scale, text, example)
     if design.has_standard and not sitting.next.standard_before:
         show_standard(sitting)
-
-
-def _pictures(design: DepthRatingDesign) -> Sequence[tuple[str, str, str, dict[str, str]]]:
-    """All that the design can show."""
-    scenes = (*design.scenes, design.standard_scene)
-    standard = [(design.standard_scene, "pinhole", fixation) for fixation in design.fixations]
-    own = product(scenes, ["pinhole"], design.fixations) if design.reference == "same-scene" else ()
-    shown = [*product(scenes, design.apertures, design.fixations), *standard, *own]
-    levels = crossed(design.factors, [name for name, factor in design.factors.items() if factor.pictures])
-    return [(*one, own) for one, own in product(shown, levels)]
 
 
 def show_standard(sitting: Sitting) -> None:
@@ -199,7 +187,7 @@ DEPTH_RATING = Experiment(
     about=__doc__,
     instructions=_instructions,
     trial=_trial,
-    pictures=_pictures,
+    pictures=DepthRatingDesign.pictures,
     background=GREY,
     before=_before,
     right=lambda sitting, trial, answer: sitting.design.right(trial, answer.rating),

@@ -236,20 +236,13 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
     if options.stimuli is None:
         raise InputError("the pictures are missing: make them with 'focalgradient stimuli', and give --stimuli DIR.")
     stimuli = read_set(options.stimuli)
-    for scene, aperture, fixation, levels in needed:
-        picture = stimuli.picture(scene, aperture, fixation, levels)
-    for name, factor in getattr(design, "factors", {}).items():
-        if factor.pictures and not all(name in one.others for one in stimuli.pictures):
-            raise InputError(
-                f"factors names {name!r}, but the pictures in {options.stimuli} have no such column: import them with "
-                "it, or say pictures = false."
-            )
+    stimuli.check(needed, getattr(design, "picture_factors", ()))
     made, designed = stimuli.manifest["parameters"].get("focal_length_mm"), getattr(design, "focal_length_mm", None)
     if None not in (made, designed) and made != designed:
         raise InputError(
             f"focal_length_mm is {designed:g} in the design, but the pictures were made with {made:g}: give that."
         )
-    stimuli.pixels(picture)
+    stimuli.pixels(stimuli.picture(*needed[-1]))
     if getattr(design, "judged", None) == "depth":
         for scene in design.scenes:
             stimuli.depth(scene)

@@ -162,8 +162,11 @@ def blur_seen(
     content = read_json(place, "a manifest of stimuli")
     blur: dict[str, list[float]] = {}
     for picture in content.get("pictures", ()):
-        if isinstance(picture, dict) and picture.get("blur_px"):
-            blur.setdefault(str(picture.get("aperture")), []).append(max(picture["blur_px"]))
+        if not isinstance(picture, dict) or not picture.get("blur_px"):
+            continue
+        if any(pixels is None for pixels in picture["blur_px"]):  # of pictures that were imported without their depth
+            return {}
+        blur.setdefault(str(picture.get("aperture")), []).append(max(picture["blur_px"]))
     arcmin = np.array([one.arcmin for one in known], float)
     error = math.sqrt(float(arcmin.var()) + float(np.mean([one.arcmin_sd**2 for one in known])))
     return {

@@ -237,14 +237,19 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
     aperture = f"f/{float(found[1]):g}" if found else "pinhole"
     both = aperture == "pinhole" and not cells["fixation"]
     if not (both or NAME.fullmatch(cells["fixation"])):
-        raise wrong("fixation", "a name of letters, digits and _, or empty for a pinhole picture that serves all")
+        raise wrong(
+            "fixation",
+            "a name of letters (a to z, A to Z), digits and _, or empty for a pinhole picture that serves all",
+        )
     fixations = tuple(end for end in every if both or end == cells["fixation"])
     x, y = number("x_px"), number("y_px")
     if (x is None) != (y is None):
         column = "x_px" if x is None else "y_px"
         raise InputError(f"{where}, column {column}: is empty, but x_px and y_px belong together: give both.")
     if both and x is not None:
-        raise InputError(f"{where}, column x_px: which object it is of is missing: give it where fixation stands.")
+        raise InputError(
+            f"{where}, column x_px: has a place, but column fixation names no object: leave x_px and y_px empty."
+        )
     return Row(
         where,
         inner_name(cells["file"], f"{where}, column file"),

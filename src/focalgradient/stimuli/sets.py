@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -161,6 +161,30 @@ class StimulusSet:
             f"{', '.join(dict.fromkeys(one.aperture for one in self.pictures))}, with "
             f"{', '.join(dict.fromkeys(one.fixation for one in self.pictures))} in focus."
         )
+
+    def check(self, needed: Iterable[tuple[str, str, str, Mapping[str, str]]], factors: Iterable[str]) -> None:
+        """Refuse a set that has not all pictures of a design, or no column for a factor.
+
+        Parameters
+        ----------
+        needed
+            Scene, aperture, fixation, and levels of factors, as for `picture`.
+        factors
+            Names of the design's factors whose levels are different pictures.
+
+        Raises
+        ------
+        InputError
+            The first picture, or the first factor, that the set does not have.
+        """
+        for scene, aperture, fixation, levels in needed:
+            self.picture(scene, aperture, fixation, levels)
+        for name in factors:
+            if not all(name in one.others for one in self.pictures):
+                raise InputError(
+                    f"factors names {name!r}, but the pictures in {self.folder} have no such column: import them with "
+                    "it, or say pictures = false."
+                )
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
         """The 8-bit values of a picture, H x W x 3, of a file that is as it was when the set was made.

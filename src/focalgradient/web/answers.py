@@ -87,7 +87,7 @@ def read_answer(
         rating=read.rating,
         response_time=read.response_time,
         dropped_frames=read.dropped_frames,
-        stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation)),
+        stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
     )
     return rated, frames

@@ -68,8 +68,7 @@ class Lists:
             self.manifest, self.files = manifest, frozenset(manifest.files)
             self.pictures = read_set(stimuli)
             self.drawings = {f"{name}.png": drawing_png(name, self.pictures) for name in DRAWINGS}
-            for trial in design.trials("001"):
-                depth_trial(design, self.pictures, trial)
+            self.pictures.check(design.pictures(), design.picture_factors)
         elif not isinstance(design, NeckerDesign):
             raise InputError(
                 f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
@@ -104,6 +103,7 @@ class Lists:
         """What the trials of a session that remain show, each with the page of its break where it has one."""
         total = sum(trial.phase == "main" for trial in trials)
         entries, practised = [], False
+        block: dict[str, str] = {}
         for trial in remaining:
             entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
             if trial.phase == "practice":
@@ -112,6 +112,8 @@ class Lists:
                 entry["break"] = self.words("session.practice_over")
             elif trial.break_before:
                 entry["break"] = texts.rest(self.words, trial, total)
+            if new := texts.block(self.design, self.words, trial, block):
+                entry["break"] = "\n\n".join([*([entry["break"]] if "break" in entry else []), new])
             practised = trial.phase == "practice"
             entries.append(entry)
         return entries

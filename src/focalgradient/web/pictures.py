@@ -33,15 +33,20 @@ def depth_session(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, 
     return {"blank_s": design.blank_s, "pause_s": design.pause_s, "mark_radius_px": radius}
 
 
-def picture_file(stimuli: StimulusSet, shown: tuple[str, str, str]) -> str | None:
-    """The file of the picture of a scene, aperture and fixation; None of a drawing."""
-    return None if shown[0] in DRAWINGS else stimuli.picture(*shown).png
+def picture_file(stimuli: StimulusSet, shown: tuple[str, str, str], levels: Mapping[str, str]) -> str | None:
+    """The file of the picture of a scene, aperture and fixation, with the levels of factors; None of a drawing."""
+    return None if shown[0] in DRAWINGS else stimuli.picture(*shown, levels).png
 
 
 def _interval(
-    design: DepthRatingDesign, stimuli: StimulusSet, shown: tuple[str, str, str], seconds: float, event: str
+    design: DepthRatingDesign,
+    stimuli: StimulusSet,
+    shown: tuple[str, str, str],
+    levels: Mapping[str, str],
+    seconds: float,
+    event: str,
 ) -> dict[str, Any]:
-    file = picture_file(stimuli, shown)
+    file = picture_file(stimuli, shown, levels)
     scene = design.standard_scene if file is None else shown[0]
     x, y = stimuli.scene(scene).target(shown[2]).position_px
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": design.mark_s, "mark_kept": design.mark == "kept"}
@@ -50,18 +55,20 @@ def _interval(
 
 def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial) -> dict[str, Any]:
     """What a trial of depth rating shows."""
-    picture = _interval(design, stimuli, (trial.scene, trial.aperture, trial.fixation), design.picture_s, "picture")
+    levels = trial.factors
+    shown = (trial.scene, trial.aperture, trial.fixation)
+    picture = _interval(design, stimuli, shown, levels, design.picture_s, "picture")
     compared = design.reference_of(trial)
     intervals = [picture]
     if design.scale == "choice":
-        other = _interval(design, stimuli, compared, design.picture_s, "reference")
+        other = _interval(design, stimuli, compared, levels, design.picture_s, "reference")
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
-        intervals = [_interval(design, stimuli, compared, design.reference_s, "reference"), picture]
+        intervals = [_interval(design, stimuli, compared, levels, design.reference_s, "reference"), picture]
     content: dict[str, Any] = {"intervals": intervals, "interval": trial.interval}
     if trial.standard_before:
         standard = (design.standard_scene, "pinhole", design.fixations[0])
-        content["standard"] = _interval(design, stimuli, standard, design.standard_s, "standard") | {
+        content["standard"] = _interval(design, stimuli, standard, {}, design.standard_s, "standard") | {
             "mark_seconds": 0.0
         }
     return content

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from focalgradient.design import DepthRatingDesign, NeckerDesign, Trial
+from focalgradient.design import DepthRatingDesign, Design, NeckerDesign, Trial
 from focalgradient.design.rating_pages import instructions, scale_of, standard_text
 from focalgradient.design.scales import Scale
 from focalgradient.design.words import Words
 from focalgradient.errors import InputError
 
-__all__ = ["check", "depth", "necker", "rest"]
+__all__ = ["block", "check", "depth", "necker", "rest"]
 
 
 def check(design: DepthRatingDesign) -> None:
@@ -58,6 +58,16 @@ def necker(design: NeckerDesign, words: Words, participant: str) -> dict[str, An
     content = {f"{name}_key": key.upper() for name, key in keys.items()}
     pages = words.pages("necker.instructions", escape="", **content)
     return {"instructions": pages, "keys": keys}
+
+
+def block(design: Design, words: Words, trial: Trial, before: dict[str, str]) -> str:
+    """What stands before a trial that begins a block of a factor; empty elsewhere. `before` keeps the last levels."""
+    for name, factor in getattr(design, "factors", {}).items():
+        level = trial.factors[name]  # type: ignore[attr-defined]
+        if factor.order == "blocked" and before.get(name) != level:
+            before[name] = level
+            return words("session.block", factor=name, level=level)
+    return ""
 
 
 def rest(words: Words, trial: Trial, total: int) -> str:
