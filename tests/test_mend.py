@@ -4,6 +4,8 @@ import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,7 @@ from focalgradient.dataset import (
 )
 from focalgradient.design import Pinhole
 from focalgradient.errors import InputError
+from focalgradient.files import staged
 
 DESIGN = Pinhole(scenes=["a"], repetitions=1)
 APPARATUS = Apparatus("seconds from the start of the sitting")
@@ -197,6 +200,22 @@ def test_what_cannot_be_repaired_is_named_and_the_others_are_repaired(data):
     assert "sub-08_task-pinhole_beh.jsonl does not begin as a journal does" in result.output
     assert "sub-20_task-pinhole_beh.jsonl is being recorded by another program" in result.output
     assert "Repaired: " in result.output
+
+
+@pytest.mark.parametrize("command", [repair, lambda root: withdraw(root, "07")])
+def test_what_a_killed_run_left_half_done_goes(data, command):
+    with subprocess.Popen([sys.executable, "-c", "pass"]) as process:
+        process.wait()
+    with staged(data) as folder:
+        mine = folder.name
+    hidden = [
+        place / re.sub(rf"-{os.getpid()}-", f"-{process.pid}-", mine) for place in (data, data / "sub-07" / "beh")
+    ]
+    for one in hidden:
+        one.mkdir()
+        (one / "participants.tsv").write_text("participant_id\tage\nsub-07\t31\n")
+    command(data)
+    assert not [one for one in hidden if one.exists()]
 
 
 def test_who_withdraws_is_nowhere_but_in_the_description(data):

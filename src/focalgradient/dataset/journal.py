@@ -17,7 +17,6 @@ import json
 import os
 import re
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -29,7 +28,7 @@ import numpy as np
 from focalgradient.dataset.events import Event, Tests, trial_tests, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, is_text, move, read_bytes
+from focalgradient.files import flush, is_text, move, read_bytes, staged
 
 __all__ = [
     "Journal",
@@ -289,28 +288,27 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
     """
     if not replace and os.path.lexists(path):
         raise FileExistsError(f"{path} is there already.")
-    file, hidden = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(file, "wb") as stream:
+    with staged(path.parent) as folder:
+        hidden = folder / path.name
+        with os.fdopen(
+            os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600), "wb"
+        ) as stream:
             stream.write(content)
             stream.flush()
             flush(stream.fileno())
         if replace:
-            move(Path(hidden), path)
+            move(hidden, path)
         else:
             _place(hidden, path, content)
-    finally:
-        with suppress(FileNotFoundError):
-            os.unlink(hidden)
     if os.name == "posix":  # elsewhere folders cannot be opened, and need not be
-        folder = os.open(path.parent, os.O_RDONLY)
+        number = os.open(path.parent, os.O_RDONLY)
         try:
-            os.fsync(folder)
+            os.fsync(number)
         finally:
-            os.close(folder)
+            os.close(number)
 
 
-def _place(hidden: str, path: Path, content: bytes) -> None:
+def _place(hidden: Path, path: Path, content: bytes) -> None:
     """Give a file its name, if nothing has that name."""
     if sys.platform == "win32":
         os.rename(hidden, path)  # refuses there what is taken

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 import sys
@@ -30,6 +31,7 @@ from focalgradient.dataset.journal import Journal, Log, create_whole, read_journ
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.read import checked_design
 from focalgradient.errors import InputError
+from focalgradient.files import sweep
 
 __all__ = ["Repair", "repair", "withdraw"]
 
@@ -69,6 +71,7 @@ def repair(root: Path) -> list[Repair]:
         If the folder holds no data set, or something cannot be written.
     """
     read_description(root)
+    _sweep(root)
     made = []
     for path in journals(root):
         try:
@@ -192,6 +195,7 @@ def withdraw(root: Path, participant: str) -> list[Path]:
     label = participant.removeprefix("sub-")
     Files(root, "necker", label)  # refuses what is no label
     description = read_description(root)
+    _sweep(root)
     name = f"sub-{label}"
     inside = [path for path in sorted(root.rglob(f"{name}*")) if re.fullmatch(rf"{name}(_.*)?", path.name)]
     tables = [path for path in (*root.glob("*.tsv"), *root.glob("phenotype/*.tsv")) if _rows_of(path, name)]
@@ -219,6 +223,12 @@ def withdraw(root: Path, participant: str) -> list[Path]:
             for path in tables:
                 _without(path, name)
     return [*outer, *tables]
+
+
+def _sweep(root: Path) -> None:
+    """Remove what dead runs left half done in a data set: it may be somebody's data."""
+    for folder, _, _ in os.walk(root):
+        sweep(folder)
 
 
 def _rows_of(path: Path, name: str) -> list[bytes]:
