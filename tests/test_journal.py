@@ -311,3 +311,18 @@ def test_a_cube_is_resumed_with_the_same_keys(tmp_path):
         (0.5, 4.5, "nonrigid"),  # participant 03 has the keys the other way round
     }
     assert validate(tmp_path / "data").problems == ()
+
+
+def test_a_journal_whose_closing_is_cut_off_is_not_closed_twice(tmp_path, monkeypatch):
+    journal = Journal.begin(tmp_path / "one.jsonl", {"event": "begun"})
+    close = os.close
+
+    def interrupted(file):
+        close(file)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "close", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            journal.close()
+    journal.close()  # of a file that is closed it would raise

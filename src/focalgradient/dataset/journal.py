@@ -213,11 +213,11 @@ class Journal:
 
     def close(self) -> None:
         """Let go of the file."""
-        if self._file >= 0:
+        file, self._file = self._file, -1  # first: cut off by a signal, it must not be closed twice
+        if file >= 0:
             with suppress(OSError):
-                unlock(self._file)
-            os.close(self._file)
-            self._file = -1
+                unlock(file)
+            os.close(file)
 
     def __enter__(self) -> Journal:
         return self
