@@ -307,7 +307,7 @@ def torment(
                 command.results.check(command.out)
             elif command.long.given or chance.random() < 0.2:
                 command.finish()
-            if command.long.given or chance.random() < 0.5:
+            if command.long.given or command.long.once or chance.random() < 0.5:
                 command.renew()  # the others replace an older set, or go on
         if not command.long.given or files(command.out) != command.results.names:
             command.finish()

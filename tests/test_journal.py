@@ -22,6 +22,7 @@ from focalgradient.dataset import (
     validate,
 )
 from focalgradient.dataset import journal as journals
+from focalgradient.dataset.events import wrong_event
 from focalgradient.design import NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
@@ -175,6 +176,9 @@ def test_resuming_takes_the_design_that_the_session_began_with(tmp_path):
     assert head["design"]["seed"] == SHORT.seed
     assert {"focalgradient", "numpy", "python"} <= set(head["versions"])
     assert head["apparatus"]["refresh_hz"] == 60
+    assert wrong_event(head, head) is None
+    del head["keys"]
+    assert wrong_event(head, head) == "keys is missing, but must be null"
 
 
 def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):

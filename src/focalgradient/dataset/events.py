@@ -111,9 +111,10 @@ def _wrong_head(head: Event) -> str | None:
             "a SHA-256 in hexadecimal, or null",
         ),
         "keys": (
-            task != "necker"
-            or (isinstance(keys, dict) and set(keys) == {"rigid", "nonrigid"} and all(map(_text, keys.values()))),
-            "a key for rigid and one for nonrigid",
+            isinstance(keys, dict) and set(keys) == {"rigid", "nonrigid"} and all(map(_text, keys.values()))
+            if task == "necker"
+            else "keys" in head and keys is None,
+            "a key for rigid and one for nonrigid" if task == "necker" else "null",
         ),
     }
     for name, (right, expected) in wanted.items():
