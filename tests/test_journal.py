@@ -179,6 +179,8 @@ def test_resuming_takes_the_design_that_the_session_began_with(tmp_path):
     assert wrong_event(head, head) is None
     del head["keys"]
     assert wrong_event(head, head) == "keys is missing, but must be null"
+    del head["design"]["seed"]
+    assert "must be the settings of a known task, with their seed" in str(wrong_event(head, head))
 
 
 def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):

@@ -104,7 +104,10 @@ def _wrong_head(head: Event) -> str | None:
             "a label of letters and digits, or null",
         ),
         "kind": (head.get("kind") in ("human", "simulated"), "human or simulated"),
-        "design": (isinstance(task, str) and task in COLUMNS, "the settings of a known task"),
+        "design": (
+            isinstance(design, dict) and isinstance(task, str) and task in COLUMNS and "seed" in design,
+            "the settings of a known task, with their seed",
+        ),
         "stimuli": (
             head.get("stimuli") is None
             or (isinstance(head["stimuli"], str) and bool(SHA256.fullmatch(head["stimuli"]))),
