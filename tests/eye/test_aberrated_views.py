@@ -107,19 +107,20 @@ def test_over_the_plane_depth_is_that_of_the_radial_way() -> None:
     assert np.median(apart) < 0.2
 
 
-def test_the_planes_filters_are_those_of_the_radius() -> None:
+@pytest.mark.parametrize("finest", [0.5, 0.4])
+def test_the_planes_filters_are_those_of_the_radius(finest: float) -> None:
     image = np.random.default_rng(1).standard_normal((96, 80)).astype(np.float32)
-    spectra = Spectra.of([image], 32)
+    spectra, at = Spectra.of([image], 32), plane(finest)
 
     def shape(f):
-        return np.exp(-((f / 0.2) ** 2)) * np.cos(2 * np.pi * 5 * f)
+        return np.where(f < 0.4, np.exp(-((f / 0.15) ** 2)) * np.cos(2 * np.pi * 5 * f), 0)
 
-    one, two = (spectra.filtered(shape(at.radius)[None], at) for at in (ROUND, plane()))
+    one, two = (spectra.filtered(shape(some.radius)[None], some) for some in (ROUND, at))
     assert np.abs(one - two).max() < 2e-2 * one.std()
-    density = shape(plane().radius) ** 2
-    assert plane().to_radial(density) == pytest.approx(shape(ROUND.radius) ** 2, abs=0.02)
-    whole = density @ plane().areas / plane().areas.sum()
-    assert whole == pytest.approx((shape(np.hypot(*np.mgrid[-0.5:0.5:512j, -0.5:0.5:512j])) ** 2).mean(), rel=0.02)
+    density = shape(at.radius) ** 2
+    assert at.to_radial(density) == pytest.approx(shape(ROUND.radius) ** 2, abs=0.02)
+    whole = (shape(np.hypot(*np.mgrid[-0.5:0.5:512j, -0.5:0.5:512j])) ** 2).mean()
+    assert density @ at.measure == pytest.approx(whole, rel=0.02)
     assert natural_power(1.0, plane()).shape == plane().radius.shape
 
 

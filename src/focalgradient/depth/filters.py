@@ -49,6 +49,9 @@ LOW = (0.01, 0.08)
 """Cycles per pixel between which the level of a scene's power is measured: no moderate blur takes anything there."""
 
 
+HALF_PLANE = 0.5
+"""Square cycles per pixel of all frequencies of a real image: -0.5 to 0.5 down, 0 to 0.5 to the right."""
+
 FINEST_STEP, GROWTH = 1 / 320, 0.06
 """Cycles per pixel between the middle frequencies of a plane, and the share of its own frequency by which steps grow:
 blur passes little beyond 1.3 cycles per radius, over which cubic splines then err by less than 1e-3."""
@@ -73,6 +76,11 @@ class Frequencies:
         down, right = (np.convolve(np.diff(axis), [0.5, 0.5]) for axis in (self.down, self.right))
         return np.outer(down, right).ravel()
 
+    @property
+    def measure(self) -> FloatArray:
+        """Share of all frequencies of an image that each stands for: of the plane, which may end before they do."""
+        return self.areas / (self.areas.sum() if self.down is None else HALF_PLANE)
+
     def fine_pass(self) -> FloatArray:
         """Amplitude of the pass band that ends at `FINEST`."""
         band: FloatArray = np.exp(-((self.radius / FINEST) ** 16) / 2)
@@ -83,7 +91,7 @@ class Frequencies:
         if self.down is None:
             return values
         flat = values.reshape(-1, values.shape[-1])
-        return np.asarray((_circles() @ flat.T).T).reshape(*values.shape[:-1], RADIAL)
+        return np.asarray((_circles(self) @ flat.T).T).reshape(*values.shape[:-1], RADIAL)
 
 
 ROUND = Frequencies(RADII)
@@ -93,24 +101,33 @@ FINE_PASS: FloatArray = ROUND.fine_pass()
 """Amplitude at RADII of the pass band that ends at `FINEST`."""
 
 
-@cache
-def plane() -> Frequencies:
-    """Frequencies of the plane.
+def plane(finest: float = 0.5) -> Frequencies:
+    """Frequencies of the plane, along its axes up to the first that is not below `finest` (cycles per pixel).
 
-    >>> plane().right[:2].round(4).tolist(), plane().radius.size
-    ([0.0, 0.0031], 5151)
+    >>> plane().right[:2].round(4).tolist(), plane().radius.size, plane(0.2).radius.size
+    ([0.0, 0.0031], 5151, 2556)
     """
+    return _plane(int(np.searchsorted(_axis(), min(finest, 0.5) - 1e-9)))
+
+
+@cache
+def _axis() -> FloatArray:
+    """The plane's frequencies along half an axis, 0 to 0.5 cycles per pixel."""
     count = math.ceil(math.asinh(0.5 * GROWTH / FINEST_STEP) / GROWTH)
-    steps = math.asinh(0.5 * GROWTH / FINEST_STEP) * np.arange(-count, count + 1) / count
-    down = FINEST_STEP / GROWTH * np.sinh(steps)
-    right = down[count:]
+    steps = math.asinh(0.5 * GROWTH / FINEST_STEP) * np.arange(count + 1) / count
+    return FINEST_STEP / GROWTH * np.sinh(steps)
+
+
+@cache
+def _plane(last: int) -> Frequencies:
+    right = _axis()[: last + 1]
+    down = np.concatenate([-right[:0:-1], right])
     return Frequencies(np.hypot(down[:, None], right).ravel(), down, right)
 
 
 @cache
-def _circles(directions: int = 48) -> sparse.csr_array:
+def _circles(at: Frequencies, directions: int = 48) -> sparse.csr_array:
     """The matrix that takes values at the plane's frequencies to their means over circles (RADIAL x F)."""
-    at = plane()
     assert at.down is not None
     assert at.right is not None
     angle = np.pi * (np.arange(directions) + 0.5) / directions - np.pi / 2
@@ -133,9 +150,8 @@ def _circles(directions: int = 48) -> sparse.csr_array:
 
 
 @cache
-def _to_coefficients() -> tuple[Image, Image]:
+def _to_coefficients(at: Frequencies) -> tuple[Image, Image]:
     """Matrices that take values along the plane's two axes to the coefficients of cubic splines through them."""
-    at = plane()
     assert at.down is not None
     assert at.right is not None
     down, right = (make_interp_spline(axis, np.eye(axis.size)).c.astype(np.float32) for axis in (at.down, at.right))
@@ -143,9 +159,11 @@ def _to_coefficients() -> tuple[Image, Image]:
 
 
 @lru_cache(maxsize=16)
-def _splines(rows: int, columns: int) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Matrices that take these coefficients to values at the frequencies of a real image's spectrum."""
-    at = plane()
+def _splines(at: Frequencies, rows: int, columns: int) -> tuple[sparse.csr_array, sparse.csr_array]:
+    """Matrices that take these coefficients to values at the frequencies of a real image's spectrum.
+
+    Beyond the plane's ends those are the values there.
+    """
     assert at.down is not None
     assert at.right is not None
     both = zip((at.down, at.right), (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)
@@ -154,6 +172,12 @@ def _splines(rows: int, columns: int) -> tuple[sparse.csr_array, sparse.csr_arra
         for axis, wanted in both
     )
     return down.astype(np.complex64), right.astype(np.complex64)
+
+
+def _real_times_complex(left: Image, right: NDArray[Any]) -> NDArray[np.complex64]:
+    """The product, as one of real matrices."""
+    parts = np.ascontiguousarray(right, np.complex64).view(np.float32)
+    return product(left, parts).view(np.complex64)
 
 
 def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequencies: Frequencies = ROUND) -> FloatArray:
@@ -238,7 +262,7 @@ class Spectra:
             return measure, power
         some = measure > 0
         everywhere = np.stack([np.interp(frequencies.radius, RADII[some], row[some]) for row in power])
-        return frequencies.areas / frequencies.areas.sum(), everywhere
+        return frequencies.measure, everywhere
 
     def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """The sum of the images, each filtered by its row of `filters` (n x F): H x W."""
@@ -255,10 +279,10 @@ class Spectra:
         if frequencies.down is None:
             samples = np.arange(FINE * (RADIAL - 1) + 1) / FINE
             return np.interp(samples, np.arange(RADIAL), row).astype(np.float32).take(self.position)
-        (first, second), (down, right) = _to_coefficients(), _splines(*self.size)
-        across = product(first.astype(np.complex64), row.reshape(len(first), -1).astype(np.complex64))
-        coefficients = product(across, second.T.astype(np.complex64))
-        return np.asarray(down @ (right @ coefficients.T).T)
+        (first, second), (down, right) = _to_coefficients(frequencies), _splines(frequencies, *self.size)
+        across = _real_times_complex(first, row.reshape(len(first), -1))
+        coefficients = _real_times_complex(second, across.T)
+        return np.asarray(down @ (right @ coefficients).T)
 
     def stack(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """One filtered image for each of `filters` (r x n x F): r x H x W."""

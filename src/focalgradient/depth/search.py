@@ -160,8 +160,9 @@ class Search:
         if psf == "disc" or psf == "gaussian" or psf == "blend":
             return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
         if not self.isotropic:
-            transfers = [_over_plane(one, own, self) for one, own in zip(self.optics, radius, strict=True)]
-            return Blurs(radius, np.stack(transfers), True, plane())
+            at = plane(self._finest())
+            transfers = [_over_plane(one, own, self, at) for one, own in zip(self.optics, radius, strict=True)]
+            return Blurs(radius, np.stack(transfers), True, at)
         of_each = [
             one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
             if isinstance(one, HasTransfer)
@@ -170,24 +171,36 @@ class Search:
         ]
         return Blurs(radius, np.stack(of_each), True)
 
+    def _finest(self) -> float:
+        """Cycles per pixel beyond which no two views pass anything, so that there is nothing to compare."""
+        along = plane().right
+        assert along is not None
+        ends = []
+        for one in self.optics:
+            if not isinstance(one, HasThroughFocus):
+                return float(along[-1])
+            passed = one.through_focus(np.zeros((1, 1)), along[None] / self.pixel_angle, one.focus_vergence)
+            ends.append(min(int(np.flatnonzero(passed)[-1]) + 1, len(along) - 1))
+        return float(along[sorted(ends)[-2]])
 
-def _over_plane(optics: Optics, radius: FloatArray, search: Search) -> NDArray[Any]:
+
+def _over_plane(optics: Optics, radius: FloatArray, search: Search, at: Frequencies) -> NDArray[Any]:
     """Transfer of `optics`, whose disc has the `radius` (L, pixels), over the plane: L x F, complex where not round."""
     if isinstance(optics, HasThroughFocus) and not optics.isotropic:
         known: Callable[..., NDArray[Any]] = _through_focus
         work = known if isinstance(optics, Hashable) else _through_focus.__wrapped__
-        return work(optics, search.pixel_angle, search.lowest, search.highest, search.levels)
+        return work(optics, search.pixel_angle, search.lowest, search.highest, search.levels, at)
     if isinstance(optics, HasTransfer):
-        return optics.transfer(plane().radius / search.pixel_angle, search.vergences[:, None])
-    return transfer(plane().radius, radius[:, None], "disc")
+        return optics.transfer(at.radius / search.pixel_angle, search.vergences[:, None])
+    return transfer(at.radius, radius[:, None], "disc")
 
 
 @lru_cache(maxsize=8)
 def _through_focus(
-    optics: HasThroughFocus, pixel_angle: float, lowest: float, highest: float, levels: int
+    optics: HasThroughFocus, pixel_angle: float, lowest: float, highest: float, levels: int, at: Frequencies
 ) -> NDArray[np.complex64]:
     """Transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
-    down, right = plane().down, plane().right
+    down, right = at.down, at.right
     assert down is not None
     assert right is not None
     found = optics.through_focus(down[:, None] / pixel_angle, right / pixel_angle, np.linspace(lowest, highest, levels))

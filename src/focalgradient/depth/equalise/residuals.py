@@ -83,7 +83,7 @@ class Residuals:
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
         """Share of all frequencies at each of `frequencies`."""
-        return self.measure if frequencies.down is None else frequencies.areas / frequencies.areas.sum()
+        return self.measure if frequencies.down is None else frequencies.measure
 
     def energy(self, weight: Image, step: int) -> Image:
         """Squared residuals at every level, summed over blocks of `step` pixels with `weight` (H x W): L x h x w."""
