@@ -1,6 +1,7 @@
-"""The population's depth error by what the estimator knows of the eye's optics.
+"""Depth that the eyes of a population read by colour, each with aberrations of its own.
 
-It draws what `benchmarks/depth_of_people.py --out DIR` wrote: ``python analysis/people.py DIR/people.json people.png``.
+Eyes that are measured, and estimators that know less of them: `benchmarks/depth_of_people.py --out DIR`; what that
+found is drawn by `python analysis/people.py DIR/people.json people.png`.
 """
 
 from __future__ import annotations
@@ -9,47 +10,106 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from population import CORRELATION, FOCUS, NOISE, PUPILS, WAVELENGTHS, Look, Row, drawn, looked, population, walls
+from report import Progress, Shown, alone
 
+from focalgradient.parallel import completed, cores, shared
 from focalgradient.plotting import BLUE, GREY, ORANGE, new_figure, style
 
-COLOURS = {"own": BLUE, "mean": ORANGE, "learned": GREY}
 READERS = {"own": "its own optics", "mean": "the mean eye's", "learned": "learned by experience"}
-MARKS = {"own": "o", "mean": "s", "learned": "^"}
+LOOKS = {
+    "own": {"color": BLUE, "marker": "o"},
+    "mean": {"color": ORANGE, "marker": "s"},
+    "learned": {"color": GREY, "marker": "^"},
+}
 
 
-def draw(rows: Sequence[Mapping[str, float | str]]) -> Figure:
+def measure(eyes: int, distances: int, *, progress: Progress | None = None) -> list[Row]:
+    """What so many eyes read through each of the pupils of walls at so many distances."""
+    people, beyond = population(None), tuple(walls(distances).tolist())
+    looks = [Look(number, pupil, drawn(people, number), beyond) for number in range(eyes) for pupil in PUPILS]
+    rows: dict[int, list[Row]] = {}
+    with shared(cores() if len(looks) > cores() else 1) as executor:
+        for number, some in completed(executor, looked, looks):
+            rows[number] = some
+            if progress is not None:
+                progress(len(rows) / len(looks))
+    return [row for number in sorted(rows) for row in rows[number]]
+
+
+def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
+    eyes, distances = (100, 20) if full else (3, 4)
+    rows = measure(eyes, distances, progress=progress)
+    found = {f"{1e3 * pupil:g} mm": _told([r for r in rows if r["pupil_mm"] == 1e3 * pupil]) for pupil in PUPILS}
+    said = "; ".join(
+        f"{pupil}: {100 * one['valid']:.0f} % of the pixels claimed, median error {one['median_error_D']:.3f} D, side "
+        f"right in {100 * one['side_right']:.0f} %, {100 * one['within_2_sd']:.0f} % within two stated standard "
+        f"deviations"
+        for pupil, one in found.items()
+    )
+    return Shown(
+        title="Depth by colour over a population of eyes",
+        caption=(
+            f"{eyes} simulated eyes, each with wavefront aberrations drawn from a population of our own choice "
+            "(independent coefficients of the third to sixth order; that of measured eyes is read with "
+            f"`benchmarks/depth_of_people.py`), focused at {1 / FOCUS:g} m, look at walls at {distances} distances "
+            f"through two pupils. Each reads depth in two wavebands of {WAVELENGTHS} wavelengths with its own optics "
+            f"known; noise of {100 * NOISE:g} %, textures correlated at {CORRELATION:g}. Median and quartiles over "
+            "eyes, all pixels, claimed or not.",
+            f"Medians over walls and eyes: {said}.",
+        ),
+        figure=draw(rows),
+        summary={name: {pupil: one[name] for pupil, one in found.items()} for name in next(iter(found.values()))},
+        plotted={"rows": rows},
+    )
+
+
+def _told(rows: Sequence[Mapping[str, float | str]]) -> dict[str, float]:
+    """Over eyes and walls: shares of pixels by their mean, errors by their median."""
+    values = {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name not in ("views", "reader")}
+    return {
+        "valid": float(values["valid"].mean()),
+        "median_error_D": float(np.nanmedian(values["median_error_D"])),
+        "unmasked_median_error_D": float(np.median(values["unmasked_error_D"])),
+        "side_right": float(np.nanmean(values["side_right"])),
+        "within_2_sd": float(np.nansum(values["within_2_sd"] * values["valid"]) / values["valid"].sum()),
+    }
+
+
+def draw(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Median error over eyes, with its quartiles, at each wall: a panel for each kind of views and pupil."""
     kinds = list(dict.fromkeys(str(row["views"]) for row in rows))
+    readers = [name for name in READERS if any(row["reader"] == name for row in rows)]
     pupils = sorted({float(row["pupil_mm"]) for row in rows})
-    eyes = len({row["eye"] for row in rows})
     with style():
-        figure = new_figure(180, 130)
+        figure = new_figure(180, 20 + 55 * len(kinds), layout="constrained")
         axes = figure.subplots(len(kinds), len(pupils), sharex=True, sharey=True, squeeze=False)
         for ax_row, kind in zip(axes, kinds, strict=True):
             for ax, pupil in zip(ax_row, pupils, strict=True):
-                for number, (reader, words) in enumerate(READERS.items()):
+                for number, reader in enumerate(readers):
                     some = [r for r in rows if (r["pupil_mm"], r["views"], r["reader"]) == (pupil, kind, reader)]
                     places = sorted({float(row["beyond_D"]) for row in some})
-                    errors = {x: [float(r["unmasked_error_D"]) for r in some if r["beyond_D"] == x] for x in places}
-                    low, middle, high = np.array([np.quantile(errors[x], [0.25, 0.5, 0.75]) for x in places]).T
-                    at = np.array(places) + 0.015 * (number - 1)
-                    look = {"color": COLOURS[reader], "marker": MARKS[reader], "markersize": 4, "label": words}
-                    ax.errorbar(at, middle, [middle - low, high - middle], **look)
-                ax.set(yscale="log", title=f"{kind}, pupil {pupil:g} mm")
+                    errors = [[float(r["unmasked_error_D"]) for r in some if r["beyond_D"] == x] for x in places]
+                    low, middle, high = np.array([np.quantile(one, [0.25, 0.5, 0.75]) for one in errors]).T
+                    at, bars = np.array(places) + 0.015 * (number - len(readers) // 2), [middle - low, high - middle]
+                    ax.errorbar(at, middle, bars, markersize=4, label=READERS[reader], **LOOKS[reader])
+                ax.set(yscale="log", title=f"{kind}, pupil {pupil:g} mm, simulated eyes")
                 ax.axvline(0, color=GREY, linewidth=0.6)
         for ax in axes[-1]:
             ax.set_xlabel("wall, dioptres beyond focus")
         for ax in axes[:, 0]:
             ax.set_ylabel("median error of depth (D)")
-        axes[-1, 0].legend(title="optics assumed", loc="upper left")
-        figure.suptitle(f"{eyes} simulated eyes: median and quartiles, all pixels, valid or not", fontsize=9)
-        figure.tight_layout()
+        if len(readers) > 1:
+            axes[-1, 0].legend(title="optics assumed", loc="upper left")
     return figure
 
 
 if __name__ == "__main__":
-    source, target = map(Path, sys.argv[1:])
-    draw(json.loads(source.read_text(encoding="utf-8"))["rows"]).savefig(target, dpi=150)
+    if len(sys.argv) == 3 and sys.argv[1].endswith(".json"):
+        draw(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))["rows"]).savefig(sys.argv[2], dpi=150)
+    else:
+        alone("people", make)

@@ -35,6 +35,7 @@ import necker_strip
 import observers
 import observers_sensitivity
 import outlines
+import people
 import scene
 import simulated
 import stimulus_sheet
@@ -69,6 +70,7 @@ FIGURES: tuple[
     ("chromatic_stimuli", chromatic_stimuli.make, 20.0),
     ("accommodation", accommodation.make, 15.0),
     ("accommodation_experiments", accommodation_experiments.make, 900.0),
+    ("people", people.make, 600.0),
     ("necker_strip", necker_strip.make, 5.0),
     ("stimulus_sheet", stimulus_sheet.make, 15.0),
     ("observers", observers.make, 20.0),
@@ -78,7 +80,7 @@ FIGURES: tuple[
 OF_DATASET = {"fig3", "necker"}
 """Figures of answers, made of one data set: of simulated observers here, for people have not been asked."""
 
-ONLY_FULL = {"accommodation_experiments"}
+ONLY_FULL = {"accommodation_experiments", "people"}
 """Figures that take minutes however little data they use."""
 
 NEED_MITSUBA = {"fig1", "fig4", "fig5"}  # left out, and said so, where it cannot be loaded

@@ -23,45 +23,43 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
 import numpy as np
 from learned import Experience, learned_optics
 
-from focalgradient import View, recover_depth
-from focalgradient.errors import InputError
-from focalgradient.eye import (
-    Cones,
-    Eye,
-    Oscillation,
-    ZernikePopulation,
-    accommodation_views,
-    band_views,
-    osa_order,
-    score,
+sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
+
+from population import (
+    CORRELATION,
+    KINDS,
+    NEAR,
+    NOISE,
+    PIXEL,
+    PUPILS,
+    Look,
+    Row,
+    at_focus,
+    cones_of,
+    drawn,
+    population,
+    read,
+    seen,
+    walls,
 )
+
+from focalgradient.errors import InputError
+from focalgradient.eye import Cones, Eye
 from focalgradient.eye.light import Band
-from focalgradient.eye.retina import S_FINEST_CPD
 from focalgradient.files import read_bytes, write_whole
 from focalgradient.optics import Optics
 from focalgradient.parallel import completed, shared
 
-PIXEL = np.radians(1 / 60)
-FOCUS, SHAPE, NEAR = 2.0, (112, 112), 0.3
-PUPILS = (0.003, 0.005)
-KINDS = ("bands", "moments")
-MOMENTS = [0.125, 0.375]
-"""Seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
-
 READERS = ("own", "mean", "learned")
-FARTHEST, NEAREST = -0.9, 1.2
-"""Dioptres beyond focus between which walls stand."""
-
-NOISE, CORRELATION = 0.01, 0.95
-"""Standard deviation of a pixel's noise over the mean; of the bands' textures with each other's."""
 
 KEPT: dict[str, Callable[[int, int], bool]] = {
     "odd aberrations": lambda n, m: n % 2 == 1,
@@ -71,75 +69,31 @@ KEPT: dict[str, Callable[[int, int], bool]] = {
 }
 
 
-def population(folder: Path | None) -> ZernikePopulation:
-    """The measured population, or the one that stands in for it."""
-    if folder is not None:
-        return ZernikePopulation.read(folder / "mean_6mm.csv", folder / "covariance_6mm.csv", 0.006)
-    sd = np.array([0.0 if osa_order(j)[0] < 3 else 0.2 * 0.5 ** (osa_order(j)[0] - 3) for j in range(28)])
-    return ZernikePopulation(np.zeros(28), np.diag(sd**2), 0.006)
+def measured(job: tuple[Look, Sequence[float]]) -> tuple[list[Row], Row, float]:
+    """Scores of every reader, kind of views and wall; what tells the side; processor seconds.
 
-
-def at_focus(coefficients: Sequence[float], pupil: float) -> Eye:
-    """The eye of these coefficients, its lower orders corrected by spectacles, accommodated to FOCUS."""
-    corrected = [0.0 if j < 6 else float(value) for j, value in enumerate(coefficients)]
-    eye = Eye.from_zernike(corrected, pupil, measured_diameter=0.006)
-    return replace(eye, accommodation=eye.accommodation + FOCUS - eye.focus_vergence)
-
-
-def rendered(kind: str, eye: Eye, distance: float, seed: int) -> list[View]:
-    """The views of a wall, with noise; bands' textures are correlated."""
-    if kind == "bands":
-        found = band_views(distance, eye, SHAPE, PIXEL, noise=NOISE, correlation=CORRELATION, seed=seed)
-    else:
-        found = accommodation_views(distance, eye, MOMENTS, Oscillation(), SHAPE, PIXEL, noise=NOISE, seed=seed)
-    return [one.view for one in found]
-
-
-@dataclass(frozen=True)
-class Job:
-    """One eye and pupil: its number, coefficients, those of the mean eye, and the walls' dioptres beyond focus."""
-
-    number: int
-    pupil: float
-    coefficients: tuple[float, ...]
-    mean: tuple[float, ...]
-    beyond: tuple[float, ...]
-
-
-Row = dict[str, float | str]
-
-
-def measured(job: Job) -> tuple[list[Row], Row, float]:
-    """Scores of every reader, kind of views and wall; what tells the side; processor seconds."""
+    Of an eye, and of the coefficients of the mean one.
+    """
     began = process_time()
-    eye, mean = (at_focus(some, job.pupil) for some in (job.coefficients, job.mean))
+    look, mean = job
+    eye = at_focus(look.coefficients, look.pupil)
+    aberrations = at_focus(mean, look.pupil).aberrations
     rows: list[Row] = []
     for kind in KINDS:
-        seed = 1000 * job.number
-        if kind == "bands":
-            optics = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
-        else:
-            optics = [Cones.of(one, "L+M") for one in eye.through(MOMENTS, Oscillation())]
-        of_mean = [replace(one, eye=replace(one.eye, aberrations=mean.aberrations)) for one in optics]
-        experience = Experience.of(optics, PIXEL, 1 / NEAR, noise=NOISE, correlation=CORRELATION, seed=seed)
+        seed = 1000 * look.number
+        cones = cones_of(kind, eye)
+        experience = Experience.of(cones, PIXEL, 1 / NEAR, noise=NOISE, correlation=CORRELATION, seed=seed)
         readers: dict[str, Sequence[Optics]] = {
-            "own": optics,
-            "mean": of_mean,
-            "learned": learned_optics(experience, optics),
+            "own": cones,
+            "mean": [replace(one, eye=replace(one.eye, aberrations=aberrations)) for one in cones],
+            "learned": learned_optics(experience, cones),
         }
-        for place, beyond in enumerate(job.beyond):
-            distance = 1 / (FOCUS - beyond)
-            views = rendered(kind, eye, distance, seed + 1 + place)
+        for place, beyond in enumerate(look.beyond):
+            views = seen(cones, beyond, seed + 1 + place)
             for reader, taken in readers.items():
-                some = [View(view.image, one, PIXEL) for view, one in zip(views, taken, strict=True)]
-                depth = recover_depth(some, near=NEAR)
-                found = score(depth.vergence, depth.valid, np.full(SHAPE, distance), FOCUS)
-                # Where nothing is claimed, what would have been is stated apart.
-                whole = score(depth.vergence, np.ones(SHAPE, bool), np.full(SHAPE, distance), FOCUS)
-                about: Row = {"eye": job.number, "pupil_mm": 1e3 * job.pupil, "views": kind, "reader": reader}
-                extra: Row = {"unmasked_error_D": whole["median_error_D"], "unmasked_side": whole["side_right"]}
-                rows.append({**about, "beyond_D": beyond, **found, **extra})
-    return rows, {"eye": job.number, "pupil_mm": 1e3 * job.pupil, **sides(eye)}, process_time() - began
+                about: Row = {"eye": look.number, "pupil_mm": 1e3 * look.pupil, "views": kind, "reader": reader}
+                rows.append({**about, "beyond_D": beyond, **read(views, taken, beyond)})
+    return rows, {"eye": look.number, "pupil_mm": 1e3 * look.pupil, **sides(eye)}, process_time() - began
 
 
 def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
@@ -179,7 +133,10 @@ def sides(eye: Eye, defocus: float = 0.5, side: int = 64) -> dict[str, float]:
 
 def table(rows: Sequence[Row]) -> list[str]:
     """Medians over eyes and walls of each pupil, kind of views and reader."""
-    lines = ["pupil  views    optics    valid %  median error D  side right %  |  all pixels: error D  side right %"]
+    lines = [
+        "pupil  views    optics    valid %  median error D  side right %  within 2 sd %  |  all pixels: error D  "
+        "side right %"
+    ]
     for pupil in sorted({float(row["pupil_mm"]) for row in rows}):
         for kind in KINDS:
             for reader in READERS:
@@ -192,7 +149,8 @@ def table(rows: Sequence[Row]) -> list[str]:
 
                 lines.append(
                     f"{pupil:g} mm   {kind:8} {reader:8} {100 * middle('valid', some, np.mean):7.0f} "
-                    f"{middle('median_error_D', claimed):14.3f} {100 * middle('side_right', claimed, np.mean):13.1f}"
+                    f"{middle('median_error_D', claimed):14.3f} {100 * middle('side_right', claimed, np.mean):13.1f} "
+                    f"{100 * middle('within_2_sd', claimed, np.mean):13.0f}"
                     f"  | {middle('unmasked_error_D', some):19.3f} {100 * middle('unmasked_side', some, np.mean):14.1f}"
                 )
     return lines
@@ -234,12 +192,10 @@ def main() -> None:
     given = parser.parse_args()
     people = population(given.folder)
     mean = tuple(np.asarray(people.mean_um, float).tolist())
-    # None within a tenth of a dioptre of focus, where there is no side.
-    beyond = np.linspace(FARTHEST, NEAREST, max(given.distances, 2) + 1 - max(given.distances, 2) % 2)
-    beyond = beyond[np.abs(beyond) > 0.1][: given.distances]
+    beyond = walls(given.distances)
     jobs = [
-        Job(n, pupil, tuple(people.drawn(np.random.default_rng([1, n])).tolist()), mean, tuple(beyond.tolist()))
-        for n in range(given.eyes)
+        (Look(number, pupil, drawn(people, number), tuple(beyond.tolist())), mean)
+        for number in range(given.eyes)
         for pupil in PUPILS
     ]
     made_of = hashlib.sha256(np.asarray(people.mean_um, float).tobytes() + np.asarray(people.covariance_um2).tobytes())
@@ -247,11 +203,11 @@ def main() -> None:
     file = given.out and given.out / "people.json"
     rows, telling, seconds = kept(file, settings)
     done = {(row["eye"], row["pupil_mm"]) for row in telling}
-    jobs = [job for job in jobs if (job.number, 1e3 * job.pupil) not in done]
+    jobs = [job for job in jobs if (job[0].number, 1e3 * job[0].pupil) not in done]
     with shared(given.workers, given.scheduler) as executor:
         for number, (some, side, took) in completed(executor, measured, jobs):
             rows, telling, seconds = [*rows, *some], [*telling, side], seconds + took
-            print(f"eye {jobs[number].number}, {1e3 * jobs[number].pupil:g} mm: {took:.0f} s", flush=True)
+            print(f"eye {jobs[number][0].number}, {1e3 * jobs[number][0].pupil:g} mm: {took:.0f} s", flush=True)
             if file is not None:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 state = {"settings": settings, "rows": rows, "sides": telling, "seconds": seconds}

@@ -1,0 +1,118 @@
+"""Eyes drawn from a population look at walls: their views, with noise, and depth read with their own optics.
+
+`people` draws it; `benchmarks/depth_of_people.py` compares readers that know less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient import View, recover_depth
+from focalgradient.eye import Cones, Eye, Oscillation, ZernikePopulation, eye_views, osa_order, score
+from focalgradient.eye.retina import S_FINEST_CPD
+from focalgradient.optics import Optics
+
+PIXEL = np.radians(1 / 60)
+FOCUS, SHAPE, NEAR = 2.0, (112, 112), 0.3
+PUPILS = (0.003, 0.005)
+KINDS = ("bands", "moments")
+MOMENTS = [0.125, 0.375]
+"""Seconds: the extremes of an oscillation of 0.25 D at 2 Hz."""
+
+WAVELENGTHS = 3
+"""Of either waveband."""
+
+FARTHEST, NEAREST = -0.9, 1.2
+"""Dioptres beyond focus between which walls stand."""
+
+GAP = 0.125
+"""Dioptres on either side of focus in which none stands."""
+
+NOISE, CORRELATION = 0.01, 0.95
+"""Standard deviation of a pixel's noise over the mean; of the bands' textures with each other's."""
+
+Row = dict[str, float | str]
+
+
+def population(folder: Path | None) -> ZernikePopulation:
+    """The population measured over 6 mm whose mean and covariance lie in `folder`; None: one that stands in for it.
+
+    That one is our own choice: independent coefficients about 0 of the third order and above, of standard deviations
+    of 0.2 um that fall by half with each radial order.
+    """
+    if folder is not None:
+        return ZernikePopulation.read(folder / "mean_6mm.csv", folder / "covariance_6mm.csv", 0.006)
+    sd = np.array([0.0 if osa_order(j)[0] < 3 else 0.2 * 0.5 ** (osa_order(j)[0] - 3) for j in range(28)])
+    return ZernikePopulation(np.zeros(28), np.diag(sd**2), 0.006)
+
+
+def walls(count: int) -> NDArray[np.float64]:
+    """Dioptres beyond focus of so many walls, evenly but for a gap about focus, where there is no side."""
+    even = np.linspace(FARTHEST, NEAREST - 2 * GAP, count)
+    return np.where(even > -GAP, even + 2 * GAP, even)
+
+
+def at_focus(coefficients: Sequence[float], pupil: float) -> Eye:
+    """The eye of these coefficients, its lower orders corrected by spectacles, accommodated to FOCUS."""
+    corrected = [0.0 if j < 6 else float(value) for j, value in enumerate(coefficients)]
+    eye = Eye.from_zernike(corrected, pupil, measured_diameter=0.006)
+    return replace(eye, accommodation=eye.accommodation + FOCUS - eye.focus_vergence)
+
+
+def cones_of(kind: str, eye: Eye) -> list[Cones]:
+    """What gives an eye its two views: two wavebands, or two moments."""
+    if kind == "moments":
+        return [Cones.of(one, "L+M", wavelengths=WAVELENGTHS) for one in eye.through(MOMENTS, Oscillation())]
+    blue = Cones.of(eye, "S", finest_cpd=S_FINEST_CPD, wavelengths=WAVELENGTHS)
+    return [Cones.of(eye, "L+M", wavelengths=WAVELENGTHS), blue]
+
+
+def seen(cones: Sequence[Cones], beyond: float, seed: int) -> list[View]:
+    """The views of a wall that stands so many dioptres `beyond` focus, with noise; bands' textures are correlated."""
+    found = eye_views(1 / (FOCUS - beyond), cones, SHAPE, PIXEL, noise=NOISE, correlation=CORRELATION, seed=seed)
+    return [one.view for one in found]
+
+
+def read(views: Sequence[View], optics: Sequence[Optics], beyond: float) -> Row:
+    """Scores of depth that is read with these `optics`, where it is claimed and over all pixels."""
+    depth = recover_depth([View(one.image, own, PIXEL) for one, own in zip(views, optics, strict=True)], near=NEAR)
+    truth = np.full(SHAPE, 1 / (FOCUS - beyond))
+    off = np.abs(depth.vergence - 1 / truth)[depth.valid] / depth.vergence_sd[depth.valid]
+    # Where nothing is claimed, what would have been is stated apart.
+    whole = score(depth.vergence, np.ones(SHAPE, bool), truth, FOCUS)
+    return {
+        **score(depth.vergence, depth.valid, truth, FOCUS),
+        "within_2_sd": float(np.mean(off < 2)) if off.size else np.nan,
+        "unmasked_error_D": whole["median_error_D"],
+        "unmasked_side": whole["side_right"],
+    }
+
+
+@dataclass(frozen=True)
+class Look:
+    """One eye and pupil: its number, coefficients, and the dioptres beyond focus of the walls that it looks at."""
+
+    number: int
+    pupil: float
+    coefficients: tuple[float, ...]
+    beyond: tuple[float, ...]
+
+
+def drawn(people: ZernikePopulation, number: int) -> tuple[float, ...]:
+    """Coefficients of one eye of the population: the first of many are those of few."""
+    return tuple(people.drawn(np.random.default_rng([1, number])).tolist())
+
+
+def looked(look: Look) -> list[Row]:
+    """What an eye reads of each wall in its two wavebands, its own optics known."""
+    cones = cones_of("bands", at_focus(look.coefficients, look.pupil))
+    about: Row = {"eye": look.number, "pupil_mm": 1e3 * look.pupil, "views": "bands", "reader": "own"}
+    return [
+        {**about, "beyond_D": beyond, **read(seen(cones, beyond, 1000 * look.number + 1 + place), cones, beyond)}
+        for place, beyond in enumerate(look.beyond)
+    ]
