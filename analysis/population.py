@@ -18,7 +18,10 @@ from focalgradient.eye.retina import S_FINEST_CPD
 from focalgradient.optics import Optics
 
 PIXEL = np.radians(1 / 60)
-FOCUS, SHAPE, NEAR = 2.0, (112, 112), 0.3
+FOCUS, SHAPE = 2.0, (112, 112)
+NEAR, FAR = 0.3, 2.0
+"""Metres between which depth is searched."""
+
 PUPILS = (0.003, 0.005)
 KINDS = ("bands", "moments")
 MOMENTS = [0.125, 0.375]
@@ -80,7 +83,9 @@ def seen(cones: Sequence[Cones], beyond: float, seed: int) -> list[View]:
 
 def read(views: Sequence[View], optics: Sequence[Optics], beyond: float) -> Row:
     """Scores of depth that is read with these `optics`, where it is claimed and over all pixels."""
-    depth = recover_depth([View(one.image, own, PIXEL) for one, own in zip(views, optics, strict=True)], near=NEAR)
+    depth = recover_depth(
+        [View(one.image, own, PIXEL) for one, own in zip(views, optics, strict=True)], near=NEAR, far=FAR
+    )
     truth = np.full(SHAPE, 1 / (FOCUS - beyond))
     off = np.abs(depth.vergence - 1 / truth)[depth.valid] / depth.vergence_sd[depth.valid]
     # Where nothing is claimed, what would have been is stated apart.

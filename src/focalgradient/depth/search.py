@@ -173,15 +173,13 @@ class Search:
 
     def _finest(self) -> float:
         """Cycles per pixel beyond which no two views pass anything, so that there is nothing to compare."""
-        along = plane().right
-        assert along is not None
         ends = []
         for one in self.optics:
             if not isinstance(one, HasThroughFocus):
-                return float(along[-1])
-            passed = one.through_focus(np.zeros((1, 1)), along[None] / self.pixel_angle, one.focus_vergence)
-            ends.append(min(int(np.flatnonzero(passed)[-1]) + 1, len(along) - 1))
-        return float(along[sorted(ends)[-2]])
+                return 0.5
+            end: Callable[..., float] = _end if isinstance(one, Hashable) else _end.__wrapped__
+            ends.append(end(one, self.pixel_angle))
+        return sorted(ends)[-2]
 
 
 def _over_plane(optics: Optics, radius: FloatArray, search: Search, at: Frequencies) -> NDArray[Any]:
@@ -193,6 +191,15 @@ def _over_plane(optics: Optics, radius: FloatArray, search: Search, at: Frequenc
     if isinstance(optics, HasTransfer):
         return optics.transfer(at.radius / search.pixel_angle, search.vergences[:, None])
     return transfer(at.radius, radius[:, None], "disc")
+
+
+@lru_cache(maxsize=64)
+def _end(optics: HasThroughFocus, pixel_angle: float) -> float:
+    """The plane's frequency (cycles per pixel) from which on `optics` pass nothing to the right; 0.5 at most."""
+    along = plane().right
+    assert along is not None
+    passed = optics.through_focus(np.zeros((1, 1)), along[None] / pixel_angle, optics.focus_vergence)
+    return float(along[min(int(np.flatnonzero(passed)[-1]) + 1, len(along) - 1)])
 
 
 @lru_cache(maxsize=8)
