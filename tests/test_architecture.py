@@ -173,6 +173,23 @@ def test_libraries_stay_at_home() -> None:
     assert not strays
 
 
+def test_only_command_lines_speak_of_options() -> None:
+    """The library's sentences name parameters; those of `lab`, whose programs have command lines, options."""
+    quoted, option = (
+        re.compile(r"'focalgradient [^']*(?:'|$)|focalgradient \w+ [A-Z]+ --\w+"),
+        re.compile(r"[\s(]--[a-z]"),
+    )
+    found = [
+        f"{file.relative_to(ROOT)}, line {node.lineno}: {node.value!r}"
+        for file in sorted(PACKAGE.rglob("*.py"))
+        if room_of(file) not in ("cli", "lab")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count("\n") < 2
+        if option.search(quoted.sub("", node.value))
+    ]
+    assert not found
+
+
 def test_front_door_is_light() -> None:
     program = f"import sys, focalgradient; print(*{HEAVY}.intersection(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", program], text=True).split() == []

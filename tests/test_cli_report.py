@@ -125,3 +125,10 @@ def test_rules_and_a_preregistration(tmp_path):
     result = run(tmp_path, "--rules", tmp_path / "rules.toml", "--out", tmp_path / "report")
     assert result.exit_code == 2
     assert "lapse is not a known rule" in result.stderr
+
+
+def test_the_command_names_its_option_where_the_library_names_a_parameter(tmp_path):
+    (tmp_path / "own.csv").write_text("a,aperture,focus,rating\n1,0,near,1\n")
+    ended = run(tmp_path / "own.csv", "--out", tmp_path / "out")
+    assert ended.exit_code == 2
+    assert "no column for participant: name it with --columns participant=NAME." in ended.stderr

@@ -97,7 +97,7 @@ def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, necker, monkeypatch)
         *("--scheduler", "tcp://127.0.0.1:1"),
     )
     assert result.exit_code == 2
-    assert "--scheduler tcp://127.0.0.1:1 cannot be reached" in result.stderr
+    assert "the scheduler tcp://127.0.0.1:1 cannot be reached" in result.stderr
 
 
 def test_a_data_set_of_people_is_left_alone(tmp_path, necker):

@@ -48,7 +48,7 @@ def test_tables_of_sessions_that_were_cut_off_are_made_on_demand(data):
     (data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv").unlink()
     result = run(data)
     assert result.exit_code == 1
-    assert "has no table: resume the session, or make the table with --export" in result.stdout
+    assert "has no table: resume the session, or make the table with 'focalgradient validate --export'" in result.stdout
     result = run(data, "--export")
     assert result.exit_code == 0, result.output
     assert "Trials: 6" in result.stdout

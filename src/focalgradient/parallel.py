@@ -165,13 +165,13 @@ def scheduler(address: str) -> Iterator[Executor]:
         from distributed import Client
     except ImportError as error:
         raise InputError(
-            "--scheduler needs Dask, which is not installed: install focalgradient[cluster], or leave it out."
+            "a Dask scheduler needs Dask, which is not installed: install focalgradient[cluster], or name none."
         ) from error
     try:
         client = Client(address, timeout=WAIT)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise InputError(
-            f"--scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
+            f"the scheduler {address} cannot be reached ({error}): give the address that dask scheduler prints, like "
             "'tcp://10.0.0.1:8786'."
         ) from error
     with client, _deaths():
@@ -231,6 +231,6 @@ def _deaths() -> Iterator[None]:
 
 
 _DIED = (
-    "a worker died before it had done its work, as where memory runs out: give fewer --workers, or more memory; what "
+    "a worker died before it had done its work, as where memory runs out: take fewer workers, or more memory; what "
     "was finished before stays where the command keeps it."
 )

@@ -108,7 +108,7 @@ def test_a_session_that_is_there_is_never_overwritten(place, capsys):
     Session.begin(place / "data", design, "01", **more)._journal.close()
     given = ["--participant", "01", "--design", "short.toml", "--stimuli", "set"]
     said = refused(capsys, "depth-rating", *given)
-    assert "holds a session of sub-01 already, which is never overwritten: resume it (--resume)" in said
+    assert "holds a session of sub-01 already, which is never overwritten: resume it" in said
     assert "there is no display" in refused(capsys, "depth-rating", *given, "--resume")
     assert "there is no display" in refused(capsys, "depth-rating", *given, "--session", "2")
     manifest = json.loads((place / "set" / "manifest.json").read_text())

@@ -80,7 +80,7 @@ def test_a_wide_column_whose_aperture_is_not_understood_is_a_problem(tmp_path: P
     own = read_ratings(path)
     assert own.table["aperture"].tolist() == ["f/5.6"]
     assert "left out: near pin" in own.problems[0]
-    assert "--conditions" in own.problems[0]
+    assert "(conditions)" in own.problems[0]
     named = read_ratings(path, conditions={"pin": "pinhole"})
     assert named.table["aperture"].tolist() == ["f/5.6", "pinhole"]
     assert not named.problems
@@ -173,7 +173,7 @@ def test_reports_are_known_by_their_columns(tmp_path: Path) -> None:
 
 
 BAD_REPORTS = {
-    "percept": (REPORTS.replace(";weich;6;", ";wackelt;6;"), "row 3: percept is 'wackelt'.*--conditions"),
+    "percept": (REPORTS.replace(";weich;6;", ";wackelt;6;"), "row 3: percept is 'wackelt'.*conditions="),
     "overlap": (REPORTS.replace("6;4,0", "4;6,0"), "row 3: the report begins before another"),
     "no percept": ("subject,blur\nA,none\n", "no column seen for percept"),
     "nobody": (REPORTS.replace("A ;1;ohne;;weich", " ;1;ohne;;weich"), "row 3: the participant is missing"),
@@ -201,7 +201,7 @@ def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:
 
 BAD = {
     "nothing": ("", "no header"),
-    "no participant": ("a,aperture,focus,rating\n1,0,near,1\n", "no column for participant: name it with --columns"),
+    "no participant": ("a,aperture,focus,rating\n1,0,near,1\n", "no column for participant: name it with columns="),
     "no rating": ("subject,focus\n1,near\n", "no column of ratings"),
     "twice": ("subject,subject\n1,1\n", "the column subject twice"),
     "text": ("subject,aperture,focus,rating\n1,0,near,deep\n", "row 2: rating is 'deep', but must be a number"),

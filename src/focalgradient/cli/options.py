@@ -409,13 +409,20 @@ _OPTICS: list[Callable[[Any], Any]] = [
 ]
 
 
+_ENTRY = re.compile(r'\b(\w+)=\{"([^"]*)": "([^"]*)"\}')
+"""An entry of a parameter that is a mapping, as the library writes it: columns={"rating": "NAME"}."""
+
+
 @contextmanager
 def options_named(names: Mapping[str, str]) -> Iterator[None]:
-    """Put options in the place of the library's parameters, `names`, where it refuses what was given."""
+    """Put options in the place of the library's parameters, `names`, where it refuses what was given.
+
+    An entry of a mapping, columns={"rating": "NAME"}, becomes --columns rating=NAME.
+    """
     try:
         yield
     except InputError as error:
-        if not names:
-            raise
-        words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], str(error))
+        words = _ENTRY.sub(r"--\1 \2=\3", str(error))
+        if names:
+            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
         raise InputError(words) from error

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from focalgradient.cli.options import SESSION_S, positive, shared_options, shared_work
+from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work
 from focalgradient.cli.program import json_option, resumable, show, writable
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting, replace_set
@@ -126,7 +126,11 @@ def report(
         where = printable(folder)
         raise InputError(f"{given[0]} is of depth ratings, but {where} holds reports on the cube: leave it out.")
     seconds = 0.0 if folder.is_file() else SESSION_S * sum(1 for _ in folder.glob("sub-*"))
-    with resumable("nothing was written.") as say, shared_work(workers, scheduler, seconds) as executor:
+    with (
+        resumable("nothing was written.") as say,
+        options_named({}),
+        shared_work(workers, scheduler, seconds) as executor,
+    ):
         made = make_report(
             folder,
             bound=bound,

@@ -12,9 +12,9 @@ from typing import Any
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, read_bytes, read_json
 
-__all__ = ["differences", "same_content", "same_json"]
+__all__ = ["REMEDY", "differences", "same_content", "same_json"]
 
-REMEDY = "move it away, and use --export."
+REMEDY = "move it away, and make it anew with 'focalgradient validate --export'."
 
 
 def differences(found: Mapping[str, Any], made: Mapping[str, Any], remedy: str = REMEDY) -> Iterator[str]:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.dataset.alike import same_content
+from focalgradient.dataset.alike import REMEDY, same_content
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text, withdrawn
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
@@ -175,7 +175,10 @@ class _Checked:
         self.labels.add(files.participant)
         log = self._journal(files)
         if not files.table.exists():
-            self.problems.append(f"{files.journal} has no table: resume the session, or make the table with --export.")
+            self.problems.append(
+                f"{files.journal} has no table: resume the session, or make the table with 'focalgradient "
+                "validate --export'."
+            )
             self.to_resume.add(files.participant)
             if log is not None:
                 self._follow(files, log, None)
@@ -184,7 +187,7 @@ class _Checked:
         self.problems += found.problems
         own: list[str] = []
         if log is not None and found.text != table_text(log):
-            own.append("it does not say what its journal says: move it away, and use --export.")
+            own.append(f"it does not say what its journal says: {REMEDY}")
         if log is not None:
             own += self._gaze(files, log)
         if found.sidecar.get("Simulated", self.simulated) is not self.simulated:
@@ -201,11 +204,11 @@ class _Checked:
         there = {*folder.glob(f"{files.beside('recording-').name}*"), *folder.glob(f"{files.beside('events').name}.*")}
         for path in sorted({*made, *there}):
             if path not in there:
-                yield f"{path.name} is missing beside it: make it anew with --export."
+                yield f"{path.name} is missing beside it: make it anew with 'focalgradient validate --export'."
             elif path not in made:
                 yield f"{path.name} stands beside it, but its journal has no gaze: move it away."
             elif not same_content(path, made[path]):
-                yield f"{path.name} does not say what the journal says: move it away, and use --export."
+                yield f"{path.name} does not say what the journal says: {REMEDY}"
 
     def _journal(self, files: Files) -> Log | None:
         """Read a session's journal; None where it cannot be relied on."""

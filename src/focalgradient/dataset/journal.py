@@ -164,8 +164,7 @@ class Journal:
         try:
             if not try_lock(file, path):
                 raise InputError(
-                    f"{path} is being recorded by another program: let that go on, or end it and resume the session "
-                    "(--resume)."
+                    f"{path} is being recorded by another program: let that go on, or end it and resume the session."
                 )
         except InputError:
             os.close(file)

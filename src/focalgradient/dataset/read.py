@@ -342,22 +342,22 @@ def _wrong_kind(participants: pd.DataFrame, participant: str, path: Path) -> str
 
 
 def _sidecar(files: Files) -> dict[str, Any]:
-    path, remedy = files.sidecar, "make it anew of its journal"
+    path, remedy = files.sidecar, "make it anew of its journal, with 'focalgradient validate --export'"
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
-        raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
+        raise InputError(f"{str(error).rstrip('.')}; or {remedy}.") from error
     if not (isinstance(found, dict) and isinstance(found.get("Design"), dict)):
         raise InputError(f"{path} does not hold the design: {remedy}.")
     sittings = found.get("Sittings", [])
     if not (isinstance(sittings, list) and all(isinstance(one, dict) for one in sittings)):
-        raise InputError(f"{path}: Sittings must be a list of tables: {remedy} with --export.")
+        raise InputError(f"{path}: Sittings must be a list of tables: {remedy}.")
     try:
         design = checked_design(str(path), found["Design"])
         if design.task != files.task:
             raise InputError(f"{path}: the design is of {design.task}.")
     except InputError as error:
-        raise InputError(f"{str(error).rstrip('.')}; or {remedy} with --export.") from error
+        raise InputError(f"{str(error).rstrip('.')}; or {remedy}.") from error
     return found
 
 

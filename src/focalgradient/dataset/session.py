@@ -309,8 +309,8 @@ def _new(files: Files, stimuli: Path | Manifest | None) -> Manifest | None:
 
 def _taken(files: Files, there: Path) -> InputError:
     return InputError(
-        f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it "
-        "(--resume), or give a new session label (--session)."
+        f"{there} holds a session of sub-{files.participant} already, which is never overwritten: resume it, "
+        "or give a new session label."
     )
 
 
@@ -324,12 +324,10 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
     recorded = log.of("trial")
     done = [(event["phase"], event["trial"]) for event in recorded]
     if done != [(trial.phase, trial.trial) for trial in trials[: len(done)]]:
-        raise InputError(f"{files.journal} does not follow the order of its design: begin a new session (--session).")
+        raise InputError(f"{files.journal} does not follow the order of its design: begin a new session.")
     if len(done) == len(trials):
         make_table(files.journal)  # the end may have come between the last trial and the table
-        raise InputError(
-            f"{files.journal} is finished, all {len(trials)} trials: give a new session label (--session)."
-        )
+        raise InputError(f"{files.journal} is finished, all {len(trials)} trials: give a new session label.")
     began_with = log.head["stimuli"]
     manifest = check_stimuli(stimuli) if isinstance(stimuli, Path) else stimuli
     if (None if manifest is None else manifest.sha256) != began_with:

@@ -84,7 +84,7 @@ def refuse_overwriting(inputs: Iterable[str | os.PathLike[str]], outputs: Iterab
             if identity in read:
                 raise InputError(
                     f"{printable(path)} would be overwritten, but it is read ({printable(read[identity])}): "
-                    "choose another --out."
+                    "choose another place to write to."
                 )
 
 

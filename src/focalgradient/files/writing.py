@@ -242,7 +242,7 @@ def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path
         named = error.filename is not None and _HIDDEN.search(str(error.filename)) is None
         raise InputError(
             f"{printable(error.filename if named else summary.parent)} cannot be written "
-            f"({error.strerror or error}): {left}; make room on the disk or choose another --out, and run this again."
+            f"({error.strerror or error}): {left}; make room on the disk or choose another place, and run this again."
         ) from error
     except KeyboardInterrupt as stop:
         raise type(stop)(f"{left}.") from None

@@ -167,7 +167,7 @@ def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:
     found = log.head["versions"].get(WHO)
     if found != who or log.head["design"] != design.model_dump(mode="json"):
         what = f"observer {found or 'unknown'}" if found != who else "another design"
-        raise InputError(f"{files.journal} is of {what}, not of the simulated one ({who}): give another --out.")
+        raise InputError(f"{files.journal} is of {what}, not of the simulated one ({who}): give another folder.")
     whole = len(log.of("trial")) == len(design.trials(label))
     if whole and not files.table.exists():
         export(files.journal)

@@ -23,7 +23,7 @@ DepthUnit = Literal["m", "mm", "dioptres", "disparity"]
 """What the values of a depth file are: distances in metres or millimetres, vergence, or disparity in pixels."""
 
 NEAREST_M = 1e-6
-"""The least distance (m) that is a picture's: about a wavelength of light, as for --near and --focus."""
+"""The least distance (m) that is a picture's: about a wavelength of light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -136,7 +136,7 @@ class Targets(Table):
         if not found:
             raise InputError(
                 "no two views show the target at one distance and focus with different f-numbers, but the default "
-                "method is calibrated from such pairs: add them, or use --method edges."
+                'method is calibrated from such pairs: add them, or calibrate the method "edges".'
             )
         return found
 

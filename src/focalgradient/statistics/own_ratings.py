@@ -17,6 +17,8 @@ from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
     catch_trials,
+    columns_like,
+    conditions_like,
     few,
     found_columns,
     numbers,
@@ -148,10 +150,7 @@ def read_ratings(
     lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
     if "aperture_mm" not in table:
         if focal_length_mm is None:
-            notes.append(
-                f"The apertures’ diameters are for a lens of {lens:g} mm: state another with --focal-length "
-                "(focal_length_mm)."
-            )
+            notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
     return OwnRatings(rating_table(table), tuple(notes), tuple(problems))
@@ -169,7 +168,7 @@ def _long(
     wide = [name for name in others if _aperture_within(name, conditions)]
     if not wide:
         raise InputError(
-            f"{printable(path)} has no column of ratings: name it with --columns rating=NAME, or give each condition a "
+            f"{printable(path)} has no column of ratings: {columns_like('rating')}, or give each condition a "
             "column whose name holds its aperture, like near_f5.6."
         )
     parts, scenes = [], []
@@ -210,7 +209,7 @@ def _without_aperture(names: Sequence[str], conditions: Mapping[str, str]) -> li
         return []
     return [
         f"Columns that were left out: {few(lost)}. They name a fixation, but no aperture that is understood: where "
-        "they hold ratings, give the words' meaning with --conditions, as in blurred=f/5.6,clear=pinhole."
+        "they hold ratings, give the words' meaning (conditions), as in blurred=f/5.6,clear=pinhole."
     ]
 
 
@@ -247,7 +246,7 @@ def _checked_cells(
     for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
         if role not in table:
             raise InputError(
-                f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME, or add one that says "
+                f"{printable(path)} has no column for {role}: {columns_like(role)}, or add one that says "
                 f"{add} in each row."
             )
     table = answered(path, table, "rating", "rating", notes)
@@ -292,7 +291,7 @@ def _aperture(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str,
     if not 0 < number < math.inf:
         raise InputError(
             f"{_row(table, row)}: aperture is {printable(cell)!r}, but must be a pinhole or an f-number like f/5.6: "
-            "give its meaning with --conditions NAME=f/5.6."
+            f"{conditions_like('f/5.6')}."
         )
     return f"f/{number:g}"
 
@@ -304,8 +303,8 @@ def _fixation(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str,
         return text
     if fixed is None:
         raise InputError(
-            f"{_row(table, row)}: fixation is {printable(cell)!r}, but must be near or far: give its meaning with "
-            "--conditions NAME=near, or NAME=NAME for a fixation of your own."
+            f"{_row(table, row)}: fixation is {printable(cell)!r}, but must be near or far: "
+            f"{conditions_like('near')}, or its own name for a fixation of your own."
         )
     return fixed
 

@@ -17,6 +17,8 @@ from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
     catch_trials,
+    columns_like,
+    conditions_like,
     found_columns,
     numbers,
     place,
@@ -127,7 +129,7 @@ def read_reports(
     table = with_participants(path, table, notes)
     for role in ("percept", "gradient"):
         if role not in table:
-            raise InputError(f"{printable(path)} has no column for {role}: name it with --columns {role}=NAME.")
+            raise InputError(f"{printable(path)} has no column for {role}: {columns_like(role)}.")
     table = answered(path, table, "percept", "report", notes, ABSENT - {"none"})
     for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
         table[role] = _meant(table, role, known, words)
@@ -147,7 +149,7 @@ def _meant(table: pd.DataFrame, role: str, known: tuple[str, ...], words: Mappin
     if wrong.any():
         raise InputError(
             f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be one of "
-            f"{', '.join(known)}: give its meaning with --conditions NAME={known[0]}."
+            f"{', '.join(known)}: {conditions_like(known[0])}."
         )
     return meant
 
@@ -170,13 +172,12 @@ def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Trials, onsets and durations, each from the others where it is missing."""
     if "duration" not in table and not {"onset", "end"} <= set(table):
         raise InputError(
-            f"{printable(path)} has no column for duration: name it with --columns duration=NAME, or give onset and "
-            "end."
+            f"{printable(path)} has no column for duration: {columns_like('duration')}, or give onset and end."
         )
     if "onset" not in table and "trial" not in table:
         raise InputError(
-            f"{printable(path)} has no column for trial: name it with --columns trial=NAME, or give the onset of each "
-            "report within its trial."
+            f"{printable(path)} has no column for trial: {columns_like('trial')}, or give the onset of each report "
+            "within its trial."
         )
     for role in ("onset", "duration", "end"):
         if role in table:

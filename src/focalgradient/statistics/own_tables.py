@@ -19,6 +19,8 @@ __all__ = [
     "PARTICIPANT",
     "answered",
     "catch_trials",
+    "columns_like",
+    "conditions_like",
     "few",
     "found_columns",
     "numbers",
@@ -37,6 +39,16 @@ TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no":
 
 PARTICIPANT = ("participant", "subject", "subj", "id", "observer")
 """Names by which the column of participants is found."""
+
+
+def columns_like(role: str) -> str:
+    """How to name the column of a role, in the words of `read_ratings` and `read_reports`."""
+    return f'name it with columns={{"{role}": "NAME"}}'
+
+
+def conditions_like(meaning: str) -> str:
+    """How to give the meaning of a word."""
+    return f'give its meaning with conditions={{"NAME": "{meaning}"}}'
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -111,7 +123,7 @@ def found_columns(
 def with_participants(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """The table with the participants' names trimmed; a missing column or name is an error."""
     if "participant_id" not in table:
-        raise InputError(f"{printable(path)} has no column for participant: name it with --columns participant=NAME.")
+        raise InputError(f"{printable(path)} has no column for participant: {columns_like('participant')}.")
     if any(table["participant_id"] != table["participant_id"].str.strip()):
         notes.append("Spaces at the ends of participants’ names were removed.")
     for role in ("participant_id", "session", "scene"):

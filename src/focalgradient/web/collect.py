@@ -95,12 +95,14 @@ class _Study:
         if isinstance(self.design, DepthRatingDesign):
             texts.check(self.design)
             if stimuli is None:
-                raise InputError("depth rating shows pictures: give --stimuli the folder that the study was made with.")
+                raise InputError(
+                    "depth rating shows pictures: give the folder of pictures that the study was made with."
+                )
             self.manifest = check_stimuli(stimuli)
             self.pictures = read_set(stimuli)
         if first.stimuli != (self.manifest and self.manifest.sha256):
             raise InputError(
-                f"session {first.session} was shown other pictures than those of {stimuli}: give --stimuli the folder "
+                f"session {first.session} was shown other pictures than those of {stimuli}: give the folder "
                 "that the study was made with."
             )
 

@@ -83,16 +83,16 @@ def export(
             bundle.rename(folder)
     except OSError as error:
         raise InputError(
-            f"{printable(folder)} cannot be written ({error.strerror or error}): give --export a folder that can."
+            f"{printable(folder)} cannot be written ({error.strerror or error}): give a folder that can."
         ) from error
     return len(shown)
 
 
 def _check_free(folder: Path) -> None:
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise InputError(f"{printable(folder)} is there and no folder: give --export a new folder.")
+        raise InputError(f"{printable(folder)} is there and no folder: give a new folder.")
     if folder.is_dir() and any(folder.iterdir()):
-        raise InputError(f"{printable(folder)} holds files: give --export a new or an empty folder.")
+        raise InputError(f"{printable(folder)} holds files: give a new or an empty folder.")
 
 
 def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:

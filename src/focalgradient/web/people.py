@@ -165,10 +165,10 @@ class People(Roster):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
         except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror}): give --links a place that can.") from error
+            raise InputError(f"{path} cannot be written ({error.strerror}): give another place.") from error
         try:
             if not try_lock(self._file, path):
-                raise InputError(f"another server uses {path}: end it, or give --links another file.")
+                raise InputError(f"another server uses {path}: end it, or give the links another file.")
             self._read(read_bytes(path, "the links of a server"))
         except BaseException:
             os.close(self._file)
@@ -192,7 +192,7 @@ class People(Roster):
                 self._stopped.add(participant)
             case _:
                 raise InputError(
-                    f"{self._path}, line {number}, is no link: give --links a file of 'focalgradient serve'."
+                    f"{self._path}, line {number}, is no link: give a file of links of 'focalgradient serve'."
                 )
 
     def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:

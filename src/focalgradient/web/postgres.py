@@ -275,7 +275,7 @@ def collect_store(address: str, root: Path) -> dict[str, int]:
     with _opening(address) as database:
         with database.transaction() as connection:
             if connection.execute("select to_regclass('journals')").fetchone() == (None,):
-                raise InputError("the store holds no study: give the --store of 'focalgradient serve'.")
+                raise InputError("the store holds no study: give the store of 'focalgradient serve'.")
             added = _exported(connection, root)
         database.close()
     return added
@@ -296,7 +296,7 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
             continue
         old = _lines(_read(files.journal))
         if old[: len(new)] != new[: len(old)]:
-            raise InputError(f"{files.journal} holds something else than the store: give --data a folder of its own.")
+            raise InputError(f"{files.journal} holds something else than the store: give a folder of its own.")
         if added_lines := max(len(new) - len(old), 0):
             with writing(root):
                 make_folder(files.journal.parent)
