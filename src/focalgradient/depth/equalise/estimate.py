@@ -7,6 +7,7 @@ fits best is taken; pixels whose views contradict each other at every depth are 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -288,21 +289,11 @@ def _by_tiles(
         splits.append(robust.split)
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
-            rest = (
-                partial(_read_again, robust),
-                informative_nodes(robust.nodes),
-                robust.agrees,
-                blurs.radius,
-                levels_per_pixel,
-                robust.scale,
-                views.images,
-                robust.split.tau,
-            )
-            outlines = find_outlines(equalised, robust.nodes, *rest)
+            outlines = _outlines(equalised, robust, views.images, blurs, levels_per_pixel)
             if outlines is not None:
                 ends = ends or Outlines.none(registered.shape)
                 ends.fill(tile, outlines)
-            del rest, outlines
+            del outlines
         if number + 1 < len(parts):
             del equalised, robust, args  # before the next tile's are made
     nodes = join_nodes(found, registered.shape, step)
@@ -318,6 +309,24 @@ def _by_tiles(
     nodes = equalised.beside_jumps(nodes)
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     return _Frame(equalised.part(slice(0), slice(0)), nodes, curved, agrees, split, noise_sd, law, ends)
+
+
+def _outlines(
+    equalised: Equalised, robust: _Robust, images: Sequence[Image], blurs: Blurs, levels_per_pixel: float
+) -> Outlines | None:
+    """Outlines of a tile, and depth about them; None where there are none."""
+    return find_outlines(
+        equalised,
+        robust.nodes,
+        partial(_read_again, robust),
+        informative_nodes(robust.nodes),
+        robust.agrees,
+        blurs.radius,
+        levels_per_pixel,
+        robust.scale,
+        images,
+        robust.split.tau,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
