@@ -123,7 +123,17 @@ class Files:
 
 
 def journals(root: Path) -> Iterator[Path]:
-    """All journals of a data set, in order of name."""
+    """All journals of a data set, in order of name.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> from focalgradient.observers import simulate
+    >>> with TemporaryDirectory() as folder:
+    ...     root = Path(folder, "data")
+    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
+    ...     [path.name for path in journals(root)][0]
+    'sub-01_task-blurthreshold_beh.jsonl'
+    """
     yield from sorted(Path(root, "sourcedata").rglob("sub-*_beh.jsonl"))
 
 

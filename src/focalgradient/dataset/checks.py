@@ -87,6 +87,17 @@ def validate(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     ------
     InputError
         If the folder holds no data set, or a worker does not see it.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> from focalgradient.observers import simulate
+    >>> with TemporaryDirectory() as folder:
+    ...     root = Path(folder, "data")
+    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
+    ...     validate(root).problems
+    ()
     """
     return checking(root, stimuli, executor=executor)()
 

@@ -191,6 +191,18 @@ def withdraw(root: Path, participant: str) -> list[Path]:
     ------
     InputError
         If there is no such participant, a session of theirs is being recorded, or something cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> from focalgradient.observers import simulate
+    >>> with TemporaryDirectory() as folder:
+    ...     root = Path(folder, "data")
+    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
+    ...     gone = withdraw(root, "01")
+    >>> [path.name for path in gone]
+    ['sub-01', 'sub-01', 'participants.tsv']
     """
     label = participant.removeprefix("sub-")
     Files(root, "necker", label)  # refuses what is no label

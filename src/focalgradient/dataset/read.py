@@ -247,6 +247,18 @@ def read_dataset(
     ------
     InputError
         If the folder holds no data set, or a table is not what it should be: file and row are named.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> from focalgradient.observers import simulate
+    >>> with TemporaryDirectory() as folder:
+    ...     root = Path(folder, "data")
+    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
+    ...     found = read_dataset(root)
+    >>> len(found.blur_threshold), found.blur_threshold["level"].max() > 0
+    (132, np.True_)
     """
     root = Path(root)
     read_description(root)

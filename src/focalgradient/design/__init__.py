@@ -106,6 +106,16 @@ def load_design(path: str | os.PathLike[str]) -> Design:
     ------
     InputError
         If it cannot be read, is not TOML, has unknown or wrong keys, or asks for what cannot be run.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "own.toml").write_text(design_text("depth-rating"))
+    ...     design = load_design(Path(folder, "own.toml"))
+    >>> design.task, len(design.trials("01", "1"))
+    ('depthrating', 204)
     """
     return check_design(str(path), read_toml(Path(path)))
 

@@ -113,7 +113,7 @@ def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
 
 
 def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
-    """Read a table of Zernike coefficients.
+    r"""Read a table of Zernike coefficients.
 
     Lines of one number (the coefficients in the OSA's order, from piston on), of two (OSA index, coefficient) or of
     three (n, m, coefficient); separated by commas, semicolons, tabs or spaces. A heading, empty lines and lines that
@@ -128,6 +128,16 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     ------
     InputError
         If the file cannot be read, or a line is none of these.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "eye.csv").write_text("n,m,um\n2,0,0.3\n4,0,0.05\n")
+    ...     coefficients = read_zernike(Path(folder, "eye.csv"))
+    >>> coefficients[4], coefficients[12]
+    (0.3, 0.05)
     """
     lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients").splitlines()]
     rows: list[list[float]] = []

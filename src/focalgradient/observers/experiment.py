@@ -116,6 +116,14 @@ def simulate(
     ------
     InputError
         If there is no observer of that name, or the folder holds something else, or other observers.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> with TemporaryDirectory() as folder:
+    ...     simulate(BlurThresholdDesign(), Path(folder, "data"), observers=2, seed=1)
+    2
     """
     one = observer_named(observer)
     if one.categories and isinstance(design, DepthRatingDesign) and design.scale == "ratio":

@@ -136,6 +136,16 @@ def read_photograph(
     FocalGradientWarning
         If more than 0.1 % of the pixels are saturated, or any is NaN or infinite: `Photograph.mask` leaves them out;
         and if it is a JPEG of less than about quality 90.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     np.save(Path(folder, "ramp.npy"), np.linspace(0.1, 0.9, 24).reshape(4, 6))
+    ...     photograph = read_photograph(Path(folder, "ramp.npy"))
+    >>> photograph.luminance.shape, round(float(photograph.luminance[-1, -1]), 3)
+    ((4, 6), 0.9)
     """
     path = Path(path)
     pixels, encoding, assumed = read_pixels(path, encoding)

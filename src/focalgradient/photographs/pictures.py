@@ -73,6 +73,15 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     -----
     FocalGradientWarning
         If it is read as sRGB but has another colour profile, which is not applied.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     np.save(Path(folder, "grey.npy"), np.full((4, 6), 0.5))
+    ...     picture = read_picture(Path(folder, "grey.npy"))
+    >>> picture.light.shape, float(picture.light[0, 0])
+    ((4, 6), 0.5)
     """
     if path.suffix.lower() == ".exr":
         pixels, encoding = _read_exr(path), encoding or "linear"
@@ -135,6 +144,15 @@ def read_distances(
     -----
     FocalGradientWarning
         If holes were filled.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     np.save(Path(folder, "depth.npy"), np.full((4, 6), 2500.0))
+    ...     depth = read_distances(Path(folder, "depth.npy"), "mm")
+    >>> float(depth.metres[0, 0])
+    2.5
     """
     if unit != "disparity" and (baseline is not None or offset):
         raise InputError(f"baseline and offset are for disparity, but {printable(path)} holds {unit}: leave them out.")

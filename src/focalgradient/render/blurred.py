@@ -168,6 +168,14 @@ def blur_scene(
     -----
     Behind an outline lies what the scene shows without the object in front. What two outlines hide at one place is
     left out.
+
+    Examples
+    --------
+    >>> from focalgradient.optics import Lens
+    >>> from focalgradient.scenes import plane
+    >>> image, distance = blur_scene([(1.0, plane(2.0))], Lens(0.05, 2.0, 1.0), (32, 32), pixel_angle=1e-4)
+    >>> image.shape, float(distance[0, 0])
+    ((32, 32), 2.0)
     """
     for _, scene in scenes:
         check_scene(scene)

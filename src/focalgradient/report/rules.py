@@ -59,12 +59,21 @@ class Stated:
 
 
 def load_rules(path: Path) -> Stated:
-    """Read rules from a TOML file: keys are the fields of `Rules`, and `bound`; `false` switches a rule off.
+    r"""Read rules from a TOML file: keys are the fields of `Rules`, and `bound`; `false` switches a rule off.
 
     Raises
     ------
     InputError
         If the file cannot be read, or a key is unknown or out of range: it is named.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "rules.toml").write_text("bound = 1.2\n")
+    ...     stated = load_rules(Path(folder, "rules.toml"))
+    >>> stated.bound
+    1.2
     """
     found = read_toml(path, "a file of rules")
     digest = hashlib.sha256(read_bytes(path, "a file of rules")).hexdigest()
