@@ -41,7 +41,6 @@ SCENES, REPETITIONS = 6, 2
 SPREAD = 1.0  # standard deviation of rises and of levels over subjects, log odds
 CUTS = np.linspace(-3.0, 3.0, 6)  # between the seven steps
 SUBJECTS = (4, 6, 10, 20)
-MEANS = (0.0, 1.0)
 DIFFERENCES = ("normal", "skewed")
 SCENE_SD = (0.0, 0.5)
 

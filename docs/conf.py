@@ -68,6 +68,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "write_computation_times": False,  # a page that loads a script from elsewhere
     "remove_config_comments": True,
+    "ignore_repr_types": r"matplotlib",  # what draws legends and axes also returns them
 }
 
 warnings.filterwarnings("ignore", message=".*Matplotlib is currently using agg.*")
