@@ -147,17 +147,17 @@ def band_errors(sigma: float, noise: float = 0.01, tries: int = 4) -> dict[str, 
     size = (384, 384)
     down, right = np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1])
     frequency = np.hypot(down, right)
-    frequency[0, 0] = np.inf
+    natural = np.where((frequency > 0) & (frequency <= 0.5), 1 / np.maximum(frequency, 1e-9), 0)
     found: dict[str, list[tuple[float, float]]] = {}
     for seed in range(tries):
         random = np.random.default_rng(seed)
-        spectrum = np.fft.rfft2(random.standard_normal(size)) / frequency * (frequency <= 0.5)
+        spectrum = np.fft.rfft2(random.standard_normal(size)) * natural
         scale = 0.2 / np.fft.irfft2(spectrum, size).std()
         images = []
         for lens in lenses:
             gain = transfer(frequency, defocus * lens.aperture_diameter / 2 / PIXEL, "gaussian")
-            gain = np.where(np.isinf(frequency), 1, gain) * pixel_transfer(down, right)
-            image = 1 + scale * np.fft.irfft2(spectrum * gain, size) + noise * random.standard_normal(size)
+            seen = spectrum * gain * pixel_transfer(down, right)
+            image = 1 + scale * np.fft.irfft2(seen, size) + noise * random.standard_normal(size)
             images.append(image.astype(np.float32))
         for bands in ((1,), (2,), (4,), (8,), (1, 2, 4, 8)):
             table = DisparityTable.of(lenses, PIXEL, psf="gaussian", bands=bands)
