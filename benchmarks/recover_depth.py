@@ -63,8 +63,8 @@ def gaussian_wall(distance: float, shape: tuple[int, int]) -> Trial:
     pixel = 8e-6 / APERTURES[0].sensor_distance
     size = [n + 128 for n in shape]  # wider than the frame, so that nothing wraps into it
     frequency = np.hypot(np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1]))
-    frequency[0, 0] = np.inf
-    spectrum = np.fft.rfft2(np.random.default_rng(1).standard_normal(size)) / frequency
+    spectrum = np.fft.rfft2(np.random.default_rng(1).standard_normal(size))
+    spectrum *= np.where(frequency > 0, 1 / np.maximum(frequency, 1e-9), 0)
     scale = 0.2 / np.fft.irfft2(spectrum, size).std()
     views = []
     for seed, lens in enumerate(APERTURES, 2):
