@@ -11,6 +11,7 @@ from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import energies
 from focalgradient.depth.ratio.covariance import MODEL_ERROR
+from focalgradient.depth.ratio.disparity import _beyond_chance as beyond_chance
 from focalgradient.depth.ratio.disparity import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
 from focalgradient.depth.search import Search
@@ -234,6 +235,18 @@ def test_slanted_plane() -> None:
     # Which view is the sharper is known from the optics, not by the order.
     swapped = recover_depth(views[::-1], near=0.85, method="ratio")
     np.testing.assert_allclose(swapped.vergence[depth.valid], depth.vergence[depth.valid], atol=0.02)
+
+
+def test_what_bands_differ_by_beyond_chance_widens_the_uncertainty() -> None:
+    """A texture twice as coarse as the model's: 79 % lay within two standard deviations."""
+    views, truth = rendered(0.9, 2.2, 0.002, Texture(texel=0.6e-3, projected=True))
+    depth = recover_depth(views, near=0.85, method="ratio")
+    off = np.abs(depth.vergence - 1 / truth)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert depth.valid.mean() > 0.9
+    assert np.mean(off < 2) > 0.88
+    chance = np.random.default_rng(0).chisquare(6, 10_000).astype(np.float32)
+    assert beyond_chance(chance / 3, 6) == 1
+    assert beyond_chance(8 * chance, 6) == pytest.approx(4, rel=0.03)
 
 
 @pytest.mark.parametrize("texture", [Texture(texel=0.6e-3, projected=True), Texture(texel=0.3e-3, contrast=0.1)])
