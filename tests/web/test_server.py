@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,23 @@ def test_an_answer_that_comes_again_is_recorded_once(client: TestClient, tmp_pat
     assert someone.answer(2).status_code == 409  # out of order
     assert someone.answer(0, phase="main", trial=999).status_code == 400
     assert len(read_journal(journal(tmp_path)).of("trial")) == 1
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)  # a database commits what was added at once
+def test_the_disk_is_waited_for_once_an_answer(
+    client: TestClient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    someone = Participant(client)
+    someone.begin()
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
+    for number in range(len(someone.trials)):
+        assert someone.answer(number).json()["recorded"]
+        assert len(synced) == number + 1
+        assert synced[-1] == journal(tmp_path).stat().st_size
+    assert len(read_journal(journal(tmp_path)).of("note")) == 1 + len(
+        someone.trials
+    )  # the sitting, each trial's frames
 
 
 def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> None:

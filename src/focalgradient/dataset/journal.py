@@ -189,16 +189,16 @@ class Journal:
         """Go on after what was read, which ends in a whole line, in the same sitting."""
         self._durable, self._last = durable, log.last
 
-    def write(self, event: Mapping[str, Any]) -> None:
-        """Add a line, and come back when it is safe.
+    def write(self, *events: Mapping[str, Any]) -> None:
+        """Add a line for each event, and come back when all are safe: however many, the disk is waited for once.
 
         Raises
         ------
         InputError
             If it cannot be written, as on a full disk.
         """
-        line, last = _line(event, self._last)
-        rest = memoryview(line)
+        lines, last = _lines(events, self._last)
+        rest = memoryview(lines)
         try:
             with writing(self.path):
                 while rest:
@@ -249,13 +249,18 @@ def _line(event: Mapping[str, Any], before: str) -> tuple[bytes, str]:
     return body[:-1] + f', "chain": ["{before}", "{own}"]}}\n'.encode(), own
 
 
-def whole_lines(events: Iterable[Mapping[str, Any]]) -> bytes:
-    """Lines of a journal that holds these events from its beginning."""
-    lines, last = [], ""
+def _lines(events: Iterable[Mapping[str, Any]], last: str) -> tuple[bytes, str]:
+    """Lines of a journal after one of digest `last`, and the digest of the last of them."""
+    lines = []
     for event in events:
         line, last = _line(event, last)
         lines.append(line)
-    return b"".join(lines)
+    return b"".join(lines), last
+
+
+def whole_lines(events: Iterable[Mapping[str, Any]]) -> bytes:
+    """Lines of a journal that holds these events from its beginning."""
+    return _lines(events, "")[0]
 
 
 def _digest(before: str, body: bytes) -> str:

@@ -245,10 +245,13 @@ class Session:
         """The trials recorded so far with their answers, in order, from which an adaptive procedure is replayed."""
         return tuple(self._recorded)
 
-    def record(self, trial: Trial, answer: Answer, **noted: Any) -> None:
+    def record(
+        self, trial: Trial, answer: Answer, *, notes: Sequence[tuple[str, Mapping[str, Any]]] = (), **noted: Any
+    ) -> None:
         """Write what was answered in the next trial, and come back when it is safe.
 
-        What is `noted` beside it, as the times of a second clock, stays in the journal.
+        What is `noted` beside it, as the times of a second clock, stays in the journal. So do `notes`, each a kind
+        and its content: they are written before it as `note` would write them, but the disk is waited for once.
 
         Raises
         ------
@@ -257,7 +260,7 @@ class Session:
         """
         self.check_answer(trial, answer)
         event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}
-        self._journal.write(event)
+        self._journal.write(*(_note(kind, about) for kind, about in notes), event)
         self._recorded.append(event)
 
     def check_answer(self, trial: Trial, answer: Answer) -> None:
@@ -288,7 +291,7 @@ class Session:
 
     def note(self, kind: str, **content: Any) -> None:
         """Write down something else that happened, as a break or a marker sent; it stays in the journal."""
-        self._journal.write({"event": "note", "kind": kind, **content})
+        self._journal.write(_note(kind, content))
 
     def __enter__(self) -> Session:
         return self
@@ -340,6 +343,10 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
 
 def _folder_of(stimuli: Path | Manifest | None) -> str:
     return str(stimuli) if isinstance(stimuli, Path) else "no folder" if stimuli is None else "another manifest"
+
+
+def _note(kind: str, content: Mapping[str, Any]) -> Event:
+    return {"event": "note", "kind": kind, **content}
 
 
 def _event(event: str, apparatus: Apparatus, at: datetime | None, **content: Any) -> Event:

@@ -115,10 +115,8 @@ def record(session: Session, pictures: StimulusSet | None, given: Answer) -> dic
             content = {"round": found.round, "trial": asdict(shown), "answer": asdict(repeated)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
-    for kind, about in notes:
-        session.note(kind, **about)
-    session.note("frames", phase=given.phase, trial=given.trial, **frames)
-    session.record(trial, answer, attempt=given.attempt)
+    notes.append(("frames", {"phase": given.phase, "trial": given.trial, **frames}))
+    session.record(trial, answer, notes=notes, attempt=given.attempt)
     return frames
 
 
