@@ -30,8 +30,3 @@ def step(sigma: float, contrast: float = 0.5, at: float = 0.0) -> Profile:
 def bar(sigma: float, width: float, contrast: float = 0.5) -> Profile:
     """A bright bar, blurred by a Gaussian."""
     return lambda x: 0.5 + contrast * (ndtr((x + width / 2) / sigma) - ndtr((x - width / 2) / sigma))
-
-
-def bound(sigma: float, contrast: float, noise: float, length: float = 16.0) -> float:
-    """Least standard deviation of sigma from `length` rows of a step whose levels and place are known (Cramer-Rao)."""
-    return sigma * 2 * np.pi**0.25 * noise / contrast / np.sqrt(length * sigma)

@@ -30,7 +30,7 @@ def stack(*vergences: float, f_number: float = 4) -> list[Lens]:
     width=st.floats(0.2, 1.0),
     height=st.floats(1e-6, 1e6),
 )
-def test_blur_that_is_even_about_focus_is_read_exactly(
+def test_the_peak_of_blur_that_is_even_about_focus_is_exact(
     steps: list[float], place: float, width: float, height: float
 ) -> None:
     """Sharpness as 1 / (s^2 + sigma^2)^2, at settings of any spacing."""
@@ -78,7 +78,7 @@ def test_needs_no_model_of_blur(psf: str) -> None:
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.4, rel=2e-3)
 
 
-def test_what_lies_beyond_the_stack_is_refused() -> None:
+def test_what_lies_beyond_the_stack_is_rejected() -> None:
     lenses = stack(0.6, 0.8, 1.0, 1.2)
     assert recover_depth(wall(lenses, 2.5), method="autofocus").valid.mean() < 0.02
     assert recover_depth(wall(lenses, 0.7), method="autofocus").valid.mean() < 0.02
@@ -88,7 +88,7 @@ def test_what_lies_beyond_the_stack_is_refused() -> None:
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / 0.63, rel=5e-3)
 
 
-def test_what_has_no_texture_is_refused() -> None:
+def test_what_has_no_texture_is_rejected() -> None:
     field = texture(0)
     field[:, 256:] = 1.0  # the frame's right half
     depth = recover_depth(wall(stack(0.5, 0.65, 0.8, 0.95), 1.4, field=field), method="autofocus")

@@ -1,4 +1,4 @@
-"""The internal check: pairs that tell their depth, and a false-alarm rate that is the one asked for."""
+"""The internal check: pairs whose depth is estimated, and a false-alarm rate that is the one asked for."""
 
 from dataclasses import replace
 from typing import Any
@@ -53,7 +53,7 @@ def test_false_alarms_are_as_many_as_asked_for() -> None:
     assert np.mean(statistic > stats.chi2.isf(0.01, 1)) <= 0.03
 
 
-def test_contradiction_is_found_and_refused(views: list[View]) -> None:
+def test_contradiction_is_found_and_rejected(views: list[View]) -> None:
     """The third view is of a wall nearer by a third: no depth explains all three."""
     other = wall(LENSES, 1.5, psf="gaussian")[2]
     mixed = [*views[:2], replace(other, optics=LENSES[2])]

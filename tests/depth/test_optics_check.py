@@ -5,14 +5,10 @@ import warnings
 
 import numpy as np
 import pytest
-from blurred import PIXEL, SHAPE, TILE, Camera, wall
+from blurred import PIXEL, SHAPE, TILE, Camera, lens, wall
 
-from focalgradient import Lens, View, recover_depth
+from focalgradient import View, recover_depth
 from focalgradient.psf import transfer
-
-
-def lens(f_number: float, focus: float = 0.85) -> Lens:
-    return Lens(0.025, f_number, focus)
 
 
 def slant(lenses, low, high, psf="disc", k=0.5):

@@ -148,7 +148,7 @@ def test_detail_tells_sharp_from_blurred() -> None:
 
 
 @pytest.mark.parametrize("sd", [0.5, 3.0])
-def test_noise_is_read_in_the_emptiest_squares(sd: float) -> None:
+def test_noise_is_estimated_in_the_emptiest_squares(sd: float) -> None:
     random = np.random.default_rng(5)
     image = 100 + sd * random.standard_normal((320, 320))
     image[:, :200] += 20 * random.standard_normal((320, 200))
@@ -292,14 +292,14 @@ def test_nearer_than_focus_by_the_limits() -> None:
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.2, rel=0.03)
 
 
-def test_two_views_through_one_aperture_read_as_focus_or_are_refused() -> None:
+def test_two_views_through_one_aperture_are_estimated_near_focus() -> None:
     views = wall([lens(16), lens(16)], 1.4, noise=0.003)
     stated = [views[0], View(views[1].image, lens(5.6), PIXEL)]
     depth = recover_depth(stated, near=0.85, method="ratio")
     assert np.median(depth.distance[depth.valid]) < 0.9
 
 
-def test_a_view_sharper_than_the_optics_allow_is_refused() -> None:
+def test_a_view_sharper_than_the_optics_allow_is_rejected() -> None:
     views = wall(LENSES, 1.4, noise=0.003)
     swapped = [View(one.image, other.optics, PIXEL) for one, other in zip(views, views[::-1], strict=True)]
     assert recover_depth(swapped, near=0.85, method="ratio").valid.mean() < 0.05

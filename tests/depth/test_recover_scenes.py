@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from blurred import lens
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.render import Rendered, cast, noisy
@@ -11,10 +12,6 @@ SHAPE = (240, 320)
 SEEDS = range(3)
 PITCH = 8e-6
 REGION = np.s_[75:165, 105:215]
-
-
-def lens(f_number: float, focus: float = 0.85) -> Lens:
-    return Lens(focal_length=0.025, f_number=f_number, focus_distance=focus)
 
 
 def rendered(
@@ -80,7 +77,7 @@ def three() -> tuple[list[View], np.ndarray]:
 
 
 @pytest.mark.parametrize("replaced", [0, 1, 2])
-def test_a_view_of_another_scene_is_refused(replaced: int, three: tuple[list[View], np.ndarray]) -> None:
+def test_a_view_of_another_scene_is_rejected(replaced: int, three: tuple[list[View], np.ndarray]) -> None:
     """The paper's internal check (Eq. 11): three views overdetermine depth."""
     views, truth = list(three[0]), three[1]
     other = rendered([views[replaced].optics], 0.9, 2.2, seed=7)[0][0]
@@ -98,7 +95,7 @@ def test_a_view_of_another_scene_is_refused(replaced: int, three: tuple[list[Vie
 
 @pytest.mark.parametrize("false_alarm", [1e-3, 0.02])
 def test_false_alarms_are_as_rare_as_stated(false_alarm: float, three: tuple[list[View], np.ndarray]) -> None:
-    """Refusals come in clumps as large as the squares that are tested, 25 pixels: hence the tolerance."""
+    """Rejected pixels come in clumps as large as the squares that are tested, 25 pixels: hence the tolerance."""
     rejected = recover_depth(three[0], near=0.85, false_alarm=false_alarm).details["share_disagreeing"]
     pixels = SHAPE[0] * SHAPE[1]
     assert rejected <= false_alarm + 4 * np.sqrt(25 * false_alarm / pixels)

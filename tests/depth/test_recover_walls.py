@@ -90,7 +90,7 @@ def test_unbiased_with_the_uncertainty_stated(
 
 
 @pytest.mark.parametrize("distance", [0.7, 1.0, 1.6])
-def test_what_two_depths_explain_alike_is_refused(distance: float) -> None:
+def test_what_two_depths_explain_alike_is_rejected(distance: float) -> None:
     """Gaussians tell only the difference of two variances: with aperture and focus both changed, two depths have it."""
     depth = recover_depth(wall([lens(4, 1.25), lens(11, 0.8)], distance, psf="gaussian"), psf="gaussian")
     wrong = depth.valid & (np.abs(depth.vergence - 1 / distance) > 4 * depth.vergence_sd)
@@ -306,7 +306,7 @@ def test_exposures_are_measured() -> None:
 
 @pytest.mark.filterwarnings("ignore:view 2 is displaced")  # 32 pixels do not tell 1 % of scale
 @pytest.mark.parametrize("shape", [(32, 32), (33, 40), (48, 48), (40, 200)])
-def test_small_frames_are_read(shape: tuple[int, int]) -> None:
+def test_depth_of_small_frames_is_estimated(shape: tuple[int, int]) -> None:
     """Few frequencies fall on a small frame's spectrum, and none at many radii."""
     views = [replace(view, image=view.image[: shape[0], : shape[1]]) for view in wall([lens(16), lens(5.6)], 1.2)]
     depth = recover_depth(views, near=0.85)

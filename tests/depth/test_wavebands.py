@@ -44,7 +44,7 @@ def views(*optics: Tinted, noise: float = 0.0, vergence: float = 1.3, mix: float
     return seen
 
 
-def test_optics_own_disc_reads_as_the_disc() -> None:
+def test_optics_own_disc_gives_the_depth_of_the_disc() -> None:
     pair = views(Tinted(1.0), Tinted(1.6), noise=0.01)
     own, disc = (recover_depth(pair, psf=psf) for psf in ("optics", "disc"))
     assert np.array_equal(own.vergence, disc.vergence)

@@ -61,7 +61,7 @@ def test_at_the_display_the_scene_itself_is_to_be_shown() -> None:
     assert max(one.scene_shown) > 3 * max(one.residual)
 
 
-@pytest.mark.parametrize(("screen", "said"), [(0.0, "screen"), (-1.0, "screen"), (np.nan, "screen")])
-def test_bad_input(screen: float, said: str) -> None:
-    with pytest.raises(InputError, match=said):
+@pytest.mark.parametrize("screen", [0.0, -1.0, np.nan])
+def test_bad_input(screen: float) -> None:
+    with pytest.raises(InputError, match="screen"):
         chromatic_stimulus(np.ones((8, 8, 3)), np.ones((8, 8)), EYE, screen=screen, pixel_angle=PIXEL)

@@ -26,7 +26,7 @@ FRAME = (256, 256)
 PAIR = (0.125, 0.375)
 
 
-def read(rendered, fixation: float = EYE.accommodation, clear: float = 0.1, **asked) -> dict[str, float]:
+def scored(rendered, fixation: float = EYE.accommodation, clear: float = 0.1, **asked) -> dict[str, float]:
     depth = recover_depth([one.view for one in rendered], psf="optics", **asked)
     return score(depth.vergence, depth.valid, rendered[0].distance, fixation, clear) | depth.details
 
@@ -34,7 +34,7 @@ def read(rendered, fixation: float = EYE.accommodation, clear: float = 0.1, **as
 @pytest.mark.parametrize("beyond", [-1.5, -0.5, 0.2, 1.5])
 def test_bands_of_equal_contrast_tell_depth_and_its_side(beyond: float) -> None:
     """Without noise: error up to 0.05 D and the side right in 99 %, within 1.5 D."""
-    found = read(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, seed=3))
+    found = scored(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, seed=3))
     assert found["median_error_D"] < 0.01
     assert found["rms_error_D"] < 0.05
     assert found["side_right"] >= 0.99
@@ -45,7 +45,7 @@ def test_bands_of_equal_contrast_tell_depth_and_its_side(beyond: float) -> None:
 @pytest.mark.parametrize("beyond", [-1.0, -0.3, 0.15, 0.8])
 def test_bands_that_share_most_of_their_texture(beyond: float) -> None:
     """Textures correlated at 0.95, S cut at 10 cycles/degree, 1 % noise: 0.05 D at the median, side right in 97 %."""
-    found = read(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.95, noise=0.01, seed=3))
+    found = scored(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.95, noise=0.01, seed=3))
     assert found["median_error_D"] < 0.05
     assert found["side_right"] >= 0.97
     assert found["valid"] > 0.1
@@ -57,14 +57,14 @@ def test_bands_that_share_most_of_their_texture(beyond: float) -> None:
 @pytest.mark.parametrize("beyond", [1.0, 1.5])
 def test_bands_blurred_too_much_to_share_anything_are_rejected(beyond: float, seed: int) -> None:
     """What few places would claim there is wrong by up to 0.75 D, or right (seed 3 at 1 D); no view shows which."""
-    found = read(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.95, noise=0.01, seed=seed))
+    found = scored(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.95, noise=0.01, seed=seed))
     assert found["share_of_texture_explained"] < 0.5
     assert found["valid"] == 0
 
 
 def test_what_bands_share_is_measured() -> None:
     for correlation, gain in ((0.98, 1.0), (0.9, 0.8)):
-        found = read(band_views(1 / 2.4, EYE, FRAME, PIXEL, correlation=correlation, gain=gain, noise=0.01, seed=5))[
+        found = scored(band_views(1 / 2.4, EYE, FRAME, PIXEL, correlation=correlation, gain=gain, noise=0.01, seed=5))[
             "shared_texture"
         ]["S"]
         assert found["correlation"] == pytest.approx(correlation, abs=0.03)
@@ -93,7 +93,7 @@ def test_uncertainty_covers_what_bands_do_not_share() -> None:
 @pytest.mark.parametrize("beyond", [-1.5, -0.3, 0.12, 1.5])
 def test_two_moments_half_a_dioptre_apart(beyond: float) -> None:
     """1 % noise: 0.02 D at the median, and the side right in 99 % beyond 0.1 D."""
-    found = read(accommodation_views(1 / (2 - beyond), EYE, PAIR, Oscillation(), FRAME, PIXEL, noise=0.01, seed=3))
+    found = scored(accommodation_views(1 / (2 - beyond), EYE, PAIR, Oscillation(), FRAME, PIXEL, noise=0.01, seed=3))
     assert found["median_error_D"] < 0.02
     assert found["side_right"] >= 0.99
     assert found["valid"] > 0.5
@@ -106,7 +106,7 @@ def test_more_moments_tell_more() -> None:
     errors = []
     for seed in (1, 2):
         rendered = accommodation_views(1 / 1.7, EYE, times.tolist(), course, (160, 160), PIXEL, noise=0.02, seed=seed)
-        errors.append([read(rendered[:number])["rms_error_D"] for number in (2, 6)])
+        errors.append([scored(rendered[:number])["rms_error_D"] for number in (2, 6)])
     pair, series = np.mean(errors, axis=0)
     assert series < pair
 
@@ -115,7 +115,7 @@ def test_more_moments_tell_more() -> None:
 def test_photons_of_a_lit_room(beyond: float) -> None:
     """100 cd/m^2, natural colours (correlated at 0.91): the side right in 90 % beyond 0.3 D."""
     noise = Photons(luminance=100.0)
-    found = read(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.91, noise=noise, seed=3), clear=0.3)
+    found = scored(band_views(1 / (2 - beyond), EYE, FRAME, PIXEL, correlation=0.91, noise=noise, seed=3), clear=0.3)
     assert found["side_right"] >= 0.9
     assert found["median_error_D"] < 0.1
 
@@ -124,7 +124,7 @@ def test_photons_of_a_lit_room(beyond: float) -> None:
 def test_scenes_with_occlusions_by_both_kinds_of_views() -> None:
     eye, scene = Eye(0.004, 1.0), spheres(seed=2, field=256 * PIXEL)
     cones = [Cones.of(eye.at(time, Oscillation()), band, wavelengths=3) for time in PAIR for band in ("L+M", "S")]
-    found = read(eye_views(scene, cones, (192, 256), PIXEL, noise=0.01, correlation=0.95, samples=32), fixation=1.0)
+    found = scored(eye_views(scene, cones, (192, 256), PIXEL, noise=0.01, correlation=0.95, samples=32), fixation=1.0)
     assert found["valid"] > 0.4
     assert found["median_error_D"] < 0.05
     assert found["side_right"] > 0.95
