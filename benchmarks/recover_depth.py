@@ -123,7 +123,7 @@ def ours(trial: Trial) -> NDArray[np.float64]:
 
 
 def compare(trial: Trial, repeat: int) -> dict[str, float]:
-    """Median seconds of both, taken in turn, and their errors over *all* pixels, refused ones included."""
+    """Median seconds of both, taken in turn, and their errors over *all* pixels, rejected ones included."""
     seconds: dict[str, list[float]] = {"ours": [], "plain": []}
     error = {}
     methods: dict[str, Callable[[Trial], NDArray[np.float64]]] = {"ours": ours, "plain": plain}

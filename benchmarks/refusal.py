@@ -26,6 +26,7 @@ from stored_photographs import LENSES, PIXEL, stored, views
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise.signal import EXPLAINED
+from focalgradient.srgb import linear_to_srgb
 
 FOCI = (Lens(0.025, 5.6, 0.85), Lens(0.025, 5.6, 1.4))
 REFUSED = 0.01
@@ -55,9 +56,7 @@ def shifted(view: View, pixels: int) -> View:
 
 def brightened(view: View) -> View:
     """A view whose file was taken for linear, but is sRGB."""
-    light = np.clip(view.image, 0, 1)
-    values = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return replace(view, image=values.astype(np.float32))
+    return replace(view, image=linear_to_srgb(np.clip(view.image, 0, 1)).astype(np.float32))
 
 
 def again(view: View, seed: int) -> View:
