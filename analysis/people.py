@@ -55,11 +55,11 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         title="Depth by colour over a population of eyes",
         caption=(
             f"{eyes} simulated eyes, each with wavefront aberrations drawn from a population of our own choice "
-            "(independent coefficients of the third to sixth order; that of measured eyes is read with "
+            "(independent coefficients of the third to sixth order; measured eyes are tried with "
             f"`benchmarks/depth_of_people.py`), focused at {1 / FOCUS:g} m, look at walls at {distances} distances "
-            f"through two pupils. Each reads depth in two wavebands of {WAVELENGTHS} wavelengths with its own optics "
-            f"known; noise of {100 * NOISE:g} %, textures correlated at {CORRELATION:g}. Median and quartiles over "
-            "eyes, all pixels, claimed or not.",
+            f"through two pupils. Depth is estimated in two wavebands of {WAVELENGTHS} wavelengths, each eye's "
+            f"own optics known; noise of {100 * NOISE:g} %, textures correlated at {CORRELATION:g}. Median and "
+            "quartiles over eyes, all pixels, claimed or not.",
             f"Medians over walls and eyes: {said}.",
         ),
         figure=draw(rows),

@@ -82,7 +82,7 @@ def seen(cones: Sequence[Cones], beyond: float, seed: int) -> list[View]:
 
 
 def read(views: Sequence[View], optics: Sequence[Optics], beyond: float) -> Row:
-    """Scores of depth that is read with these `optics`, where it is claimed and over all pixels."""
+    """Scores of depth that is estimated with these `optics`, where it is claimed and over all pixels."""
     depth = recover_depth(
         [View(one.image, own, PIXEL) for one, own in zip(views, optics, strict=True)], near=NEAR, far=FAR
     )
@@ -114,7 +114,7 @@ def drawn(people: ZernikePopulation, number: int) -> tuple[float, ...]:
 
 
 def looked(look: Look) -> list[Row]:
-    """What an eye reads of each wall in its two wavebands, its own optics known."""
+    """What is estimated of each wall in its two wavebands of an eye, its own optics known."""
     cones = cones_of("bands", at_focus(look.coefficients, look.pupil))
     about: Row = {"eye": look.number, "pupil_mm": 1e3 * look.pupil, "views": "bands", "reader": "own"}
     return [

@@ -49,7 +49,7 @@ ROOMS = {
     "video": {"errors", "files", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
-    "statistics": {"errors", "files", "progress"},
+    "statistics": {"errors", "files", "parallel", "progress"},
     "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},

@@ -78,7 +78,7 @@ def test_a_pixel_pitch_for_a_pixel_angle_is_warned_of() -> None:
     View(np.ones((4, 5)), Lens(0.6, 8, 100.0), 8e-6)  # a long lens has such pixels
 
 
-@pytest.mark.parametrize("optics", [None, "50 mm", 0.05, [LENS, LENS], np.ones(3)])
+@pytest.mark.parametrize("optics", [None, "50 mm", 0.05, Lens, [LENS, LENS], np.ones(3)])
 def test_optics_that_are_none_are_refused(optics: Any) -> None:
     with pytest.raises(InputError, match=r"optics is .*, but must be a Lens, an Eye or whatever else has an aperture"):
         View(np.ones((4, 5)), optics, 3e-4)

@@ -233,13 +233,12 @@ def check_optics(optics: Any) -> None:
     Traceback (most recent call last):
     focalgradient.errors.InputError: optics is None, but must be a Lens, an Eye or ...
     """
-    try:
-        aperture, focus = optics.aperture_diameter, optics.focus_vergence
-    except AttributeError as error:
+    aperture, focus = (getattr(optics, name, None) for name in ("aperture_diameter", "focus_vergence"))
+    if isinstance(optics, type) or aperture is None or focus is None:
         raise InputError(
             f"optics is {described(optics)}, but must be a Lens, an Eye or whatever else has an aperture_diameter "
             "(m) and a focus_vergence (D)."
-        ) from error
+        )
     for value in (aperture, focus):
         if not (np.ndim(value) == 0 and np.isfinite(value) and aperture >= 0):
             raise InputError(

@@ -28,7 +28,17 @@ from typing import Any, TypeVar
 
 from focalgradient.errors import InputError
 
-__all__ = ["completed", "cores", "in_order", "processes", "scheduler", "share_rows", "shared", "workers_for"]
+__all__ = [
+    "MOST_THREADS",
+    "completed",
+    "cores",
+    "in_order",
+    "processes",
+    "scheduler",
+    "share_rows",
+    "shared",
+    "workers_for",
+]
 
 WAIT = 15
 """Seconds that a scheduler is waited for."""

@@ -17,7 +17,7 @@ __all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle"]
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
-FINEST = 0.48e-6
+LEAST_PITCH = 0.48e-6
 """Pixel pitch in metres below which no sensor is made: the smallest sold, of phones, have 0.5 um."""
 
 WIDEST = 0.5
@@ -130,7 +130,7 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
     if pixel_angle >= WIDEST:
         raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {_ANGLE}.")
     pitch = pixel_angle * getattr(optics, "sensor_distance", math.inf)
-    if pitch < FINEST:
+    if pitch < LEAST_PITCH:
         warnings.warn(
             f"pixel_angle is {pixel_angle:g} rad, which is {pitch * 1e6:.2g} um on the sensor, finer than any pixel "
             f"made: {_ANGLE}.",

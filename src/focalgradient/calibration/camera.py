@@ -61,9 +61,9 @@ class Field:
     Parameters
     ----------
     focus
-        Coefficients of what is to be added to the vergence that is read, in dioptres.
+        Coefficients of what is to be added to the vergence that is estimated, in dioptres.
     blur
-        Coefficients of the share of the blur that is read by which it is larger than in the middle.
+        Coefficients of the share of the blur that is estimated by which it is larger than in the middle.
     bounds
         Least and largest x, then y, that the calibration saw: beyond, their values there hold.
     split_band_scale

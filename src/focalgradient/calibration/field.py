@@ -1,6 +1,7 @@
 """Focus and blur over the field: what a lens and a tilted sensor make of one flat sheet, as a polynomial of low order.
 
-A flat sheet that faces the camera reads curved or slanted where the plane of focus is: field curvature, tilted sensors.
+A flat sheet that faces the camera comes out curved or slanted where the plane of focus is: field curvature, tilted
+sensors.
 Depth maps of the target, by the default method, give it: the vergence that they estimate less a constant for each
 photograph is a polynomial over the field, of the order that predicts left-out parts of the frame best. Where sheets at
 different defocus give it, blur's scale over the field is one, too. What is left beyond noise is compared with what the
@@ -151,7 +152,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
     counts = [(0, 2, 5)[order] for order in best]
     parts = np.split(fit[len(places) :], [counts[0]])
-    # The map reads V = middle + f + b (V - focus): the last two are to be taken off.
+    # The map estimates V = middle + f + b (V - focus): the last two are to be taken off.
     bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
     field = Field(
         tuple(float(v) for v in np.pad(-parts[0], (0, 5 - counts[0]))),

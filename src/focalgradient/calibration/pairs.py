@@ -1,9 +1,10 @@
 """Blur from pairs of views of a flat target, by equalising the whole frame: any texture will do, edges are not needed.
 
-Where the target is flat and faces the camera, one blur explains a whole pair: each view is given the other's supposed
-blur, and the blur at which they agree best over the frame is the answer. What `focalgradient.recover_depth` makes of a
-scene by its default method is so calibrated in that method's own terms: blur that both views share, such as the
-camera's own, cancels, and a wrong shape of the blur acts on the target as it will on the scene.
+Where the target is flat and faces the camera, one blur explains a whole pair: each view is given the assumed
+blur of the other, and the blur at which they agree best over the frame is the answer. What
+`focalgradient.recover_depth` makes of a scene by its default method is so calibrated in that method's own terms: blur
+that both views share, such as the camera's own, cancels, and a wrong shape of the blur acts on the target
+as it will on the scene.
 
 The law is that of `calibrate`: the radius of the widest view's disc on the sensor is (F / 2N) |V_f - V| v0, and the
 effective f-number N takes up whatever scale the blur's shape brings with it.

@@ -66,7 +66,7 @@ LEAST, MOST = 1e-6, 1e9
 NEAREST = 1e-3
 """Metres: at less, a lens blurs by more than any picture is wide."""
 
-FINEST = 2.0
+LEAST_PITCH_UM = 2.0
 """Micrometres: the pixels of the finest microdisplays are about 3; a smaller number is one of millimetres."""
 
 OPENEST = 0.1
@@ -139,7 +139,7 @@ def display_of(
     others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
     if screen_width is not None:
         return Display.of_width(screen_width * 1e-2, size, **others)
-    if pixel_pitch is not None and pixel_pitch < FINEST:
+    if pixel_pitch is not None and pixel_pitch < LEAST_PITCH_UM:
         raise InputError(
             f"--pixel-pitch is {pixel_pitch:g} micrometres, finer than any display: give micrometres, as "
             f"{1e3 * pixel_pitch:g} for {pixel_pitch:g} millimetres."

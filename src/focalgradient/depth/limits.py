@@ -220,7 +220,7 @@ def _information(
 
 
 def window_area(window: float) -> float:
-    """Pixels that a Gaussian window of standard deviation `window` is worth: 1 / sum of its squared weights.
+    """Effective number of pixels of a Gaussian window of standard deviation `window`: 1 / sum of its squared weights.
 
     >>> round(window_area(8.0))
     804

@@ -28,7 +28,7 @@ over the share of midget cells (Watson 2014)."""
 
 SHARE, SHARE_FALLS = 1 / 1.12, 41.03
 """Share of midget cells at the centre (Drasdo et al. 2007), and the degrees over which it falls to a half (Watson's
-Eq. 7)."""
+equation 7)."""
 
 FALL: dict[str, tuple[float, float, float]] = {
     "temporal": (0.9851, 1.058, 22.14),
@@ -49,7 +49,7 @@ def check_meridian(meridian: object) -> None:
 
 
 def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
-    """Receptive fields of midget ganglion cells, on and off together, in a square degree (Watson's Eq. 8).
+    """Receptive fields of midget ganglion cells, on and off together, in a square degree (Watson's equation 8).
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
 def resolved_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
     """Finest detail in cycles per degree that midget cells of one class, on or off, sample without aliasing.
 
-    The Nyquist frequency of a hexagonal mosaic of half the `midget_density` (Watson's Eq. 9 and 10). Give it to
+    The Nyquist frequency of a hexagonal mosaic of half the `midget_density` (Watson's equations 9 and 10). Give it to
     `Cones` as ``finest_cpd`` for views away from the fovea.
 
     Examples

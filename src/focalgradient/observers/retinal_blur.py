@@ -43,8 +43,8 @@ of it sharp textures pass for slightly blurred and noisy ones."""
 STEP = 0.05
 """Departure of an edge from a blurred step, as a contrast, that is not seen."""
 
-FINEST = 0.5
-"""Blur in pixels of the sampling itself: what is estimated is hypot(blur, FINEST)."""
+SAMPLING_BLUR = 0.5
+"""Blur in pixels of the sampling itself: what is estimated is hypot(blur, SAMPLING_BLUR)."""
 
 MISFIT = 0.1
 """Departure of a texture's energies from the law, as a share, beyond chance."""
@@ -159,7 +159,7 @@ def _texture(image: FloatArray, spacing: int, power: float) -> tuple[FloatArray,
     posterior = np.exp(-0.5 * (cost - cost.min((0, 1))))
     posterior /= posterior.sum((0, 1))
     of_blur, of_noise = posterior.sum(0), posterior.sum(1)
-    log = np.log(np.hypot(blur, FINEST))
+    log = np.log(np.hypot(blur, SAMPLING_BLUR))
     mean = (of_blur * log).sum(0)
     sd = np.sqrt((of_blur * (log - mean) ** 2).sum(0) + MISFIT**2)
     noise = floor * (of_noise.T @ np.array(NOISES)) ** 2
@@ -197,8 +197,8 @@ def _edges(image: FloatArray, spacing: int) -> tuple[FloatArray, FloatArray]:
     place = (row * columns + column)[inside]
     radius, sd = edges.radius[good][inside], edges.radius_sd[good][inside]
     # Points of one band are one estimate.
-    weight = 1 / BAND / ((radius * sd / (radius**2 + FINEST**2)) ** 2 + MISFIT**2)
+    weight = 1 / BAND / ((radius * sd / (radius**2 + SAMPLING_BLUR**2)) ** 2 + MISFIT**2)
     total = np.bincount(place, weight, rows * columns)
-    weighted = np.bincount(place, weight * np.log(np.hypot(radius, FINEST)), rows * columns)
+    weighted = np.bincount(place, weight * np.log(np.hypot(radius, SAMPLING_BLUR)), rows * columns)
     mean = np.where(total > 0, weighted / np.where(total > 0, total, 1.0), 0.0)
     return np.asarray(mean.reshape(rows, columns), float), np.asarray(total.reshape(rows, columns), float)

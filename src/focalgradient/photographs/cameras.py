@@ -204,7 +204,7 @@ def camera_toml(calibrated: Calibrated) -> str:
             "",
             "[field]",
             "# Coefficients of x, y, x^2, x y, y^2 from the middle of the frame, right and down, in halves of its",
-            "# longer side: dioptres to add to what is read, the share by which blur is larger; bounds of x and y.",
+            "# longer side: dioptres to add to estimates, the share by which blur is larger; bounds of x and y.",
             *(
                 f"{name} = [{', '.join(f'{v:.6g}' for v in getattr(field, name))}]"
                 for name in ("focus", "blur", "bounds")

@@ -1,7 +1,7 @@
 """Figures of views and depth maps.
 
 Helpers draw into the axes `ax` they are given, and return it. Depth is coloured linearly in *vergence*, in which a
-map's precision is about even: near is bright, far is dark, and the colour bar reads in metres. Refused pixels let the
+map's precision is about even: near is bright, far is dark, and the colour bar reads in metres. Rejected pixels let the
 hatched ground show through.
 """
 

@@ -27,7 +27,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.parallel import cores
+from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import DISC_K
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 
@@ -41,11 +41,11 @@ Focus = Literal["near", "far"]
 
 REACH = 5.0  # sigmas, beyond which a line is dark: 6e-7 of its light
 PIECE = 0.1  # radians of arctan(blur / width) in one linear piece: sigma is right within 0.13 %
-FINEST = 1.6  # pixels of line width below which lines twinkle as they cross the pixels: at 1.6 by 5e-5 of their light
+THINNEST = 1.6  # pixels of line width below which lines twinkle as they cross the pixels: at 1.6 by 5e-5 of their light
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
 PIXEL = 1 / 12  # px^2, the variance of a pixel's own square, over which it averages the light
 
-THREADS = min(8, cores())
+THREADS = min(MOST_THREADS, cores())
 """Threads that draw rows; the limit of eight is our choice."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
@@ -219,10 +219,10 @@ def necker_frame(
         raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
     if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
         raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
-    if necker.line_width < FINEST * pixel_angle:
+    if necker.line_width < THINNEST * pixel_angle:
         raise InputError(
-            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {FINEST:g} twinkle as "
-            "they move: draw wider lines or take smaller pixels."
+            f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {THINNEST:g} twinkle "
+            "as they move: draw wider lines or take smaller pixels."
         )
     centre = (np.array(shape[::-1]) - 1) / 2
     lines = necker.project(necker.vertices(turn))[EDGES] / pixel_angle + centre

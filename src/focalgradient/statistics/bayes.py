@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import math
-import os
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.errors import InputError, check_installed
+from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.records import NotComputed
@@ -433,7 +433,7 @@ def _sampled(model: Any, seed: int, draws: int, tune: int, chains: int, progress
         draws=draws,
         tune=tune,
         chains=chains,
-        cores=min(chains, os.cpu_count() or 1),  # the draws are the same on any number
+        cores=min(chains, available_cores()),  # the draws are the same on any number
         random_seed=seed,
         target_accept=ACCEPT,
         progressbar=False,

@@ -117,7 +117,7 @@ def read_ratings(
         Our name of each of the file's conditions: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}.
         "near", "far", "f5.6", "5.6", "0" are understood without.
     focal_length_mm
-        Of the lens in millimetres: the aperture's diameter is this over the f-number. 50 without, and a note tells it.
+        Of the lens in millimetres: the aperture's diameter is this over the f-number. 50 without, and a note states it.
 
     Raises
     ------

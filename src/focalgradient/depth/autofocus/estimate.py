@@ -92,7 +92,7 @@ def estimate(problem: Problem) -> Estimate:
     mean = gather(sharpness.astype(np.float32), window) / np.maximum(count, 1e-6)
     # Sharpness is a mean of squares of signal and noise: its variance, over one independent pixel.
     single = alike * (4 * np.maximum(mean, 0) * own + 2 * own**2)
-    pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 is worth 4 pi w^2 pixels
+    pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 has 4 pi w^2 effective pixels
     peak = peaks(mean, single / pixels, focus, REACH / search.slope)
 
     # From here on in levels, as fine as other methods search.

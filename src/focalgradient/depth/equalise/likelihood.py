@@ -135,7 +135,7 @@ class Equalised:
         return len(self.residuals[0].noise)
 
     def window_size(self) -> float:
-        """Pixels that the window is worth: 1 / sum of its squared weights."""
+        """Effective number of pixels of the window: 1 / sum of its squared weights."""
         return 4 * np.pi * (self.window**2 + self.step**2 / 12)
 
     def part(self, rows: slice, columns: slice) -> Equalised:

@@ -32,7 +32,7 @@ def read_minima(
     noise
         Noise variance.
     size
-        Pixels that each node's window is worth.
+        Effective number of pixels of each node's window.
 
     Returns
     -------

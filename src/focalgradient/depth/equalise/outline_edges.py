@@ -1,6 +1,6 @@
 """Outlines moved to where the sharpest view has an edge: two surfaces rarely meet without one.
 
-Residuals give an outline's place to a few pixels. At each of its pixels, contrast across it is read along the normal,
+Residuals give an outline's place to a few pixels. At each of its pixels, contrast is measured along the normal,
 in the view in which the near surface is sharpest; edges that go along with the outline add up, texture does not. The
 prior of the outline's place is normal about where residuals put it, the likelihood is exponential in contrast, and the
 outline is moved to the posterior's mean.

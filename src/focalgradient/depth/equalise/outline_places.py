@@ -36,7 +36,7 @@ SMOOTH = 1.5
 """Standard deviation in pixels by which an outline is smoothed."""
 
 CLEAR = 1.25
-"""Reaches from an outline from which pixels are used when depth is read again, without what outlines reach."""
+"""Reaches from an outline from which pixels are used when depth is estimated again, without what outlines reach."""
 
 OUTLINE_SD = 2.0
 """Standard deviation in pixels of an outline's place, moved to an edge."""

@@ -5,9 +5,9 @@ pixels contradicts every depth. On either side of it surfaces are known, and eac
 far the band reaches to either side of the outline follows from the blur: the near surface's residual is large up to
 where the filters that compare it reach the outline, the far surface's up to where the near one's blur reaches. So the
 outline lies where the distances to the pixels that either surface explains say that it does; beyond it, each surface is
-continued from nodes that the band does not reach: depth is read again without the pixels of the band, and the outline
-is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the probability of
-being on its other side; the band's width says how sure its place is.
+continued from nodes that the band does not reach: depth is estimated again without the pixels of the band, and the
+outline is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the
+probability of being on its other side; the band's width says how sure its place is.
 
 A jump too small for views to contradict each other is found by depth on either side of it (`outline_jumps`). One too
 small even for that blurs into a steep stretch of one surface, which the views cannot tell from it: where depth departs

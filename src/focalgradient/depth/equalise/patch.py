@@ -4,7 +4,7 @@ The model is the default method's: views of one sharp scene of natural power, ea
 and in another waveband an independent texture on top. Here the patch lies at one vergence, and noise and what wavebands
 share are known; the scene is integrated out, so that the result is the likelihood itself and not its maximum alone, and
 what several patches or moments show can be brought together. One view gives the size of defocus, if the scene is as
-natural as supposed, but hardly its sign; two give both.
+natural as assumed, but hardly its sign; two give both.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatAr
 def _spectra(
     images: Sequence[FloatArray], noises: FloatArray, wraps: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Rings of frequency (F, cycles per pixel), how many samples each is worth, and the views' mean cross powers there.
+    """Rings of frequency (F, cycles per pixel), the effective number of samples and the views' mean cross powers there.
 
     The powers (n x n x F) are over the noise's. Last, the share of power that the pixels' own size lets through (F).
     """
@@ -150,7 +150,7 @@ def _spectra(
     if not wraps:
         taper = np.outer(*(np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in (height, width)))
     energy = float((taper**2).sum())
-    worth = energy**2 / float((taper**4).sum()) / (height * width)
+    effective = energy**2 / float((taper**4).sum()) / (height * width)
     spectra = [
         np.fft.rfft2((image - (image * taper).sum() / taper.sum()) * taper) / (sd * np.sqrt(energy))
         for image, sd in zip(images, noises, strict=True)
@@ -173,7 +173,7 @@ def _spectra(
         for j, second in enumerate(spectra[: i + 1]):
             both = (first.conj() * second).real[used]
             power[i, j] = power[j, i] = np.bincount(where, twice * both) / counts
-    return radii, counts * worth, power, passed
+    return radii, counts * effective, power, passed
 
 
 def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -> FloatArray:

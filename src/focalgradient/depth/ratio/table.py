@@ -25,7 +25,7 @@ BANDS = (1, 2, 4, 8)
 SLOPE = 1.0
 """Texture is taken to have an amplitude spectrum 1/frequency^SLOPE, until the bands' energies show otherwise."""
 
-FINEST = 0.5
+NYQUIST = 0.5
 """Cycles per pixel, in any direction, beyond which an image is taken to hold no texture."""
 
 NODES = 96
@@ -142,7 +142,7 @@ def texture() -> FloatArray:
     """Power that pixels see of 1/f texture at each of the `frequencies`, times its weight."""
     down, right, weight = frequencies()
     frequency = np.hypot(down, right)
-    return weight * pixel_transfer(down, right) ** 2 * frequency ** (-2 * SLOPE) * (frequency <= FINEST)
+    return weight * pixel_transfer(down, right) ** 2 * frequency ** (-2 * SLOPE) * (frequency <= NYQUIST)
 
 
 def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: PsfName, k: float) -> FloatArray:
