@@ -20,7 +20,7 @@ from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.marginal import marginal_slope
 from focalgradient.statistics.means import family, only_difference, t_interval
-from focalgradient.statistics.records import Effect, Interval, NotComputed
+from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
 __all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures"]
@@ -51,7 +51,7 @@ class ComparisonTests:
     differences: Mapping[tuple[str, str], Effect | NotComputed]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class ComparisonResult:
     """Comparisons, analysed.
 
@@ -95,6 +95,21 @@ class ComparisonResult:
     differences: Mapping[tuple[str, str], Effect | NotComputed]
     these_scenes: ComparisonTests
 
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<ComparisonResult: {len(self.participants)} subjects, {self.trials} answers, scale {self.scale!r}>"
+
+    def summary(self) -> str:
+        """Slopes, their differences, and the comparisons with the reference, a line each."""
+        lines = [f"{len(self.participants)} subjects, {self.trials} answers"]
+        slope = "steps per mm" if self.scale == "bipolar" else "log odds per mm"
+        both = zip(self.fixations, self.slopes, self.against_reference, strict=True)
+        for name, change, compared in both:
+            lines.append(line(f"{slope}, {name} in focus", change))
+            lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
+        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
+        return "\n".join([*lines, *(line(*one) for one in pairs or [("difference", self.interaction)])])
+
 
 def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
     """Analyse answers of the scales "bipolar" and "choice".
@@ -120,6 +135,10 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
     ...     for who in range(4) for trial, (name, mm) in enumerate([("pinhole", 0.0), ("f/11", 4.5), ("f/5.6", 8.9)])
     ... ]
     >>> found = compare_pictures(pd.DataFrame(rows), "bipolar")
+    >>> found
+    <ComparisonResult: 4 subjects, 12 answers, scale 'bipolar'>
+    >>> print(found.summary().splitlines()[1])
+    steps per mm, nearest in focus: 0.281, 95 % interval 0.178 to 0.384, t(3) = 8.66, p (Holm) = .003
     >>> round(found.slopes[0].estimate, 2), round(found.means[-1].mean.estimate, 1)
     (0.28, 2.5)
     """

@@ -24,7 +24,7 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.marginal import marginal_effect
 from focalgradient.statistics.means import family, holm, paired_effect, t_interval
-from focalgradient.statistics.records import Effect, Interval, NotComputed
+from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
 __all__ = [
@@ -190,6 +190,19 @@ class NeckerResult:
     remarks: tuple[str, ...]
     people: tuple[PeopleDominance, ...]
 
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<NeckerResult: {len(self.participants)} subjects, {self.reports} reports in {self.trials} trials>"
+
+    def summary(self) -> str:
+        """What each gradient changes in the nonrigid share of time, a line each."""
+        lines = [f"{len(self.participants)} subjects, {self.reports} reports in {self.trials} trials"]
+        lines += [
+            line(f"nonrigid share of time, gradient {one.gradient!r} at {one.strength:g} less none", one.share)
+            for one in self.effects
+        ]
+        return "\n".join(lines)
+
 
 def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, durations: bool = True) -> NeckerResult:
     """Analyse reports on the turning Necker cube.
@@ -224,9 +237,12 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     ...     for trial, (gradient, rigid) in enumerate([("none", 8.0), ("nonrigid", 5.0 - 0.5 * who)])
     ...     for onset, lasts, percept in [(0.0, rigid, "rigid"), (rigid, 10 - rigid, "nonrigid")]
     ... ]
-    >>> effect = necker(pd.DataFrame(rows)).effects[0]
-    >>> effect.gradient, round(effect.share.estimate, 3)
-    ('nonrigid', 0.375)
+    >>> found = necker(pd.DataFrame(rows))
+    >>> found
+    <NeckerResult: 4 subjects, 16 reports in 8 trials>
+    >>> print(found.summary())  # doctest: +ELLIPSIS
+    4 subjects, 16 reports in 8 trials
+    nonrigid share of time, gradient 'nonrigid' at 10 less none: 0.375, 95 % interval 0.272 to 0.478, t(3) = 11.62, ...
     """
     table = report_table(table)
     table = table[~table["catch"]].copy()

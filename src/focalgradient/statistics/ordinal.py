@@ -16,7 +16,7 @@ from focalgradient.progress import Progress
 from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import family, only_difference, student_effect
-from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
 __all__ = [
@@ -55,7 +55,7 @@ class Threshold:
     place: Interval
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class OrdinalResult:
     """Answers in steps, by one cumulative-link mixed model of all fixations.
 
@@ -103,6 +103,17 @@ class OrdinalResult:
     differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
     these_scenes: tuple[Effect | NotComputed, ...] = ()
 
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<OrdinalResult: {self.formula}>"
+
+    def summary(self) -> str:
+        """The rises in log odds and their differences, a line each."""
+        rises = zip(self.fixations, self.rises, strict=True)
+        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
+        tests = [(f"log odds, {name} in focus", rise) for name, rise in rises]
+        return "\n".join(line(*one) for one in [*tests, *(pairs or [("difference", self.interaction)])])
+
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
     """Columns 1 and the amount, then one for each kind of material (scene) after the first: its difference to that.
@@ -145,6 +156,9 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     >>> found = ordinal_rating(rows.assign(rating=1 + np.digitize(latent, [0.5, 2.0])), [])
     >>> found.slopes[0].low < 1.0 < found.slopes[0].high, [each.below for each in found.thresholds]
     (True, [1, 2])
+    >>> print(found.summary())  # doctest: +ELLIPSIS
+    log odds, nearest in focus: 2.9..., 95 % interval 1.0... to 4.8..., t(7) = 3.6..., p (Holm) = .009
+    difference: One fixation only: there is nothing to compare.
     """
     fixations = fixations_of(rows)
     steps, category = np.unique(rows["rating"].to_numpy().astype(int), return_inverse=True)

@@ -23,7 +23,7 @@ from focalgradient.statistics.crossed import Components, components, crossed_eff
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
-from focalgradient.statistics.records import Effect, Interval, NotComputed
+from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
@@ -213,7 +213,7 @@ class DepthRatingResult:
             differences, interaction = dict(self.ordinal.differences), self.ordinal.interaction
         pairs = [(f"difference, {one} less {other}", test) for (one, other), test in differences.items()]
         for name, test in [*tests, *(pairs or [("difference", interaction)])]:
-            lines.append(f"{name}: {test.reason if isinstance(test, NotComputed) else test.summary()}")
+            lines.append(line(name, test))
         return "\n".join(lines)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line"]
 
 ALPHA = 0.05
 """Error rate that tests are held against."""
@@ -131,6 +131,15 @@ class Effect:
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
         ends = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}"
         return f"{ends}, t({df}) = {self.statistic:.2f}, {name} {value}"
+
+
+def line(name: str, found: Effect | NotComputed) -> str:
+    """A line of a summary: what was tested, and the effect or why there is none.
+
+    >>> line("log rise", NotComputed("one subject only"))
+    'log rise: one subject only'
+    """
+    return f"{name}: {found.reason if isinstance(found, NotComputed) else found.summary()}"
 
 
 def as_table(records: Iterable[Any]) -> pd.DataFrame:

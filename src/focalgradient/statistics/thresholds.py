@@ -129,7 +129,7 @@ class SubjectThreshold:
     known: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class ThresholdResult:
     """Thresholds of all participants.
 
@@ -146,6 +146,36 @@ class ThresholdResult:
     unit: str
     subjects: tuple[SubjectThreshold, ...]
     mean: Interval | NotComputed
+
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<ThresholdResult: {len(self.subjects)} sessions, in {self.unit}>"
+
+    def summary(self) -> str:
+        """The mean, then each session's threshold, a line each.
+
+        >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
+        >>> one = SubjectThreshold("01", "", 5, 6, True, fit)
+        >>> print(ThresholdResult("D", (one,), NotComputed("one subject only")).summary())
+        geometric mean: one subject only
+        01: 0.2 D, 95 % interval 0.1 to 0.3
+        """
+        mean = self.mean
+        if isinstance(mean, NotComputed):
+            words = mean.reason
+        else:
+            words = f"{mean.estimate:.3g} {self.unit}"
+            if mean.low is not None and mean.high is not None:
+                words += f", 95 % interval {mean.low:.3g} to {mean.high:.3g}"
+        return "\n".join([f"geometric mean: {words}", *map(self._session, self.subjects)])
+
+    def _session(self, one: SubjectThreshold) -> str:
+        name = " ".join(filter(None, [one.participant, one.session]))
+        if isinstance(one.fit, NotComputed):
+            return f"{name}: {one.fit.reason}"
+        left_out = "" if one.kept else "; left out, as catch trials were missed"
+        fit = one.fit
+        return f"{name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
 
 
 def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: float) -> ThresholdFit:
