@@ -15,6 +15,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "web")]
 import participant  # noqa: E402
 import test_collect  # noqa: E402
 from recorded import record_necker, record_ratings  # noqa: E402
+from two_views import TOML  # noqa: E402
 
 from focalgradient import Lens  # noqa: E402
 
@@ -25,18 +26,6 @@ PICTURES = ("--seed", "1", "--scenes", "1", "--size", "64", "--samples", "4", "-
 LENS = ("--f-number", "4", "--focal-length", "25", "--focus", "0.8", "--focus", "2", "--field", "6")
 FEW = ("--subjects", "3", "--experiments", "3")
 SOME = ("--observers", "3", "--seed", "1")
-VIEWS = """[camera]
-focal_length_mm = 25
-pixel_pitch_um = 8
-[[view]]
-image = "a.png"
-f_number = 16
-focus_distance_m = 0.85
-[[view]]
-image = "b.png"
-f_number = 5.6
-focus_distance_m = 0.85
-"""
 NECKER = 'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
 RATING = 'task = "depthrating"\nscenes = ["spheres-00", "spheres-01"]\nrepetitions = 1\n'
 THRESHOLD = 'task = "blurthreshold"\nrepetitions = 1\nscenes = ["spheres-00"]\ncatch_trials = 1\npractice_trials = 0\n'
@@ -126,7 +115,7 @@ def prepare(folder: Path) -> None:
         lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
     (folder / "targets.toml").write_text("\n".join(lines))
     for name in ("f0.toml", "f1.toml"):
-        (folder / name).write_text(VIEWS)
+        (folder / name).write_text(TOML)
     np.save(folder / "far.npy", np.where(np.arange(96) < 48, 0.8, 2.0) * np.ones((96, 1)))
     (folder / "course.csv").write_text("0,1\n0.2,1\n0.2,2\n0.5,2\n")
     for name, design in (("necker", NECKER), ("rating", RATING), ("threshold", THRESHOLD)):

@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,9 @@ SIZE = (1024, 768)
 APERTURES = ("pinhole", "f/22", "f/11", "f/5.6")
 
 LONGEST = 480.0
+
+LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
+"""A folder to keep what each screen looked like in."""
 
 HOOK = """
 def mark(code, name, seconds):
@@ -101,6 +105,13 @@ def headless(folder: Path, size: tuple[int, int] = SIZE) -> Iterator[Headless]:
         yield server
     finally:
         server.close()
+
+
+def keep(screen: Headless, name: str) -> None:
+    """Keep what the screen shows, where that was asked for."""
+    if LOOK:
+        time.sleep(0.08)  # until what was drawn is shown
+        Image.fromarray(screen.pixels()).save(Path(LOOK, f"{name}.png"))
 
 
 class Running:

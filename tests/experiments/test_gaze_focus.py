@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from headless import Headless, Running, headless, psychopy_here
+from headless import Headless, Running, headless, keep, psychopy_here
 from numpy.typing import NDArray
-from PIL import Image
 
 from focalgradient.cli import main
 from focalgradient.dataset import bids_problems, validate
@@ -23,9 +21,6 @@ from focalgradient.lab.focus_series import Focusing, read_series
 from focalgradient.lab.running import guard
 
 WIDTH, HEIGHT = 240, 160
-
-LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
-"""A folder to keep what the screen looked like in."""
 
 
 @pytest.fixture(scope="module")
@@ -151,8 +146,7 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
         for event in running.events():
             if event == "ready":
                 time.sleep(0.2)
-                if LOOK:
-                    Image.fromarray(screen.pixels()).save(Path(LOOK, f"gaze-focus-{gaze}.png"))
+                keep(screen, f"gaze-focus-{gaze}")
                 screen.keys("space")
             elif event == "picture":
                 break

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from headless import Headless, Running, headless, make_set, psychopy_here
-from PIL import Image
+from headless import LOOK, Headless, Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import DepthTrial, load_design
@@ -40,9 +38,6 @@ mask_s = 0.1
 pause_s = 0.1
 """
 
-LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
-"""A folder to keep what each screen looked like in."""
-
 Answer = Callable[[Headless, DepthTrial], None]
 
 
@@ -61,7 +56,7 @@ def take_part(
     done = 0
     for event in running.events():
         events.append(event)
-        keep(screen, folder, event, events.count(event))
+        keep(screen, f"{folder.name}-{event.strip('?')}-{events.count(event)}")
         if event == "feedback":  # practice once more
             trials[done:done] = practice
         if event == "question":
@@ -71,14 +66,6 @@ def take_part(
             screen.keys("space")
     assert running.end() == 0, running.errors
     return running, events
-
-
-def keep(screen: Headless, folder: Path, event: str, number: int) -> None:
-    if LOOK:
-        import time
-
-        time.sleep(0.08)
-        Image.fromarray(screen.pixels()).save(Path(LOOK) / f"{folder.name}-{event.strip('?')}-{number}.png")
 
 
 def is_deep(trial: DepthTrial) -> bool:

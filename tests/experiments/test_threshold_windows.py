@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from headless import Headless, Running, headless, make_set, psychopy_here
-from PIL import Image
+from headless import Headless, Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
@@ -18,9 +15,6 @@ from focalgradient.lab import EXPERIMENTS, run
 from focalgradient.lab.blur_threshold import answers, blurred
 from focalgradient.report import make_report
 from focalgradient.stimuli import read_set
-
-LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
-"""A folder to keep what each screen looked like in."""
 
 DESIGN = """
 task = "blurthreshold"
@@ -41,9 +35,7 @@ def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop
     """Answer rightly, but in every third trial that counts; kill it at the question of trial `stop`."""
     count = 0
     for number, event in enumerate(running.events()):
-        if LOOK:
-            time.sleep(0.08)
-            Image.fromarray(screen.pixels()).save(Path(LOOK) / f"{folder.name}-{number:03}-{event.strip('?')}.png")
+        keep(screen, f"{folder.name}-{number:03}-{event.strip('?')}")
         if event == "question":
             if count == stop:
                 running.process.kill()

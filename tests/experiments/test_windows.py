@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -14,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from headless import Headless, Running, headless, make_set, psychopy_here
-from PIL import Image
+from headless import Headless, Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
@@ -404,9 +402,7 @@ def test_the_doctor_stores_a_photometer_table_times_triggers_and_measures_by_a_c
     while not (screen.pixels()[384, 512 - wide // 2 - 3 : 512 - wide // 2 + 4].max() > 100):
         assert time.monotonic() < deadline
         time.sleep(0.2)
-    keep = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
-    if keep:
-        Image.fromarray(screen.pixels()).save(Path(keep) / "doctor-card.png")
+    keep(screen, "doctor-card")
     wanted = round(0.0856 / 0.3 * 1024)
     tens, ones = divmod(abs(wanted - wide), 10)
     screen.keys(*["Down" if wanted < wide else "Up"] * tens, *["Left" if wanted < wide else "Right"] * ones, "Return")
