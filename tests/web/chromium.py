@@ -110,11 +110,38 @@ KIND = """() => {
 """What is on the screen, and what it says, at one moment."""
 
 
+FAINT = """() => {
+    const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
+    const light = (colour) => parts(colour).slice(0, 3).map((value) => value / 255)
+        .map((value) => value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4)
+        .reduce((sum, value, index) => sum + value * [0.2126, 0.7152, 0.0722][index], 0);
+    const ground = (one) => {
+        for (; one; one = one.parentElement) {
+            const found = getComputedStyle(one).backgroundColor;
+            if (parts(found)[3] !== 0) return light(found);
+        }
+        return 1;
+    };
+    const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    const faint = [];
+    while (words.nextNode()) {
+        const one = words.currentNode.parentElement, text = words.currentNode.data.trim();
+        if (!text || one.closest(":disabled") || !one.checkVisibility({visibilityProperty: true})) continue;
+        const [least, most] = [light(getComputedStyle(one).color), ground(one)].sort((a, b) => a - b);
+        if ((most + 0.05) / (least + 0.05) < 7) faint.push([text, (most + 0.05) / (least + 0.05)]);
+    }
+    return faint;
+}"""
+"""Texts whose contrast is below 7 to 1, WCAG 2.2's level AAA; not those of buttons that cannot be pressed."""
+
+
 def step(page: Page, seen: list[str], name: str) -> None:
     """Answer the screen that is shown, by keys; `seen` gains what it says."""
     kind, text = page.evaluate(KIND)
     if text and (not seen or seen[-1] != text):
         seen.append(text)
+        faint = page.evaluate(FAINT)
+        assert faint == [], f"below 7 to 1: {faint}"
         _look(page, name, len(seen))
     if kind == "slider":
         page.keyboard.press("ArrowRight")

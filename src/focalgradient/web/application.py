@@ -268,6 +268,6 @@ def run(study: Study, password: str, host: str, port: int, ready: Callable[[str]
     except OSError as error:
         listening.close()
         study.close()
-        raise InputError(f"{host} port {port} cannot be listened at ({error.strerror}): give another port.") from error
+        raise InputError(f"{host} port {port} cannot be listened at ({error.strerror}): give another.") from error
     ready(f"http://{host}:{listening.getsockname()[1]}")
     uvicorn.Server(config).run(sockets=[listening])

@@ -62,7 +62,7 @@ class Lists:
         self.drawings: dict[str, bytes] = {}
         if isinstance(design, DepthRatingDesign):
             if stimuli is None:
-                raise InputError("depth rating shows pictures: give the folder of a set.")
+                raise InputError("stimuli is missing: depth rating shows pictures; give the folder of a set of them.")
             texts.check(design)
             manifest = check_stimuli(stimuli)
             self.manifest, self.files = manifest, frozenset(manifest.files)

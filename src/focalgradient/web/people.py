@@ -168,7 +168,7 @@ class People(Roster):
             raise InputError(f"{path} cannot be written ({error.strerror}): give another place.") from error
         try:
             if not try_lock(self._file, path):
-                raise InputError(f"another server uses {path}: end it, or give the links another file.")
+                raise InputError(f"another server uses {path}: end it; a study with other data needs other links.")
             self._read(read_bytes(path, "the links of a server"))
         except BaseException:
             os.close(self._file)

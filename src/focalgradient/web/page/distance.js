@@ -37,7 +37,7 @@ export function measurement(about, words, html) {
     adjustment_prompt: `<div class="page">${html(words("web.card"))}</div>`,
     adjustment_button_prompt: words("web.card_done"),
     blindspot_prompt: `<div class="page">${html(words("web.blind_spot"))}</div>`,
-    blindspot_measurements_prompt: words("web.blind_spot_left"),
+    blindspot_measurements_prompt: `<span class="left">${words("web.blind_spot_left")}</span>`,
     viewing_distance_report: "none",
     on_load: () => {
       pressed.length = 0; // where it is done again
