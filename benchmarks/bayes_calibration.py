@@ -30,14 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
 from focalgradient.parallel import in_order, shared
-from focalgradient.statistics.bayes import (
-    ORDINAL_PRIORS,
-    RATIO_PRIORS,
-    Posterior,
-    effective_number,
-    posterior_of_rises,
-    posteriors_of_steps,
-)
+from focalgradient.statistics.bayes import effective_number, posterior_of_rises, posteriors_of_steps
+from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, Posterior
 
 FloatArray = NDArray[np.float64]
 

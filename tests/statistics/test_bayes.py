@@ -10,8 +10,9 @@ import pytest
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import NotComputed, bayes
-from focalgradient.statistics.bayes import RATIO_PRIORS, Posterior, bayes_depth_rating, posterior_of_rises
+from focalgradient.statistics.bayes import bayes_depth_rating, posterior_of_rises
 from focalgradient.statistics.crossed import crossed_effect
+from focalgradient.statistics.posteriors import RATIO_PRIORS, Posterior
 
 INSTALLED = all(importlib.util.find_spec(name) for name in ("bambi", "pymc", "arviz"))
 needs_extra = pytest.mark.skipif(not INSTALLED, reason="the extra bayes is not installed")

@@ -12,7 +12,7 @@ from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
 from focalgradient.plotting.subjects import SIMULATED
-from focalgradient.statistics.bayes import BayesResult, Posterior
+from focalgradient.statistics.posteriors import BayesResult, Posterior
 
 __all__ = ["draw_posterior_rises", "draw_posterior_spread", "posterior_figure"]
 

@@ -15,7 +15,8 @@ from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
 from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number, probability
 from focalgradient.statistics import NotComputed, Scale
-from focalgradient.statistics.bayes import ODDS_BOUND, BayesResult, Posterior, bayes_depth_rating
+from focalgradient.statistics.bayes import ODDS_BOUND, bayes_depth_rating
+from focalgradient.statistics.posteriors import BayesResult, Posterior
 
 __all__ = ["bayes_analysis", "bayes_methods", "bayes_part"]
 
