@@ -11,12 +11,14 @@ from typing import Any
 
 import participant
 import pytest
+from click.testing import CliRunner
 from databases import FOUND, Cluster, cluster
 from fuzz_server import run
 from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
 from starlette.testclient import TestClient
 
 from focalgradient import InputError
+from focalgradient.cli import main
 from focalgradient.dataset import journal as journals
 from focalgradient.dataset import read_journal, validate
 from focalgradient.web import Consent, People, Study
@@ -451,3 +453,19 @@ def test_a_link_that_a_kill_cut_short_is_dropped(tmp_path: Path) -> None:
         assert len(again.everybody()) == 2
         again.close()
         assert place.read_bytes() == whole
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)
+def test_a_folder_that_cannot_be_written_is_refused_before_anybody_takes_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "design.toml").write_text(NECKER)
+    (tmp_path / "there").mkdir()
+    # Root may write anywhere, so the disk is said to be read-only.
+    monkeypatch.setattr(os, "access", lambda path, how: how != os.W_OK or Path(path) != tmp_path / "there")
+    words = ["serve", str(tmp_path / "design.toml"), "--links", str(tmp_path / "links.jsonl"), "--port", "0", "--data"]
+    for data in (tmp_path / "there", tmp_path / "there" / "data"):
+        done = CliRunner().invoke(main, [*words, str(data)])
+        assert done.exit_code == 2
+        assert "there cannot be written: see who may write there" in done.output
+        assert not (tmp_path / "links.jsonl").exists()

@@ -223,6 +223,9 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
         raise InputError(f"--links {place} is inside the data set, but names who is who: give it a place elsewhere.")
     refuse_overwriting([path for path in (design, consent) if path is not None], [place])
     check_folder(data, "human")
+    above = next(one for one in (data, *data.absolute().parents) if one.exists())
+    if not os.access(above, os.W_OK):
+        raise InputError(f"{above} cannot be written: see who may write there, or give another folder with --data.")
     loaded, there = _design(design), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken))
