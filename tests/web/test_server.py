@@ -433,6 +433,18 @@ def test_an_attacker_changes_nothing(tmp_path: Path, seed: int) -> None:
     assert statuses[400] > 50
 
 
+def test_data_belong_to_one_server_whatever_its_links(tmp_path: Path) -> None:
+    first = People(tmp_path / "one.jsonl", data=tmp_path / "data")
+    (tmp_path / "same").symlink_to(tmp_path / "data")
+    for place in ("data", "same"):
+        with pytest.raises(InputError, match="another server keeps its data in"):
+            People(tmp_path / "two.jsonl", data=tmp_path / place)
+    People(tmp_path / "two.jsonl", data=tmp_path / "other").close()
+    first.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["same"]
+    People(tmp_path / "two.jsonl", data=tmp_path / "data").close()
+
+
 def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
     for content in (b"notes without an end of line", b"notes\nof somebody", bytes(range(256))):
         (tmp_path / "notes").write_bytes(content)

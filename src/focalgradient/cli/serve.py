@@ -228,7 +228,7 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
         raise InputError(f"{above} cannot be written: see who may write there, or give another folder with --data.")
     loaded, there = _design(design), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
-    people = People(place, frozenset(taken))
+    people = People(place, frozenset(taken), data)
     try:
         return Study(loaded, data, people, **options)
     except BaseException:

@@ -14,7 +14,7 @@ import re
 import secrets
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -149,16 +149,26 @@ class People(Roster):
         The file; made where it is missing, readable by its owner alone.
     taken
         Labels that are in the data already.
+    data
+        Folder of the data set, which no other server may have either, whatever its links.
 
     Raises
     ------
     InputError
-        If the file cannot be read or written, is damaged, or another server has it.
+        If the file cannot be read or written, is damaged, or another server has it or the data.
     """
 
-    def __init__(self, path: Path, taken: frozenset[str] = frozenset()):
+    def __init__(self, path: Path, taken: frozenset[str] = frozenset(), data: Path | None = None):
         super().__init__(taken)
         self._path = path
+        self._lock = None if data is None else _Owned(data)
+        try:
+            self._open(path)
+        except BaseException:
+            self._let_go()
+            raise
+
+    def _open(self, path: Path) -> None:
         if path.exists():
             read_bytes(path, "the links of a server")  # refuses what is no regular file
         try:
@@ -206,7 +216,37 @@ class People(Roster):
         flush(self._file)
 
     def close(self) -> None:
-        """Let another server have the file."""
+        """Let another server have the file; one that names nobody goes."""
+        if not os.fstat(self._file).st_size:
+            with suppress(OSError):  # Windows lets nobody remove an open file
+                self._path.unlink(missing_ok=True)
+        os.close(self._file)
+        self._let_go()
+
+    def _let_go(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+
+
+class _Owned:
+    """One server's lock of a folder of data, which need not be there yet: a hidden file beside it."""
+
+    def __init__(self, data: Path):
+        real = Path(os.path.realpath(data))
+        self._path = real.with_name(f".{real.name}-server")
+        try:
+            real.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
+        except OSError as error:
+            raise InputError(f"{self._path} cannot be written ({error.strerror}): give another folder.") from error
+        if not try_lock(self._file, self._path):
+            os.close(self._file)
+            raise InputError(f"another server keeps its data in {data}: end it, or give this one another folder.")
+
+    def close(self) -> None:
+        """Let another server have the data."""
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
         os.close(self._file)
 
 
