@@ -1,7 +1,7 @@
 """Depth that the eyes of a population read by colour, each with aberrations of its own.
 
 Eyes that are measured, and estimators that know less of them: `benchmarks/depth_of_people.py --out DIR`; what that
-found is drawn by `python analysis/people.py DIR/people.json people.png`.
+found is drawn by `python analysis/people.py DIR/people.json errors.png`.
 """
 
 from __future__ import annotations
