@@ -28,6 +28,11 @@ LESS = 0.5
 is no signal: 0.05 to 0.45 on blank paper in JPEG of quality 60 to 80, whose compression leaves some blocks flat and
 others not; 0.9 and more where there is texture."""
 
+PAPER = 0.5
+"""Share of the nodes with signal from which a frame is no blank paper, whatever is left of it: a choice. Blank paper in
+JPEG of quality 50 to 80 has 0.07 to 0.27. Where noise is taken for more than it is, as bars before a wall contradict
+the model everywhere, less than the noise is left of all of the frame."""
+
 BLANK, MORE = 0.25, 2.0
 """Share of the nodes with signal below which a frame is mostly blank, and median of what is left of all of it, over the
 noise estimated, above which that is not its noise. Blank paper in JPEG of quality 90 and 95 has 0 to 0.04 and 2.1 to
@@ -69,9 +74,10 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_]) -> float | None:
     if not (seen & informative).any():
         return None
     there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
-    if there < LESS:
+    share = informative[seen].mean()
+    if there < LESS and share < PAPER:
         return there
-    return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
+    return all_over if share < BLANK and all_over > MORE else None
 
 
 def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank: float | None) -> str:
