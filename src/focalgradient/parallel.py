@@ -20,7 +20,7 @@ from concurrent.futures import (
     as_completed,
 )
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from functools import cache
 from itertools import pairwise
 from multiprocessing.connection import wait
@@ -33,6 +33,7 @@ __all__ = [
     "completed",
     "cores",
     "in_order",
+    "linear_algebra_on_one_thread",
     "processes",
     "scheduler",
     "share_rows",
@@ -85,6 +86,33 @@ def share_rows(rows: int, work: Callable[[int, int], object], *, each: int = 1) 
     work(edges[0], edges[1])
     for other in others:
         other.result()
+
+
+class _OneThread:
+    """Linear algebra on one thread while any thread is inside: ours are one a core, and more only wait for each other.
+
+    What it had before is given back by the last that leaves.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._limit = threading.Lock(), 0, ExitStack()
+
+    def __enter__(self) -> None:
+        from threadpoolctl import threadpool_limits
+
+        with self._lock:
+            if self._inside == 0:
+                self._limit.enter_context(threadpool_limits(limits=1, user_api="blas"))
+            self._inside += 1
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                self._limit.close()
+
+
+linear_algebra_on_one_thread = _OneThread()
 
 
 def workers_for(seconds: float) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import BlurSource, MethodName, RecoverySettings
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.parallel import linear_algebra_on_one_thread
 from focalgradient.progress import Progress
 from focalgradient.psf import DISC_K
 from focalgradient.view import View
@@ -207,7 +208,8 @@ def recover_depth(
     settings = settings.resolved(optics)
     say(0.0, "registering the views")
     problem = Problem(views, RegisteredViews.of(views, align), search, settings)
-    estimate = estimator.estimate(problem)
+    with linear_algebra_on_one_thread:
+        estimate = estimator.estimate(problem)
     for text in _warnings(problem, estimate):
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
