@@ -50,7 +50,11 @@ def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
     share: float, misfit: float, left: float | None
 ) -> None:
     informative = np.arange(64).reshape(8, 8) < share * 64
-    assert left_on_blank(nodes(30, misfit), informative) == left
+    even = np.random.default_rng(0).standard_normal((64, 64)).astype(np.float32)
+    blocks = np.kron(even[:8, :8], np.ones((8, 8), np.float32))
+    assert left_on_blank(nodes(30, misfit), informative, [blocks]) == left
+    if misfit < 1:  # without blocks, what is left is less because noise is taken for more than it is
+        assert left_on_blank(nodes(30, misfit), informative, [even]) is None
 
 
 @pytest.mark.parametrize("quality", [65, 75, 85, 95])

@@ -103,7 +103,8 @@ def estimate(problem: Problem) -> Estimate:
     # Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may differ.
     sound = gains.comparable if gains is not None else split.tau <= LARGEST_TAU
     # What a user gives as noise may be more than there is.
-    blank = left_on_blank(nodes, informative) if gains is None and settings.noise is None else None
+    images = [view.image for view in problem.views]
+    blank = left_on_blank(nodes, informative, images) if gains is None and settings.noise is None else None
     trusted = explained >= EXPLAINED and sound and blank is None
     valid = trusted & known & agrees & equalised.to_blocks(informative, registered.shape)
     ends = frame.outlines if trusted else None

@@ -61,6 +61,12 @@ surfaces are taken for jumps. Without this limit 79.2 and 79.7 % of a photograph
 jumps and near them) is claimed, with it 80.8 and 82.7, without small jumps 81.2 and 84.8; the spheres that the method
 was made with have nearly the same depth."""
 
+IN_FOCUS = 1.0
+"""Blur radius in pixels below which they are looked for all the same: a surface in focus says little about depth, and
+windows beside a blurred one give that one's depth as far as they reach. Of what is claimed near outlines of spheres
+before a wall in focus, 15 and 10 % is off by more than 10 % without this, 10 and 6 % with it (seeds 6 and 8); 17 and
+9 %, 13 and 4 % for seeds that were not looked at (13 and 14)."""
+
 SMOOTH = 1.5
 """Standard deviation in nodes by which the two surfaces are smoothed along an outline."""
 
@@ -101,7 +107,8 @@ def find_small_jumps(
     """
     shape, reach = images[0].shape, equalised.reach(nodes, radii)
     far, near, between = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
-    found = (near > far) & (reach >= LEAST_REACH)
+    blur = reach * equalised.step - equalised.window
+    found = (near > far) & ((reach >= LEAST_REACH) | (blur < IN_FOCUS))
     if not found.any():
         return None
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
