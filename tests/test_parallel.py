@@ -8,9 +8,17 @@ import time
 from pathlib import Path
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from focalgradient.errors import InputError
-from focalgradient.parallel import completed, in_order, processes, scheduler, shared
+from focalgradient.parallel import (
+    completed,
+    in_order,
+    linear_algebra_on_one_thread,
+    processes,
+    scheduler,
+    shared,
+)
 
 PROGRAM = """
 import sys, time
@@ -93,3 +101,16 @@ def test_a_cluster_of_two_of_which_one_is_killed_gives_the_same() -> None:
                     os.kill(victim, signal.SIGKILL)
                 found[number] = result
     assert found == {n: n**2 for n in range(60)}
+
+
+def test_linear_algebra_has_its_threads_again_when_the_last_leaves() -> None:
+    def threads() -> set[int]:
+        return {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        with linear_algebra_on_one_thread:
+            with linear_algebra_on_one_thread:
+                assert threads() == {1}
+            assert threads() == {1}
+        assert threads() == before
