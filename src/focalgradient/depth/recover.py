@@ -12,7 +12,6 @@ import numpy as np
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import BlurSource, MethodName, RecoverySettings
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.parallel import linear_algebra_on_one_thread
 from focalgradient.progress import Progress
 from focalgradient.psf import DISC_K
 from focalgradient.view import View
@@ -200,6 +199,7 @@ def recover_depth(
     from focalgradient.depth.estimate import Problem
     from focalgradient.depth.registration import RegisteredViews
     from focalgradient.depth.search import Search
+    from focalgradient.parallel import linear_algebra_on_one_thread
 
     estimator = METHODS[method].load()
     estimator.check(views)
