@@ -155,7 +155,15 @@ class Eye:
     @property
     def focus_vergence(self) -> float:
         """Vergence in dioptres of the plane in focus: higher in blue light; negative if even infinity is too near."""
-        return self.accommodation - self.chromatic_scale * float(chromatic_difference(self.wavelength_nm))
+        return float(self.focus_in(self.wavelength_nm))
+
+    def focus_in(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+        """Vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
+
+        >>> Eye(0.004, 1.0).focus_in([450, 580, 650]).round(3).tolist()
+        [1.954, 1.0, 0.741]
+        """
+        return np.asarray(self.accommodation - self.chromatic_scale * chromatic_difference(wavelength_nm))
 
     def in_light(self, wavelength_nm: float) -> Eye:
         """The same eye at the same moment in light of this wavelength."""

@@ -107,7 +107,7 @@ class Cones:
     @property
     def focus_vergence(self) -> float:
         """Vergence in dioptres of the plane that is in focus on average over the light's wavelengths."""
-        return float(np.mean([eye.focus_vergence for eye in self.eyes()]))
+        return float(np.mean(self.eye.focus_in(self.wavelengths_nm)))
 
     def eyes(self) -> list[Eye]:
         """The eye in each of the light's wavelengths."""
