@@ -22,6 +22,9 @@ REACH = 4
 WIDTH = 2.0
 """Standard deviation, in nodes, of their weights."""
 
+APART = 2
+"""Nodes from one to the next in wider windows: neighbours have most of their windows in common."""
+
 STEEP = 1.0
 """Prior standard deviation of a plane's slope, in levels per node."""
 
@@ -89,12 +92,12 @@ def _planes(level, sd, known, window, off, first, last, found):  # type: ignore[
         for j in range(level.shape[1]):
             if known[i, j] == 0:
                 continue
-            plane, _, _ = _plane(level, sd, known, window[0], 1.5, i, j, (level[i, j], 0.0, 0.0), off)
-            plane, _, _ = _plane(level, sd, known, window[0], REACH, i, j, plane, off)
+            plane, _, _ = _plane(level, sd, known, window[0], 1.5, 1, i, j, (level[i, j], 0.0, 0.0), off)
+            plane, _, _ = _plane(level, sd, known, window[0], REACH, 1, i, j, plane, off)
             width = WIDTH
             for wider in window[1:]:
                 reach = REACH * 2 * width / WIDTH
-                new, squares, total = _plane(level, sd, known, wider, reach, i, j, plane, off)
+                new, squares, total = _plane(level, sd, known, wider, reach, APART, i, j, plane, off)
                 if squares > FITS * total or (new[0] - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2):
                     break
                 plane, width = new, 2 * width
@@ -102,17 +105,17 @@ def _planes(level, sd, known, window, off, first, last, found):  # type: ignore[
 
 
 @njit(nogil=True, cache=True)
-def _plane(level, sd, known, window, reach, i, j, plane, off):  # type: ignore[no-untyped-def]
-    """A plane through the nodes about one that lie near `plane`, what is left of their squares, and their weight."""
+def _plane(level, sd, known, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
+    """A plane through nodes about one that lie near `plane`, what is left of their squares, and their weight."""
     rows, columns = level.shape
     value, down, right = plane
     far = int(reach)
     here = level[i, j]
     total = squares = one = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
-    for k in range(max(0, i - far), min(rows, i + far + 1)):
+    for k in range(i - min(i, far) // apart * apart, min(rows, i + far + 1), apart):
         y = float(k - i)
         wide = int(np.sqrt(reach * reach - y * y))
-        for m in range(max(0, j - wide), min(columns, j + wide + 1)):
+        for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
             x = float(m - j)
             on = abs(level[k, m] - value - down * y - right * x) <= off + 3 * sd[k, m]
             share = window[abs(k - i), abs(m - j)] if on and known[k, m] > 0 else 0.0
@@ -186,10 +189,11 @@ def _curvature(level, sd, good, width, gap, first, last, variance):  # type: ign
                 continue
             reach, narrow = int(2 * width[i, j]), -1 / (2 * width[i, j] ** 2)
             squares = total = noise = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
-            for k in range(max(0, i - reach), min(rows, i + reach + 1)):
+            apart = APART if reach >= 2 * APART else 1
+            for k in range(i - min(i, reach) // apart * apart, min(rows, i + reach + 1), apart):
                 y = float(k - i)
                 wide = int(np.sqrt(reach * reach - y * y))
-                for m in range(max(0, j - wide), min(columns, j + wide + 1)):
+                for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
                     x, off = float(m - j), level[k, m] - level[i, j]
                     if not good[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
                         continue
