@@ -27,6 +27,7 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
+from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outlines import Again, Outlines, curvature_variance, find_outlines
 from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
@@ -308,6 +309,11 @@ def _by_tiles(
         reach = REACH * float(np.median(np.interp(nodes.level, np.arange(search.levels), blur)))
         curved = equalised.farther_from_jumps(nodes, reach)
     nodes = equalised.beside_jumps(nodes)
+    if shared is not None:
+        good = informative_nodes(nodes, one_waveband=False)
+        between, variance = between_surfaces(equalised, nodes, good, blurs.radius, levels_per_pixel)
+        agrees &= ~equalised.to_blocks(between, registered.shape)
+        curved += variance
     noise_sd = [math.sqrt(robust.scale) * sd for sd in noise_sd]  # of one tile; of more, scaled above
     return _Frame(equalised.part(slice(0), slice(0)), nodes, curved, agrees, split, noise_sd, law, ends)
 
