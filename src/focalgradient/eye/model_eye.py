@@ -161,7 +161,7 @@ class Eye:
         """Vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
 
         >>> Eye(0.004, 1.0).focus_in([450, 580, 650]).round(3).tolist()
-        [1.954, 1.0, 0.741]
+        [1.954, 1.0, 0.722]
         """
         return np.asarray(self.accommodation - self.chromatic_scale * chromatic_difference(wavelength_nm))
 
