@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -12,11 +13,26 @@ from focalgradient.parallel import share_rows
 
 Value = TypeVar("Value", bound=np.generic)
 
-SEPARATE = 49.0
-"""Squared distance, over the variance, beyond which two values do not lie on one surface."""
 
-GROWTH = (0.5, 0.75, 1.125, 1.7)
-"""Windows that planes are fitted in, one after another, in units of the window of the settings."""
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """How planes grow: windows that they are fitted in one after another, and what is left out of them."""
+
+    windows: tuple[float, ...]  # in units of the window asked for
+    separate: float  # squared distance, over the variance, beyond which two values do not lie on one surface
+
+    @property
+    def first(self) -> Growth:
+        """The first windows alone."""
+        return replace(self, windows=self.windows[:2])
+
+
+SMOOTH = Growth((0.5, 0.75, 1.125, 1.7), 49.0)
+"""For surfaces that are smooth."""
+
+HELD_APART = Growth((0.5, 0.75, 1.125, 1.7, 2.5), 16.0)
+"""For surfaces that lie close to each other: where two meet, less of one is taken for the other; planes are as wide in
+narrower windows."""
 
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""
@@ -277,6 +293,7 @@ def grow_planes(
     sd: NDArray[np.float64],
     windows: list[float],
     steep: float,
+    separate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Planes fitted about each block, in windows that grow over whatever lies on one surface.
 
@@ -296,6 +313,8 @@ def grow_planes(
         Gaussian windows (sd, in blocks), from the narrowest up.
     steep
         Prior standard deviation of a plane's slope, per block.
+    separate
+        Squared distance, over the variance, beyond which a neighbour does not count.
 
     Returns
     -------
@@ -308,7 +327,7 @@ def grow_planes(
         grown, variance = np.empty_like(state), state[3] * sd**2
 
         def work(first: int, last: int) -> None:
-            _grow_planes(weight, weighted, variance, state, window, steep, first, last, grown)  # noqa: B023
+            _grow_planes(weight, weighted, variance, state, window, steep, separate, first, last, grown)  # noqa: B023
 
         share_rows(len(level), work)
         state = grown
@@ -316,7 +335,9 @@ def grow_planes(
 
 
 @njit(nogil=True, cache=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
-def _grow_planes(weight, weighted, variances, state, window, steep, first, last, grown):  # type: ignore[no-untyped-def]
+def _grow_planes(  # type: ignore[no-untyped-def]
+    weight, weighted, variances, state, window, steep, separate, first, last, grown
+):
     rows, columns = weight.shape
     reach = int(np.ceil(2.2 * window))
     fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * window * window))
@@ -336,7 +357,7 @@ def _grow_planes(weight, weighted, variances, state, window, steep, first, last,
                         x = j - column
                         # At the start every variance is infinite, and every neighbour counts.
                         apart = state[0, i, j] - (value + down * y + right * x)
-                        s = min(1.0, apart * apart / (SEPARATE * (variance + variances[i, j])))
+                        s = min(1.0, apart * apart / (separate * (variance + variances[i, j])))
                         w = fall_y * fall[abs(x)] * (1 - s) * (1 - s)
                         a = w * weight[i, j]
                         b = w * (weighted[i, j] - weight[i, j] * value)

@@ -23,8 +23,8 @@ from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
-    GROWTH,
     NODES,
+    SMOOTH,
     STEEP,
     block_sum,
     gather,
@@ -101,7 +101,8 @@ def estimate(problem: Problem) -> Estimate:
     weight = np.maximum((peak.share * sharpness).sum(axis=0), 0)
     weighted = (peak.rise * sharpness).sum(axis=0) / unit + weight * level
     noise_sd = np.sqrt((peak.rise**2 * single).sum(axis=0)) / unit
-    fine, fine_sd = grow_planes(weight, weighted, level, noise_sd, [window * growth for growth in GROWTH], STEEP)
+    windows = [window * growth for growth in SMOOTH.windows]
+    fine, fine_sd = grow_planes(weight, weighted, level, noise_sd, windows, STEEP, SMOOTH.separate)
     sd = np.sqrt(fine_sd**2 + (peak.shape_sd / unit) ** 2 + _across_jumps(fine, window))
     apart = sd + STEEP  # as far as blocks of one surface differ
     shape = registered.shape

@@ -7,10 +7,8 @@ fits best is taken; pixels whose views contradict each other at every depth are 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,36 +19,29 @@ from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import (
     Equalised,
     Nodes,
-    ResidualStatistics,
     SharedPower,
     equalise,
     scene_power,
 )
 from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
-from focalgradient.depth.equalise.outlines import Again, Outlines, curvature_variance, find_outlines
+from focalgradient.depth.equalise.outline_places import zone_reach
+from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, may_jump, overlap
+from focalgradient.depth.equalise.robust import Part, Robust, read_again, robust_depth
 from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
-from focalgradient.depth.equalise.tiles import Tile, join_nodes, join_splits, tiles
+from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles, tiles_about
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
-from focalgradient.depth.numerics import GROWTH, NODES
-from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.numerics import HELD_APART, NODES
 from focalgradient.depth.search import Blurs, Search
-from focalgradient.depth.validity import BLUR_ERROR, blur_is_known
+from focalgradient.depth.validity import blur_is_known
 
 __all__ = ["estimate"]
-
-CHECK_SIDE = 5
-"""Side in pixels of the squares in which the views' agreement is tested."""
-
-ERRS = 1.1
-"""Median of what is left of the views, over the noise's power, from which more than noise is left: right models leave
-0.99 to 1.01, JPEG of quality 90 about 1.5."""
 
 LEFT = 1.03
 """Median of what is left of the views, over the noise's power, from which the model errs: right models leave 0.99 to
@@ -61,23 +52,18 @@ COHERENT = 0.1
 the part which is left: with it 94 to 99 % of depth on natural texture in JPEG of quality 90 and 95 lies within two sd;
 quality 75, with 73 %, would need 0.2 (`benchmarks/stored_photographs.py`)."""
 
-SPECK = 3
-"""Nodes across which depth must rest on texture for any of them to count: as far as two sd of a window reach."""
+FARTHER = 2.0
+"""How far filters carry one surface over another in different wavebands, in radii of blur."""
 
-REACH = 2.0
-"""How far into the frame the light from beyond it is felt, in radii of blur."""
+FINER, LEAST_WINDOW = 0.625, 2.0
+"""Size of the windows in which depth about outlines is estimated, over that of the settings, and the least of them in
+pixels: what lies within a window of an outline takes part of the other side's depth."""
 
 BAND = 4_000_000
 """Pixels that are worked out at a time."""
 
 COMMON = 1024
 """Side in pixels of the part of a large frame from which is estimated what all its tiles have in common."""
-
-ROUNDS = 6
-"""Times that contradicting pixels are looked for, at most."""
-
-SETTLED = 2e-3
-"""Share of the pixels that changes in a round, below which the search for contradicting pixels ends."""
 
 
 def estimate(problem: Problem) -> Estimate:
@@ -282,22 +268,21 @@ def _by_tiles(
         equalised = equalise(views.images, blurs, noise_sd, window=settings.window, shared=shared, power=power)
         if law is not None:
             equalised.divide(uneven_noise(law, views))
-        inward = tile.inward(registered.shape)
-        args = (equalised, views, inward, settings.false_alarm, blur, levels_per_pixel, raisable)
-        robust = _estimate_robustly(*args, at if raisable is not None else None)
-        law = law or robust.law
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, blur, levels_per_pixel)
+        robust, rises, split = _robustly(equalised, part, raisable, at if raisable is not None else None)
+        law = law or rises
         agrees[tile.core] = robust.agrees[tile.within]
         found.append((tile, robust.nodes))
-        splits.append(robust.split)
+        splits.append(split)
         # Wavebands have textures of their own, whose residuals are no contradiction.
         if settings.outlines and shared is None:
-            outlines = _outlines(equalised, robust, views.images, blurs, levels_per_pixel)
+            outlines = _outlines(equalised, robust, part, blurs, split.tau)
             if outlines is not None:
                 ends = ends or Outlines.none(registered.shape)
                 ends.fill(tile, outlines)
             del outlines
         if number + 1 < len(parts):
-            del equalised, robust, args  # before the next tile's are made
+            del equalised, robust, part  # before the next tile's are made
     nodes = join_nodes(found, registered.shape, step)
     curved, split = np.zeros(nodes.level.shape), join_splits(splits)
     if settings.outlines and shared is None:
@@ -306,7 +291,7 @@ def _by_tiles(
         radius = np.interp(nodes.level, np.arange(search.levels), blur)
         curved = np.maximum(curved - (split.tau * np.maximum(LEAST_BLUR, radius) * levels_per_pixel) ** 2, 0)
     if shared is not None:  # no outline is looked for, and filters carry one side over the other as far as blur reaches
-        reach = REACH * float(np.median(np.interp(nodes.level, np.arange(search.levels), blur)))
+        reach = FARTHER * float(np.median(np.interp(nodes.level, np.arange(search.levels), blur)))
         curved = equalised.farther_from_jumps(nodes, reach)
     nodes = equalised.beside_jumps(nodes)
     if shared is not None:
@@ -318,59 +303,15 @@ def _by_tiles(
     return _Frame(equalised.part(slice(0), slice(0)), nodes, curved, agrees, split, noise_sd, law, ends)
 
 
-def _outlines(
-    equalised: Equalised, robust: _Robust, images: Sequence[Image], blurs: Blurs, levels_per_pixel: float
-) -> Outlines | None:
-    """Outlines of a tile, and depth about them; None where there are none."""
-    return find_outlines(
-        equalised,
-        robust.nodes,
-        partial(_read_again, robust),
-        informative_nodes(robust.nodes),
-        robust.agrees,
-        blurs.radius,
-        levels_per_pixel,
-        robust.scale,
-        images,
-        robust.split.tau,
-    )
+def _robustly(
+    equalised: Equalised, part: Part, raisable: float | None, brightness: float | None
+) -> tuple[Robust, NoiseLaw | None, SplitBand]:
+    """Depth without contradicting pixels, how noise rises with brightness if it does, and the model's error.
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Robust:
-    """Depth as estimated without contradicting pixels."""
-
-    nodes: Nodes
-    agrees: NDArray[np.bool_]  # H x W: whether a pixel's views agree
-    scale: float  # noise variance in units of the one assumed
-    law: NoiseLaw | None  # where noise was found to rise with brightness
-    split: SplitBand
-    used: NDArray[np.bool_]  # H x W: pixels that depth rests on
-    energy: Image  # L x h x w: their squared residuals, summed over each node's block
-
-
-def _estimate_robustly(
-    equalised: Equalised,
-    registered: RegisteredViews,
-    inward: NDArray[Any],
-    false_alarm: float,
-    blur: FloatArray,
-    levels_per_pixel: float,
-    raisable: float | None,
-    brightness: float | None,
-) -> _Robust:
-    """Estimate depth without contradicting pixels, and without what blur from beyond the frame reaches.
-
-    `inward` is each pixel's distance from the frame's border (H x W); `blur` the largest blur radius in pixels at each
-    level, with `levels_per_pixel` of it; `brightness` that at which the noise is known, or None where noise is even.
-    Contradicting pixels mislead the windows around them, so they are found, left out, and looked for again.
+    `raisable` is by how much the noise's variance may be raised; `brightness` that at which the noise is known, or None
+    where noise is even.
     """
-    tolerance = BLUR_ERROR * blur * levels_per_pixel
-    # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
-    rim = min(round(equalised.window), min(registered.shape) // 8)
-    middle = (slice(rim, -rim), slice(rim, -rim))
-    agrees, used = registered.usable, registered.usable & (inward >= rim)
-    # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
+    used = part.usable(equalised)
     weight = used.astype(np.float32)
     energy = equalised.energy(weight)
 
@@ -380,56 +321,44 @@ def _estimate_robustly(
         mean, support = equalised.averages(energy, weight)
         return equalised.minima(mean[:, ::2, ::2], support[::2, ::2])
 
-    law, some = even_out(equalised, read, registered, brightness, 2)
-    mean, support = equalised.averages(energy, weight)
+    # Only once: where contradiction is wide, what is left of it after each round would pass for ever less noise.
+    law, some = even_out(equalised, read, part.views, brightness, 2)
     scale = min(raisable, equalised.noise_found(some)) if raisable is not None else 1.0
-    nodes = equalised.minima(mean, support, scale)
-    for _ in range(ROUNDS):
-        local, before = equalised.evaluate(nodes), used
-        agreement = equalised.agreement(local, scale, CHECK_SIDE, false_alarm, tolerance)
-        agrees = registered.usable & np.pad(agreement[middle], rim, mode="edge")
-        reach = REACH * np.interp(local.level, np.arange(equalised.levels), blur)
-        within = registered.usable & (inward >= np.clip(reach, rim, min(registered.shape) / 6))
-        used = agrees & within
-        weight, changed = used.astype(np.float32), before ^ used
-        if changed.mean() < SETTLED:
-            break
-        equalised.sum_again(energy, weight, changed)
-        nodes = equalised.minima(*equalised.averages(energy, weight), scale)
-    first = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, local), weight, scale, GROWTH[:2])
-    nodes = replace(first, sd=nodes.sd)
-    local, images = equalised.evaluate_images(nodes)
-    nodes = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, local), weight, scale)  # again, about the first
-    nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
+    robust = robust_depth(equalised, part, used, energy, scale)
     # The test's filters would carry what is saturated, or comes from beyond the frame, over the rest. Where both are
     # left out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives.
-    kept = within.astype(np.float32)
-    images = [(kept * value, kept * derivative) for value, derivative in images]
-    split = split_band_test(equalised, nodes, images, weight, blur, levels_per_pixel, scale, informative_nodes(nodes))
-    summed = before if changed.mean() < SETTLED else used
-    return _Robust(nodes, agrees, scale, law, split, summed, energy)
+    kept, weight = robust.within.astype(np.float32), (robust.agrees & robust.within).astype(np.float32)
+    images = [(kept * value, kept * derivative) for value, derivative in robust.images]
+    informative = informative_nodes(robust.nodes)
+    args = (equalised, robust.nodes, images, weight, part.blur, part.levels_per_pixel, scale, informative)
+    return robust, law, split_band_test(*args)
 
 
-def _with_texture_of_its_own(
-    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, scale: float
-) -> Nodes:
-    """The same nodes, without texture where it lies far away, or shows in hardly a node among others without any."""
-    near = equalised.near_texture(nodes, local, weight, scale)
-    nodes = replace(nodes, texture=np.where(near, nodes.texture, 0))
-    found = informative_nodes(nodes)
-    if not found.any() or np.median(nodes.misfit[found]) < ERRS:
-        return nodes
-    # Windows overlap, so that texture shows in several nodes side by side; compression of blank paper, in one or two.
-    specks = found & ~ndimage.binary_opening(found, np.ones((SPECK, SPECK), np.bool_))
-    return replace(nodes, texture=np.where(specks, 0, nodes.texture))
-
-
-def _read_again(robust: _Robust, equalised: Equalised, tile: Tile, kept: NDArray[np.bool_]) -> Again:
-    """Depth at a tile's nodes from its pixels of `kept` (H x W) alone, and the nodes where it rests on signal."""
-    before = robust.used[tile.outer]
-    weight, energy = (before & kept).astype(np.float32), robust.energy[:, *tile.outer_nodes(equalised.step)].copy()
-    equalised.sum_again(energy, weight, before & ~kept)
-    nodes = equalised.minima(*equalised.averages(energy, weight), robust.scale)
-    beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
-    nodes = equalised.refine(nodes, beside, weight, robust.scale)
-    return nodes, informative_nodes(nodes)
+def _outlines(equalised: Equalised, robust: Robust, part: Part, blurs: Blurs, tau: float) -> Outlines | None:
+    """Outlines of a part of the frame, and depth about them, from narrower windows; None where there are none."""
+    levels_per_pixel, window, found = part.levels_per_pixel, max(LEAST_WINDOW, FINER * equalised.window), None
+    informative, agrees = informative_nodes(robust.nodes), robust.agrees
+    some = may_jump(equalised, robust.nodes, informative, agrees, blurs.radius, levels_per_pixel)
+    reach, shape = zone_reach(blurs.radius, equalised.window), robust.agrees.shape
+    for tile in tiles_about(some, equalised.step, shape, reach, overlap(equalised)):
+        finer, here = equalised.part(*tile.outer).in_windows(window), part.of(tile)
+        used = here.usable(finer)
+        energy = finer.energy(used.astype(np.float32))
+        fine = robust_depth(finer, here, used, energy, robust.scale, HELD_APART)
+        outlines = find_outlines(
+            finer,
+            fine.nodes,
+            partial(read_again, fine),
+            informative_nodes(fine.nodes),
+            fine.agrees,
+            blurs.radius,
+            levels_per_pixel,
+            robust.scale,
+            here.views.images,
+            tau,
+            equalised.window,
+        )
+        if outlines is not None:
+            found = found or Outlines.none(shape)
+            found.fill(tile, outlines)
+    return found

@@ -37,6 +37,7 @@ from focalgradient.depth.filters import (
     natural_levels,
     natural_power,
 )
+from focalgradient.depth.numerics import SMOOTH, Growth
 from focalgradient.depth.search import Blurs
 
 __all__ = [
@@ -144,6 +145,10 @@ class Equalised:
         residuals = [replace(residual, images=own) for residual, own in zip(self.residuals, images, strict=True)]
         return replace(self, residuals=residuals)
 
+    def in_windows(self, window: float) -> Equalised:
+        """The same comparison, averaged in windows of another size, at nodes of their own."""
+        return replace(self, window=window, step=_step(window))
+
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
         for residual in self.residuals:
@@ -170,7 +175,8 @@ class Equalised:
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
         """Change `energy` to that with `weight`, where only the pixels of `changed` (H x W) have another weight."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
-        energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
+        if blocks.any():
+            energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
 
     def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
         """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""
@@ -242,7 +248,7 @@ class Equalised:
         local: ResidualStatistics,
         weight: Image,
         noise: float = 1.0,
-        growth: Sequence[float] = numerics.GROWTH,
+        growth: Growth = SMOOTH,
     ) -> Nodes:
         """Let depth slope within the window: a local plane through the levels that pixels give.
 
@@ -266,14 +272,15 @@ class Equalised:
             share * numerics.block_sum(weight * (score + slope * start), self.step),
             self.even.at(nodes.level),
             noise_sd,
-            [self.window * g / self.step for g in growth],
+            [self.window * g / self.step for g in growth.windows],
             numerics.STEEP,
+            growth.separate,
         )
         fitted, sd = self.even.levels(fitted, sd)
         # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
-        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth[-1], 2 * sd)))
+        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth.windows[-1], 2 * sd)))
 
     def near_texture(
         self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0
@@ -425,7 +432,12 @@ def equalise(
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
     residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     change = np.sum([residual.change for residual in residuals], axis=0)
-    return Equalised(residuals, max(1, round(window / numerics.NODES)), window, change, EvenCoordinate.of(blurs.radius))
+    return Equalised(residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius))
+
+
+def _step(window: float) -> int:
+    """Pixels from one node to the next."""
+    return max(1, round(window / numerics.NODES))
 
 
 def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:

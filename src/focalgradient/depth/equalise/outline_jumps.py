@@ -26,7 +26,7 @@ from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.parallel import share_rows
 
-__all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
+__all__ = ["SmallJumps", "between_surfaces", "find_small_jumps", "small_jumps"]
 
 DIRECTIONS = 8
 """Directions in which jumps are looked for."""
@@ -40,7 +40,7 @@ BETWEEN = 0.2
 SURE = 6.0
 """Standard deviations of a node's depth by which depth must rise from one side to the other."""
 
-MOSTLY = 0.5
+MOSTLY = 0.7
 """Share of that rise that must be the jump, and not the plane's slope."""
 
 LEAST = 0.2
@@ -55,7 +55,7 @@ STEEP = 0.4
 FEWEST = 1.0
 """Nodes that must be there on either side, over the square of how far window and blur reach: half of them all."""
 
-LEAST_REACH = 2.4
+LEAST_REACH = 2.7
 """Nodes that window and blur must reach for a small jump: where blur is below about 4 pixels, clutter and curved
 surfaces are taken for jumps. Without this limit 79.2 and 79.7 % of a photograph (`analysis/motorcycle.py`, away from
 jumps and near them) is claimed, with it 80.8 and 82.7, without small jumps 81.2 and 84.8; the spheres that the method
@@ -150,6 +150,15 @@ def find_small_jumps(
     return SmallJumps(
         inside, side, distance, np.where(side, np.maximum(level, high), np.minimum(level, low)), high - low
     )
+
+
+def small_jumps(
+    equalised: Equalised, nodes: Nodes, good: NDArray[np.bool_], radii: FloatArray, levels_per_pixel: float
+) -> NDArray[np.bool_]:
+    """Nodes (h x w) at which depth alone shows a jump. Arguments are those of `find_small_jumps`."""
+    reach = equalised.reach(nodes, radii)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
+    return np.asarray(near > far)
 
 
 def between_surfaces(

@@ -30,7 +30,7 @@ from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import find_small_jumps
+from focalgradient.depth.equalise.outline_jumps import find_small_jumps, small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR,
     GAP,
@@ -46,7 +46,7 @@ from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.validity import blur_is_known
 
-__all__ = ["Again", "Outlines", "curvature_variance", "find_outlines"]
+__all__ = ["Outlines", "curvature_variance", "find_outlines", "may_jump", "overlap"]
 
 SAME = 0.75
 """Difference of blur radius, in pixels, up to which depths may belong to one curved surface."""
@@ -84,6 +84,12 @@ WIDE = 4.0
 
 BEYOND = 2.0
 """Windows beyond the reach of an outline in which windows may give no depth because of it."""
+
+WIDE_NODES = 3
+"""Nodes across which views must contradict each other for an outline to be looked for there."""
+
+OVER = 2.0
+"""Windows from an outline in which depth of either side is carried over it."""
 
 
 Value = TypeVar("Value", bound=np.generic)
@@ -134,6 +140,7 @@ def find_outlines(
     noise: float,
     images: Sequence[Image],
     tau: float = 0.0,
+    wider: float = 0.0,
 ) -> Outlines | None:
     """Outlines among the depths of `nodes`, and depth on either side of them; None where there are none.
 
@@ -160,6 +167,9 @@ def find_outlines(
         The views themselves, H x W each.
     tau
         Error of the blur model as a share of the blur: what it explains is no jump.
+    wider
+        Windows, in pixels, in which depth is estimated where there are no outlines: as far as these reach over an
+        outline, depth of `nodes` replaces it, too.
     """
     shape, gap, step = agrees.shape, GAP * levels_per_pixel, equalised.step
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
@@ -171,11 +181,8 @@ def find_outlines(
     blur = np.maximum(LEAST_BLUR, np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0)))
     jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * blur)
     jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, good, gap), jump_sd, good, gap)
-    if jumps is None:
-        return small
-    found = None
-    overlap = step * surfaces.FARTHEST + round(WIDE * equalised.window)
-    for tile in tiles_about(jumps[..., 0] >= 0, step, shape, zone_reach(radii, equalised.window), overlap):
+    found, there = None, np.zeros(good.shape, np.bool_) if jumps is None else jumps[..., 0] >= 0
+    for tile in tiles_about(there, step, shape, zone_reach(radii, equalised.window), overlap(equalised)):
         within = tile.outer_nodes(step)
         here = equalised.part(*tile.outer)
         large = _find_large(
@@ -193,9 +200,42 @@ def find_outlines(
         if large is not None:
             found = found or Outlines.none(shape)
             found.fill(tile, large)
-    if found is None or small is None:
-        return found or small
-    return found.before(small)
+    ends = found.before(small) if found and small else found or small
+    if ends is None or not ends.side.any():
+        return ends
+    # Beside outlines, what these windows give takes the place of what wider ones carry over them.
+    curved = nodes.sd**2 + curvature_variance(nodes, informative, radii, equalised, levels_per_pixel)
+    reach = np.interp(level, np.arange(equalised.levels), radii.max(axis=0)) + OVER * wider
+    beside = (ndimage.distance_transform_edt(ends.side == 0) <= reach) & ~ends.replaced
+    ends.replaced[beside] = True
+    ends.level[beside] = level[beside]
+    ends.sd[beside] = equalised.to_pixels(np.sqrt(curved), nodes.sd, shape)[beside]
+    ends.valid[beside] = (agrees & equalised.to_blocks(informative, shape))[beside]
+    return ends
+
+
+def may_jump(
+    equalised: Equalised,
+    nodes: Nodes,
+    informative: NDArray[np.bool_],
+    agrees: NDArray[np.bool_],
+    radii: FloatArray,
+    levels_per_pixel: float,
+) -> NDArray[np.bool_]:
+    """Nodes (h x w) at which depth jumps, or the views contradict each other, as windows show it; jumps may lie near them.
+
+    Arguments are those of `find_outlines`.
+    """
+    gap = GAP * levels_per_pixel
+    jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, informative, gap), nodes.sd, informative, gap)
+    some = small_jumps(equalised, nodes, informative, radii, levels_per_pixel)
+    some |= ndimage.binary_opening(_share(agrees, equalised.step) < HALF, np.ones((WIDE_NODES, WIDE_NODES), np.bool_))
+    return some if jumps is None else some | (jumps[..., 0] >= 0)
+
+
+def overlap(equalised: Equalised) -> int:
+    """Pixels beyond a tile's core from which depth in it is worked out."""
+    return equalised.step * surfaces.FARTHEST + round(WIDE * equalised.window)
 
 
 def _find_large(

@@ -162,7 +162,7 @@ def _halves(
     for number, drift in enumerate(drifts):
         sums[2 * number] += count * np.interp(nodes.level, np.arange(equalised.levels), drift)
     # The window that depth is gathered over last.
-    window = equalised.window * numerics.GROWTH[-1] / equalised.step
+    window = equalised.window * numerics.SMOOTH.windows[-1] / equalised.step
     gathered = numerics.gather(sums.astype(np.float32), window).astype(float)
     squares = numerics.gather(sums[1::2].astype(np.float32), window / np.sqrt(2)).astype(float)
     total = np.maximum(gathered[1::2], 1e-9)
