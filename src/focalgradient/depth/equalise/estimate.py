@@ -336,13 +336,14 @@ def _robustly(
 
 def _outlines(equalised: Equalised, robust: Robust, part: Part, blurs: Blurs, tau: float) -> Outlines | None:
     """Outlines of a part of the frame, and depth about them, from narrower windows; None where there are none."""
-    levels_per_pixel, window, found = part.levels_per_pixel, max(LEAST_WINDOW, FINER * equalised.window), None
+    levels_per_pixel, found = part.levels_per_pixel, None
+    narrow = equalised.in_windows(max(LEAST_WINDOW, FINER * equalised.window))
     informative, agrees = informative_nodes(robust.nodes), robust.agrees
     some = may_jump(equalised, robust.nodes, informative, agrees, blurs.radius, levels_per_pixel)
     reach, shape = zone_reach(blurs.radius, equalised.window), robust.agrees.shape
-    for tile in tiles_about(some, equalised.step, shape, reach, overlap(equalised)):
-        finer, here = equalised.part(*tile.outer).in_windows(window), part.of(tile)
-        used = here.usable(finer)
+    for tile in tiles_about(some, equalised.step, shape, reach, overlap(narrow)):
+        finer, here = narrow.part(*tile.outer), part.of(tile)
+        used = here.usable(finer) & robust.used[tile.outer]
         energy = finer.energy(used.astype(np.float32))
         fine = robust_depth(finer, here, used, energy, robust.scale, HELD_APART)
         outlines = find_outlines(

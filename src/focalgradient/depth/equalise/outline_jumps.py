@@ -43,6 +43,9 @@ SURE = 6.0
 MOSTLY = 0.7
 """Share of that rise that must be the jump, and not the plane's slope."""
 
+APART = 2
+"""Nodes from one to the next that are looked at, where window and blur reach over as many."""
+
 LEAST = 0.2
 """Difference of blur radius, in pixels of the widest view, from which a difference is a jump."""
 
@@ -55,11 +58,9 @@ STEEP = 0.4
 FEWEST = 1.0
 """Nodes that must be there on either side, over the square of how far window and blur reach: half of them all."""
 
-LEAST_REACH = 2.7
-"""Nodes that window and blur must reach for a small jump: where blur is below about 4 pixels, clutter and curved
-surfaces are taken for jumps. Without this limit 79.2 and 79.7 % of a photograph (`analysis/motorcycle.py`, away from
-jumps and near them) is claimed, with it 80.8 and 82.7, without small jumps 81.2 and 84.8; the spheres that the method
-was made with have nearly the same depth."""
+LEAST_BLUR = 4.0
+"""Blur radius in pixels from which small jumps are looked for: below it, clutter and curved surfaces are taken for
+them."""
 
 IN_FOCUS = 1.0
 """Blur radius in pixels below which they are looked for all the same: a surface in focus says little about depth, and
@@ -113,7 +114,7 @@ def find_small_jumps(
     shape, reach = images[0].shape, equalised.reach(nodes, radii)
     far, near, between = _surfaces(nodes.level, nodes.sd, good, reach, LEAST * levels_per_pixel)
     blur = reach * equalised.step - equalised.window
-    found = (near > far) & ((reach >= LEAST_REACH) | (blur < IN_FOCUS))
+    found = (near > far) & ((blur >= LEAST_BLUR) | (blur < IN_FOCUS))
     if not found.any():
         return None
     apart, index = ndimage.distance_transform_edt(~found, return_indices=True)
@@ -216,8 +217,11 @@ def _find(level, known, reach, least, first, last, found):  # type: ignore[no-un
             most = 0.0
             for direction in range(DIRECTIONS):
                 down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
+                if _rises_little(level, known, reach[i, j], i, j, down, right, least / 2):
+                    continue
                 count, weights, low, high = _sides(level, known, reach[i, j], i, j, down, right)
-                if count < max(5, FEWEST * reach[i, j] ** 2):
+                apart = APART if reach[i, j] >= 2 * APART else 1
+                if count < max(5, FEWEST * (reach[i, j] / apart) ** 2):
                     continue
                 rise = high - low
                 sure = abs(rise) / np.sqrt((1 / weights[0] + 1 / weights[1]) / 2)
@@ -241,17 +245,30 @@ def _find(level, known, reach, least, first, last, found):  # type: ignore[no-un
 
 
 @njit(nogil=True, cache=True)
+def _rises_little(level, known, reach, i, j, down, right, least):  # type: ignore[no-untyped-def]
+    """Whether one known node on either side of a node shows hardly a difference of depth."""
+    rows, columns = level.shape
+    far = (1 + FARTHEST) / 2 * reach
+    k, m = round(i + far * down), round(j + far * right)
+    p, q = round(i - far * down), round(j - far * right)
+    if not (0 <= k < rows and 0 <= m < columns and 0 <= p < rows and 0 <= q < columns):
+        return False
+    return known[k, m] > 0 and known[p, q] > 0 and abs(level[k, m] - level[p, q]) < least
+
+
+@njit(nogil=True, cache=True)
 def _sides(level, known, reach, i, j, down, right):  # type: ignore[no-untyped-def]
     """Nodes on the side of a node that has fewer, the mean weight on either, and how far their mean lies from it."""
     rows, columns = level.shape
     far, here = FARTHEST * reach, level[i, j]
     count0 = count1 = weight0 = weight1 = off0 = off1 = 0.0
-    for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
+    apart = APART if reach >= 2 * APART else 1
+    for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
         left, end = max(0, j - int(far)), min(columns, j + int(far) + 1)
         if down > 1e-6:  # what lies across is a strip, and little of the square
             middle, half = j + (k - i) * right / down, ACROSS * reach / down + 1
             left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
-        for m in range(left, end):
+        for m in range(left, end, apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             away = abs(along)
             if known[k, m] == 0 or away < reach or away > far or abs(across) > ACROSS * reach:
@@ -276,8 +293,9 @@ def _equations(level, known, reach, i, j, down, right, a):  # type: ignore[no-un
     rows, columns = level.shape
     far, term = FARTHEST * reach, np.empty(4)
     a[:] = 0
-    for k in range(max(0, i - int(far)), min(rows, i + int(far) + 1)):
-        for m in range(max(0, j - int(far)), min(columns, j + int(far) + 1)):
+    apart = APART if reach >= 2 * APART else 1
+    for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
+        for m in range(j - min(j, int(far)) // apart * apart, min(columns, j + int(far) + 1), apart):
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             if known[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > ACROSS * reach:
                 continue

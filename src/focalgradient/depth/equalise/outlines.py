@@ -222,7 +222,7 @@ def may_jump(
     radii: FloatArray,
     levels_per_pixel: float,
 ) -> NDArray[np.bool_]:
-    """Nodes (h x w) at which depth jumps, or the views contradict each other, as windows show it; jumps may lie near them.
+    """Nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
 
     Arguments are those of `find_outlines`.
     """

@@ -30,7 +30,7 @@ LEAST_CORE = 640
 HELD = 140_000_000
 """Pixels of filtered images that a tile may hold, about: 0.56 GB of them."""
 
-MUCH = 0.4
+MUCH = 0.75
 """Share of the frame up to which parts of it are worth being worked out by themselves."""
 
 OVERLAP = 160
