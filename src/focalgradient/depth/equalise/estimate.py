@@ -37,7 +37,7 @@ from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
-from focalgradient.depth.numerics import HELD_APART, NODES
+from focalgradient.depth.numerics import HELD_APART, NODES, block_sum
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import blur_is_known
 
@@ -58,6 +58,10 @@ FARTHER = 2.0
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows in which depth about outlines is estimated, over that of the settings, and the least of them in
 pixels: what lies within a window of an outline takes part of the other side's depth."""
+
+TENTH, BLUR_BESIDE = 0.1, 0.15
+"""Share of its distance, or blur radius in pixels, to which a surface must be known about an outline for depth to be
+claimed: the greater holds. Between outlines that lie closer together than windows do, surfaces are known to less."""
 
 BAND = 4_000_000
 """Pixels that are worked out at a time."""
@@ -207,7 +211,9 @@ def _about_outlines(
     radius = search.radius(vergence.astype(float))
     sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
     valid = ends.valid.copy()
-    valid[at] &= blur_is_known(ends.sd[at] * search.spacing * search.slope, radius)
+    own_sd = ends.sd[at] * search.spacing
+    valid[at] &= blur_is_known(own_sd * search.slope, radius)
+    valid[at] &= own_sd <= np.maximum(TENTH * vergence, BLUR_BESIDE / search.slope)
     y, x = np.nonzero(at)
     return vergence, np.hypot(sd, _model_sd(left[y // step, x // step], radius, search, split)), valid
 
@@ -341,7 +347,8 @@ def _outlines(equalised: Equalised, robust: Robust, part: Part, blurs: Blurs, ta
     informative, agrees = informative_nodes(robust.nodes), robust.agrees
     some = may_jump(equalised, robust.nodes, informative, agrees, blurs.radius, levels_per_pixel)
     reach, shape = zone_reach(blurs.radius, equalised.window), robust.agrees.shape
-    for tile in tiles_about(some, equalised.step, shape, reach, overlap(narrow)):
+    some = block_sum(equalised.to_blocks(some, shape).astype(np.float32), narrow.step) > 0
+    for tile in tiles_about(some, narrow.step, shape, reach, overlap(narrow)):
         finer, here = narrow.part(*tile.outer), part.of(tile)
         used = here.usable(finer) & robust.used[tile.outer]
         energy = finer.energy(used.astype(np.float32))

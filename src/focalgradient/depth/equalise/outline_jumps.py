@@ -58,7 +58,7 @@ STEEP = 0.4
 FEWEST = 1.0
 """Nodes that must be there on either side, over the square of how far window and blur reach: half of them all."""
 
-LEAST_BLUR = 4.0
+LEAST_BLUR = 3.5
 """Blur radius in pixels from which small jumps are looked for: below it, clutter and curved surfaces are taken for
 them."""
 
