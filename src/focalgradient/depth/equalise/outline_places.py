@@ -17,7 +17,7 @@ from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = ["CLEAR", "GAP", "Located", "few_large", "locate", "squared_residual", "zone_reach"]
 
-ONSET = 0.75
+ONSET = 0.9
 """Share of the reach of blur and filters (`_reach`) within which residuals are larger than noise."""
 
 LARGE = 4.0

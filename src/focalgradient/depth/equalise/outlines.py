@@ -69,7 +69,7 @@ SMALL_SD = 4.0
 CHANGED = 0.3
 """Share of depth's change beside a small jump that is its standard deviation."""
 
-REJECTED = 2.0
+REJECTED = 1.5
 """Pixels to either side of an outline where no depth is claimed."""
 
 HALF = 0.5
