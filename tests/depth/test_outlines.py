@@ -9,6 +9,7 @@ from scipy import ndimage
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.surfaces import curvature_variance, pairs, planes
+from focalgradient.depth.numerics import HELD_APART, SMOOTH, STEEP, grow_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
 
@@ -130,6 +131,22 @@ def test_curves_keep_the_near_side_on_their_right() -> None:
     # The middle lies to the right of the way, rows counting down: the way turns with the clock.
     assert ((x[:-1] - 25) * np.diff(y) - (y[:-1] - 20) * np.diff(x)).mean() > 0
     assert curves(np.abs(side)) == []
+
+
+def test_surfaces_close_to_each_other_are_held_apart() -> None:
+    """Two levels, four standard deviations of a block apart: growing planes mix them less where they are held apart."""
+    random = np.random.default_rng(0)
+    true = np.where(np.arange(60) < 30, 10.0, 10.8) + np.zeros((40, 1))
+    level = true + 0.2 * random.standard_normal(true.shape)
+    weight, noise_sd = np.full(true.shape, 25.0), np.ones(true.shape)
+    beside = np.zeros(true.shape, np.bool_)
+    beside[:, 26:34] = True
+    off = []
+    for growth in (SMOOTH, HELD_APART):
+        windows = [2 * size for size in growth.windows]
+        found, _ = grow_planes(weight, weight * level, level, noise_sd, windows, STEEP, growth.separate)
+        off.append(np.abs(found - true)[beside].mean())
+    assert off[1] < 0.8 * off[0]
 
 
 def test_planes_do_not_mix_surfaces_and_slopes_are_no_jumps() -> None:

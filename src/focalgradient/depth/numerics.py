@@ -31,8 +31,8 @@ SMOOTH = Growth((0.5, 0.75, 1.125, 1.7), 49.0)
 """For surfaces that are smooth."""
 
 HELD_APART = Growth((0.5, 0.75, 1.125, 1.7, 2.5), 16.0)
-"""For surfaces that lie close to each other: where two meet, less of one is taken for the other; planes are as wide in
-narrower windows."""
+"""For surfaces that lie close to each other: less of one is taken for the other where they meet, and planes are as wide
+in narrower windows."""
 
 STEEP = 2.0
 """Prior standard deviation of depth's slope within a window, in levels per block."""

@@ -2,7 +2,7 @@
 
 Blur of nearly one size on either side carries the surfaces into each other, and windows give a steep stretch between
 them. Beyond what window and blur reach, depth goes on to either side as if nothing lay between. There a plane with a
-jump is fitted: of a plane and of a crease it has none, and of a curved surface less than half of what depth rises by.
+jump is fitted: of a plane and of a crease it has none, and of a curved surface much less than what depth rises by.
 A stretch that is steep over no more than window and blur reach is taken for a jump. Windows give
 the mean of both surfaces, each as its texture is informative, so that depth at the outline is known; up to there either
 surface goes on.
@@ -41,10 +41,11 @@ SURE = 6.0
 """Standard deviations of a node's depth by which depth must rise from one side to the other."""
 
 MOSTLY = 0.7
-"""Share of that rise that must be the jump, and not the plane's slope."""
+"""Share of that rise that must be the jump, and not the plane's slope. With 0.5 the spheres have the same depth, and
+79 % of a photograph (`analysis/motorcycle.py`) is claimed with a median error of .70 %, with this 80 % and .68 %."""
 
 APART = 2
-"""Nodes from one to the next that are looked at, where window and blur reach over as many."""
+"""Nodes from one to the next that are looked at, where window and blur reach over twice as many."""
 
 LEAST = 0.2
 """Difference of blur radius, in pixels of the widest view, from which a difference is a jump."""
@@ -60,13 +61,15 @@ FEWEST = 1.0
 
 LEAST_BLUR = 3.5
 """Blur radius in pixels from which small jumps are looked for: below it, clutter and curved surfaces are taken for
-them."""
+them. With 4 pixels 81.5 % of a photograph (`analysis/motorcycle.py`) is claimed, with a median error of .65 %, with
+this 80.8 % and .66 %; of what is claimed near outlines of spheres seen with two foci, 8.9 and 7.7 % is off by more than
+10 %."""
 
 IN_FOCUS = 1.0
 """Blur radius in pixels below which they are looked for all the same: a surface in focus says little about depth, and
 windows beside a blurred one give that one's depth as far as they reach. Of what is claimed near outlines of spheres
-before a wall in focus, 15 and 10 % is off by more than 10 % without this, 10 and 6 % with it (seeds 6 and 8); 17 and
-9 %, 13 and 4 % for seeds that were not looked at (13 and 14)."""
+before a wall in focus, 14 and 9 % is off by more than 10 % without this, 9 and 6 % with it (seeds 6 and 8); 15 and 8 %,
+10 and 5 % for seeds that were not looked at (13 and 14)."""
 
 BESIDE, PART = 1.5, 0.5
 """How far from a jump that is not treated depth may be part of its rise, over how far window and blur reach, and which
@@ -197,7 +200,7 @@ def _surfaces(
     >>> even = np.full(column.shape, 0.3), np.ones(column.shape, bool), np.full(column.shape, 3.0)
     >>> far, near, _ = _surfaces(6 * np.clip((column - 9.5) / 6, 0, 1), *even, 2.0)
     >>> (near > far)[10].nonzero()[0].tolist(), far[10, 12].round(1).item(), near[10, 12].round(1).item()
-    ([11, 12, 13, 14], 0.3, 5.6)
+    ([12, 13], 0.3, 5.6)
     >>> [bool(_surfaces(depth, *even, 2.0)[1].any()) for depth in (column, np.maximum(column, 12.5))]
     [False, False]
     """

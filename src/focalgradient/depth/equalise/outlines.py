@@ -9,6 +9,9 @@ continued from nodes that the band does not reach: depth is estimated again with
 outline is moved to an edge of the views (`outline_edges`). Near the outline the standard deviation holds the
 probability of being on its other side; the band's width says how sure its place is.
 
+All this from windows narrower than elsewhere, in which depth about an outline takes less of the other side's; what
+wider windows carry over an outline is replaced by what these give.
+
 A jump too small for views to contradict each other is found by depth on either side of it (`outline_jumps`). One too
 small even for that blurs into a steep stretch of one surface, which the views cannot tell from it: where depth departs
 from a plane within the reach of blur, the departure is part of the standard deviation, outline or not.
@@ -85,11 +88,12 @@ WIDE = 4.0
 BEYOND = 2.0
 """Windows beyond the reach of an outline in which windows may give no depth because of it."""
 
-WIDE_NODES = 3
-"""Nodes across which views must contradict each other for an outline to be looked for there."""
+BROAD = 3
+"""Nodes across which views must contradict each other for an outline to be looked for there: on blank paper and steep
+planes they do so in one or two."""
 
 OVER = 2.0
-"""Windows from an outline in which depth of either side is carried over it."""
+"""Windows from an outline in which they carry depth of either side over it."""
 
 
 Value = TypeVar("Value", bound=np.generic)
@@ -229,7 +233,7 @@ def may_jump(
     gap = GAP * levels_per_pixel
     jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, informative, gap), nodes.sd, informative, gap)
     some = small_jumps(equalised, nodes, informative, radii, levels_per_pixel)
-    some |= ndimage.binary_opening(_share(agrees, equalised.step) < HALF, np.ones((WIDE_NODES, WIDE_NODES), np.bool_))
+    some |= ndimage.binary_opening(_share(agrees, equalised.step) < HALF, np.ones((BROAD, BROAD), np.bool_))
     return some if jumps is None else some | (jumps[..., 0] >= 0)
 
 
