@@ -346,7 +346,7 @@ def _outlines(equalised: Equalised, robust: Robust, part: Part, blurs: Blurs, ta
     levels_per_pixel, found = part.levels_per_pixel, None
     narrow = equalised.in_windows(max(LEAST_WINDOW, FINER * equalised.window))
     informative, agrees = informative_nodes(robust.nodes), robust.agrees
-    some = may_jump(equalised, robust.nodes, informative, agrees, blurs.radius, levels_per_pixel)
+    some = may_jump(equalised, robust.nodes, informative, agrees, blurs.radius, levels_per_pixel, tau)
     reach, shape = zone_reach(blurs.radius, equalised.window), robust.agrees.shape
     some = block_sum(equalised.to_blocks(some, shape).astype(np.float32), narrow.step) > 0
     for tile in tiles_about(some, narrow.step, shape, reach, overlap(narrow)):

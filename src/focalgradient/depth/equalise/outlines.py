@@ -179,11 +179,9 @@ def find_outlines(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
     clean = few_large(squared_residual(equalised, level, sd, radii, levels_per_pixel, noise)) & agrees
     good = informative & blur_is_known(nodes.sd / levels_per_pixel, 0.0) & (_share(clean, step) >= EXPLAINED)
-    small = _small(
-        equalised, nodes, good, agrees & equalised.to_blocks(informative, shape), radii, levels_per_pixel, images
-    )
-    blur = np.maximum(LEAST_BLUR, np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0)))
-    jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * blur)
+    jump_sd = _jump_sd(equalised, nodes, radii, levels_per_pixel, tau)
+    sound = agrees & equalised.to_blocks(informative, shape)
+    small = _small(equalised, nodes, jump_sd, good, sound, radii, levels_per_pixel, images)
     jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, good, gap), jump_sd, good, gap)
     found, there = None, np.zeros(good.shape, np.bool_) if jumps is None else jumps[..., 0] >= 0
     for tile in tiles_about(there, step, shape, zone_reach(radii, equalised.window), overlap(equalised)):
@@ -225,16 +223,24 @@ def may_jump(
     agrees: NDArray[np.bool_],
     radii: FloatArray,
     levels_per_pixel: float,
+    tau: float,
 ) -> NDArray[np.bool_]:
     """Nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
 
     Arguments are those of `find_outlines`.
     """
     gap = GAP * levels_per_pixel
-    jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, informative, gap), nodes.sd, informative, gap)
-    some = small_jumps(equalised, nodes, informative, radii, levels_per_pixel)
+    sd = _jump_sd(equalised, nodes, radii, levels_per_pixel, tau)
+    jumps = surfaces.pairs(surfaces.planes(nodes.level, nodes.sd, informative, gap), sd, informative, gap)
+    some = small_jumps(equalised, replace(nodes, sd=sd), informative, radii, levels_per_pixel)
     some |= ndimage.binary_opening(_share(agrees, equalised.step) < HALF, np.ones((BROAD, BROAD), np.bool_))
     return some if jumps is None else some | (jumps[..., 0] >= 0)
+
+
+def _jump_sd(equalised: Equalised, nodes: Nodes, radii: FloatArray, levels_per_pixel: float, tau: float) -> FloatArray:
+    """Standard deviation of depth at nodes where it may jump, in levels: with the error of the blur model."""
+    blur = np.maximum(LEAST_BLUR, np.interp(nodes.level, np.arange(equalised.levels), radii.max(axis=0)))
+    return np.hypot(nodes.sd, tau * levels_per_pixel * blur)
 
 
 def overlap(equalised: Equalised) -> int:
@@ -259,11 +265,9 @@ def _find_large(
     `good` nodes (h x w) are known from windows, `clean` pixels (H x W) are explained by them.
     """
     shape, gap = clean.shape, GAP * levels_per_pixel
-    widest = radii.max(axis=0)
 
     def located_by(nodes: Nodes, good: NDArray[np.bool_], known: NDArray[np.bool_]) -> Located | None:
-        blur = np.maximum(LEAST_BLUR, np.interp(nodes.level, np.arange(equalised.levels), widest))
-        jump_sd = np.hypot(nodes.sd, tau * levels_per_pixel * blur)
+        jump_sd = _jump_sd(equalised, nodes, radii, levels_per_pixel, tau)
         known = equalised.to_blocks(known, shape)
         return locate(equalised, nodes, jump_sd, good, known, radii, levels_per_pixel, noise, images)
 
@@ -322,6 +326,7 @@ def _continued(
 def _small(
     equalised: Equalised,
     nodes: Nodes,
+    jump_sd: FloatArray,
     good: NDArray[np.bool_],
     sound: NDArray[np.bool_],
     radii: FloatArray,
@@ -329,7 +334,7 @@ def _small(
     images: Sequence[Image],
 ) -> Outlines | None:
     """Depth on either side of jumps that depth alone shows, valid where it is `sound` (H x W); None without any."""
-    jumps = find_small_jumps(equalised, nodes, good, radii, levels_per_pixel, images)
+    jumps = find_small_jumps(equalised, replace(nodes, sd=jump_sd), good, radii, levels_per_pixel, images)
     if jumps is None:
         return None
     level, sd = (equalised.to_pixels(values, nodes.sd, sound.shape) for values in (nodes.level, nodes.sd))
