@@ -62,7 +62,7 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bo
     count, levels, step, shape = 4, 9, 3, (20, 31)  # neither side is a multiple of the block's
     coefficients = rng.normal(size=(levels, count)) if low_rank else None
     images = rng.normal(size=(count if low_rank else levels, *shape)).astype(np.float32)
-    residuals = Residuals(images, coefficients, *(np.ones(1) for _ in range(5)))
+    residuals = Residuals(images, coefficients, *(np.ones(levels) for _ in range(5)))
     before, after = (rng.random(shape) < 0.8).astype(np.float32), np.ones(shape, np.float32)
     after[:, :17] = before[:, :17]
 
@@ -77,6 +77,7 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bo
     assert 0 < blocks.mean() < 0.6
     energy[:, blocks] = residuals.energy_of_blocks(blocks, after, step)
     assert energy == pytest.approx(truth, rel=1e-5)
+    assert residuals.energy_of_blocks(np.zeros_like(blocks), after, step).shape == (levels, 0)
 
 
 @pytest.mark.parametrize("shape", [(3, 2, 5), (94, 54, 1024), (24, 18, 40_001)])

@@ -175,8 +175,7 @@ class Equalised:
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
         """Change `energy` to that with `weight`, where only the pixels of `changed` (H x W) have another weight."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
-        if blocks.any():
-            energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
+        energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step) for r in self.residuals)
 
     def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
         """Mean squared residual of every level in each node's window (L x h x w), and the window's usable share."""

@@ -91,6 +91,8 @@ class Residuals:
 
     def energy_of_blocks(self, blocks: NDArray[np.bool_], weight: Image, step: int) -> Image:
         """As `energy`, for the n blocks that are true in `blocks` (h x w) only: L x n."""
+        if not blocks.any():
+            return np.empty((len(self.noise), 0), np.float32)
         height, width = weight.shape
         rows, columns = (index[:, None] * step + np.arange(step) for index in np.nonzero(blocks))
         within = (rows < height)[:, :, None] & (columns < width)[:, None, :]  # the last blocks may be partial
