@@ -48,8 +48,8 @@ def test_the_depth_map_is_that_of_the_scene(made):
     jumps = ndimage.maximum_filter(vergence, 3) - ndimage.minimum_filter(vergence, 3) > 0.06  # dioptres
     outlines = ndimage.distance_transform_edt(~jumps) < 16  # twice the window's standard deviation
     within = np.abs(1 / depth.distance - vergence) < 2 * depth.vergence_sd
-    assert within[valid & ~outlines].mean() > 0.9
-    assert 0.8 < within[valid & outlines].mean() < 0.95  # as the sentence on what to trust states
+    assert within[valid & ~outlines].mean() == pytest.approx(0.97, abs=0.015)
+    assert within[valid & outlines].mean() == pytest.approx(0.93, abs=0.015)  # as the sentence on what to trust states
     assert [shot.image.name for shot in load_settings(folder / "views.toml").shots] == ["near.png", "far.png"]
 
 

@@ -106,7 +106,7 @@ picture.png and distance.npy, which have a focus at 0.85 m. The distances in dep
 
 TRUST = (
     "What to trust: distances where the map is not hatched, to about twice the stated uncertainty; "
-    "along outlines a tenth of them are farther off than that."
+    "along outlines 7 % of them are farther off than that."
 )
 
 
