@@ -23,11 +23,20 @@ TINY = 1e-6
 
 
 def whitened_filters(
-    transfers: NDArray[Any], own: NDArray[Any], view_weight: FloatArray, weight: FloatArray, power: Any = None
+    transfers: NDArray[Any],
+    own: NDArray[Any],
+    view_weight: FloatArray,
+    weight: FloatArray,
+    power: Any = None,
+    start: int = 0,
 ) -> list[NDArray[Any]]:
     """Orthonormal filters onto the complement of the views' transfers, one set for each view after the first.
 
     The covariance of the noise is 1 + the sum of u u^H over `own`.
+
+    The complement of three and more views has more than one dimension, in which the filters could turn with depth
+    without any change of what is left. Noise would take part in that, and look like depth where there is little
+    texture. So the filters of each candidate are those of the one beside it, turned no more than the complement turns.
 
     Parameters
     ----------
@@ -43,12 +52,15 @@ def whitened_filters(
     power
         F: power of the scene. Where given, a frequency whose signal has q times the power of the noise has the weight
         sqrt(q / (1 + q)) besides.
+    start
+        The candidate from which filters are carried to the others: best one where the first view is sharp, and the
+        sharpest, as its transfer then keeps its sign.
 
     Returns
     -------
     list of ndarray
-        n - 1 arrays n x L x F. The j-th compares view j + 1 with the best estimate from the views before it, so
-        that for two views in white noise it is (H2, -H1) / sqrt(H1^2 + H2^2).
+        n - 1 arrays n x L x F. At `start` the j-th compares view j + 1 with the best estimate from the views before
+        it, so that for two views in white noise it is (H2, -H1) / sqrt(H1^2 + H2^2), there and at every candidate.
 
     Examples
     --------
@@ -62,45 +74,95 @@ def whitened_filters(
     known = np.full(count, np.inf) if power is None else power
 
     def some(first: int, last: int) -> None:
-        _whitened_filters(transfers, own, view_weight, weight, known, tiny, first, last, filters)
+        _whitened_filters(transfers, own, view_weight, weight, known, tiny, start, first, last, filters)
 
-    share_rows(levels, some)
+    share_rows(count, some)
     return list(filters)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _whitened_filters(transfers, own, view_weight, weight, power, tiny, first, last, filters):  # type: ignore[no-untyped-def]
-    views, _, count = transfers.shape
-    # Of this frequency: the views' transfers, a filter, and how views are joined to the best estimate so far.
-    column, row, joined = np.empty((3, views), transfers.dtype)
-    for level in range(first, last):
-        for f in range(count):
-            for i in range(views):
-                column[i] = transfers[i, level, f]
-            _whiten(column, own, level, f, False)
-            signal = 0.0
-            for i in range(views):
-                signal += column[i].real ** 2 + column[i].imag ** 2
-            share = weight[level, f]
-            if power[f] < np.inf:
-                share *= math.sqrt(power[f] * signal / (1 + power[f] * signal))
-            # The estimate's transfer is `reached`. Its sign follows the first view's, for the filters to change
-            # smoothly with vergence.
-            joined[0] = 1
-            reached = column[0]
-            for j in range(1, views):
-                square = reached.real**2 + reached.imag**2 + column[j].real ** 2 + column[j].imag ** 2
-                norm = math.sqrt(square + tiny**2)
-                over = 1 / norm
+def _whitened_filters(  # type: ignore[no-untyped-def]
+    transfers, own, view_weight, weight, power, tiny, start, first, last, filters
+):
+    views, levels, count = transfers.shape
+    # Of this frequency: the views' transfers, their direction (conjugate, as filters meet spectra without one), and
+    # the filters orthogonal to it.
+    column, along, row = np.empty((3, views), transfers.dtype)
+    across = np.empty((views - 1, views), transfers.dtype)
+    for f in range(first, last):
+        for way in (1, -1):
+            level = start
+            while 0 <= level < levels:
                 for i in range(views):
-                    row[i] = joined[i] * column[j] * over if i < j else 0
-                row[j] = -reached * over
-                _whiten(row, own, level, f, True)  # filters meet spectra without a conjugate
+                    column[i] = transfers[i, level, f]
+                _whiten(column, own, level, f, False)
+                signal = 0.0
                 for i in range(views):
-                    filters[j - 1, i, level, f] = row[i] * view_weight[i, level, f] * share
-                for i in range(j + 1):
-                    joined[i] = np.conj(column[i]) * over
-                reached = reached * 0 + norm
+                    signal += column[i].real ** 2 + column[i].imag ** 2
+                # Two views leave one direction, which cannot turn.
+                if views == 2 or level == start:
+                    _complement(column, tiny, across, along)
+                elif signal > tiny**2:
+                    _carry(across, along, column, math.sqrt(signal))
+                share = weight[level, f]
+                if power[f] < np.inf:
+                    share *= math.sqrt(power[f] * signal / (1 + power[f] * signal))
+                for j in range(views - 1):
+                    for i in range(views):
+                        row[i] = across[j, i]
+                    _whiten(row, own, level, f, True)
+                    for i in range(views):
+                        filters[j, i, level, f] = row[i] * view_weight[i, level, f] * share
+                level += way
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _complement(column, tiny, across, along):  # type: ignore[no-untyped-def]
+    """Orthonormal rows that give 0 with `column`: each view compared with the best estimate from those before it.
+
+    `along` becomes how views are joined to the best estimate: first to that from those before, then from all.
+    """
+    views = len(column)
+    # The estimate's transfer is `reached`. Its sign follows the first view's, for the filters to change smoothly.
+    for i in range(views):
+        along[i] = 1 if i == 0 else 0
+    reached = column[0]
+    for j in range(1, views):
+        square = reached.real**2 + reached.imag**2 + column[j].real ** 2 + column[j].imag ** 2
+        if square <= tiny**2:  # what is blind to both is either of them
+            for i in range(views):
+                across[j - 1, i] = 1 if i == j else 0
+            continue
+        norm = math.sqrt(square)
+        over = 1 / norm
+        for i in range(views):
+            across[j - 1, i] = along[i] * column[j] * over if i < j else 0
+        across[j - 1, j] = -reached * over
+        for i in range(j + 1):
+            along[i] = np.conj(column[i]) * over
+        reached = reached * 0 + norm
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _carry(across, along, column, norm):  # type: ignore[no-untyped-def]
+    """Turn the rows of `across` by the least rotation that takes `along` to the direction of `column`."""
+    views = len(column)
+    met = column[0] * 0
+    for i in range(views):
+        met += np.conj(along[i]) * np.conj(column[i]) / norm
+    size = math.sqrt(met.real**2 + met.imag**2)
+    phase = np.conj(met) / size if size > 0 else met * 0 + 1  # the direction's own has no meaning
+    for i in range(views):
+        column[i] = np.conj(column[i]) / norm * phase
+    for j in range(views - 1):
+        share = column[0] * 0
+        for i in range(views):
+            share += np.conj(column[i]) * across[j, i]
+        share /= 1 + size
+        for i in range(views):
+            across[j, i] -= (along[i] + column[i]) * share
+    for i in range(views):
+        along[i] = column[i]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

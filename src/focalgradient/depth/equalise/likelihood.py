@@ -470,10 +470,10 @@ def comparing_filters(
     # depend little on blur and much on uneven light, and their filters reach far over the image.
     lowest = 1 / np.maximum(16, 6 * blurs.radius.max(axis=0))
     band = (1 - np.exp(-((blurs.frequencies.radius / lowest[:, None]) ** 2))) * blurs.frequencies.fine_pass()
-    # Three or more views are compared in turn, the sharpest first: its transfer keeps its sign, so that the filters
-    # change little with depth. The order changes no residual's power, only how noise acts on depth.
-    order = np.argsort(blurs.radius.mean(axis=1), kind="stable")
-    filters = whitened_filters(transfers[order], own[:, order], view_weight[order], band, power)
+    # The sharpest view at the depth where any is: there its transfer keeps its sign.
+    start = int(np.argmin(blurs.radius.min(axis=0)))
+    order = np.argsort(blurs.radius[:, start], kind="stable")
+    filters = whitened_filters(transfers[order], own[:, order], view_weight[order], band, power, start)
     return [one[np.argsort(order)] for one in filters], own
 
 
