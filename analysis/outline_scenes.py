@@ -2,7 +2,8 @@
 
 Spheres are ray cast by `focalgradient.render.cast`. The others are flat or slanted layers with shapes cut out of them,
 whose rays are traced here, so that every point of the lens sees past an outline what it would see. The scenes
-`HELD_BACK` were not looked at while the treatment of outlines was made on `MADE_WITH`; `CONTROLS` have no outlines.
+`HELD_BACK` were not looked at while the treatment of outlines was made on `MADE_WITH`; `CONTROLS` have no outlines;
+`drawn` gives as many others as are asked for, by chance.
 """
 
 from __future__ import annotations
@@ -94,6 +95,8 @@ class Case:
     seed: int = 0
     noise: float = 0.01
     limits: dict[str, float] = field(default_factory=dict)
+    size: tuple[int, int] = SHAPE  # px
+    rays: int = RAYS  # a pixel
 
 
 FRONT, FRONT_LIMIT = (lens(16, 0.55), lens(5.6, 0.55)), {"near": 0.55}  # two apertures, focused before everything
@@ -144,6 +147,44 @@ HELD_BACK = {
         FRONT, (Layer(1.3, either(blob(-40, 0, 70, 3), bar(0.6, 14, 100))), Layer(0.7)), 26, 0.005, FRONT_LIMIT
     ),
 }
+# Two views, a third, and the limits of the search.
+DRAWN_FROM: dict[str, tuple[tuple[Lens, ...], Lens, dict[str, float]]] = {
+    "front": (FRONT, lens(9, 0.55), FRONT_LIMIT),
+    "back": (BACK, lens(9, 3.0), BACK_LIMIT),
+    "foci": (FOCI, lens(8, 1.0), {}),
+    "wide foci": (WIDE_FOCI, lens(8, 1.0), {}),
+}
+
+
+def drawn(number: int) -> tuple[str, Case]:
+    """A scene drawn by chance, and which views it is seen by.
+
+    One to three layers before a wall, of half planes, bars and blobs; two views, of every fourth scene three; frames
+    of 90 pixels and more, in which outlines take much of the room; noise of 0.2 to 3 %.
+    """
+    random = np.random.default_rng(number)
+    size = int(random.integers(90, 260)), int(random.integers(90, 330))
+    kind = str(random.choice(list(DRAWN_FROM)))
+    lenses, third, limits = DRAWN_FROM[kind]
+    if random.random() < 0.25:
+        lenses, kind = (*lenses, third), f"{kind}, three views"
+    layers = []
+    for _ in range(random.integers(1, 4)):
+        right, down = (float(random.uniform(-0.4, 0.4)) * n for n in (size[1], size[0]))
+        angle = float(random.uniform(0, 2 * np.pi))
+        shape = (
+            half(angle, float(random.uniform(-30, 30))),
+            bar(angle, float(random.uniform(3, 40)), right),
+            blob(right, down, float(random.uniform(5, 80)), int(random.integers(9))),
+        )[random.integers(3)]
+        slope = tuple(random.uniform(-1e-3, 1e-3, 2).tolist())
+        layers.append(Layer(float(random.uniform(0.75, 1.5)), shape, slope, float(random.uniform(0.6, 1.4))))
+    layers.sort(key=lambda layer: -layer.vergence)
+    wall = Layer(float(random.uniform(0.4, 0.65)))
+    noise = float(np.exp(random.uniform(np.log(0.002), np.log(0.03))))
+    return kind, Case(lenses, (*layers, wall), number, noise, limits, size, rays=1024)
+
+
 PAINTED = blob(-50, 0, 60, 4)
 CONTROLS = {
     "plane, front": Case(FRONT, (Layer(1.1, slope=(2.5e-3, 0)),), 31, limits=FRONT_LIMIT),
@@ -158,9 +199,9 @@ CONTROLS = {
 }
 
 
-def texture(seed: int, mean: float) -> NDArray[np.float32]:
+def texture(seed: int, mean: float, size: tuple[int, int]) -> NDArray[np.float32]:
     """A 1/f field, two samples to a pixel, with detail up to half a cycle a pixel, of contrast 0.2."""
-    shape = [2 * (n + 2 * PAD) for n in SHAPE]
+    shape = [2 * (n + 2 * PAD) for n in size]
     frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     frequency[0, 0] = np.inf
     white = np.fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
@@ -203,24 +244,24 @@ def layered(case: Case) -> tuple[list[View], Array]:
     """Views of layers without noise, and the true vergence."""
     from scipy.stats import qmc
 
-    points = qmc.Sobol(4, rng=np.random.default_rng(case.seed)).random(RAYS)
+    points = qmc.Sobol(4, rng=np.random.default_rng(case.seed)).random(case.rays)
     radius, angle = np.sqrt(points[:, 0]), 2 * np.pi * points[:, 1]
     rays = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2:] - 0.5])
-    fine = [(np.arange(FINE * (n + 2 * PAD)) + 0.5) / FINE - PAD - n / 2 for n in SHAPE]
+    fine = [(np.arange(FINE * (n + 2 * PAD)) + 0.5) / FINE - PAD - n / 2 for n in case.size]
     y, x = np.meshgrid(*fine, indexing="ij")
     masks = np.stack([np.ones(x.shape, bool) if one.shape is None else one.shape(x, y) for one in case.layers])
-    textures = np.stack([texture(1000 * case.seed + n, one.mean) for n, one in enumerate(case.layers)])
+    textures = np.stack([texture(1000 * case.seed + n, one.mean, case.size) for n, one in enumerate(case.layers)])
     planes = np.array([[one.vergence, *one.slope] for one in case.layers])
     views = []
     for optics in case.lenses:
-        image = np.empty(SHAPE)
+        image = np.empty(case.size)
         blur = optics.aperture_diameter / 2 / PIXEL
         _trace(masks, textures, planes, rays, blur, optics.focus_vergence, image)
         views.append(View(image.astype(np.float32), optics, PIXEL))
-    y, x = np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in SHAPE), indexing="ij")
-    vergence = np.empty(SHAPE)
+    y, x = np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in case.size), indexing="ij")
+    vergence = np.empty(case.size)
     for one in reversed(case.layers):
-        inside = np.ones(SHAPE, bool) if one.shape is None else one.shape(x, y)
+        inside = np.ones(case.size, bool) if one.shape is None else one.shape(x, y)
         vergence[inside] = (one.vergence + one.slope[0] * x + one.slope[1] * y)[inside]
     return views, vergence
 
@@ -235,7 +276,7 @@ def views_and_truth(name: str, case: Case, cache: Path | None = None) -> tuple[l
     elif case.layers:
         clean, vergence = layered(case)
     else:
-        casts = [cast(spheres(case.seed), optics, SHAPE, PIXEL, samples=RAYS) for optics in case.lenses]
+        casts = [cast(spheres(case.seed), optics, case.size, PIXEL, samples=case.rays) for optics in case.lenses]
         clean, vergence = [one.view for one in casts], 1 / casts[0].distance
     if place is not None and not place.exists():
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
 """How accurate `recover_depth` is about outlines, on scenes of our own whose true depth is known.
 
-    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--only NAME ...] [--cache DIR] [--out FILE.json]
+    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--drawn FIRST LAST] [--only NAME ...]
+                                           [--cache DIR] [--out FILE.json]
 
 Each scene (`analysis/outline_scenes.py`) is taken with outlines and without them (``outlines=False``). Printed are,
 within 10 pixels of the true outlines (where distance changes by 5 % from one pixel to the next) and over the whole
@@ -8,7 +9,9 @@ frame, in percent: the valid pixels, and of these those off by more than 10 %, t
 than 5 stated standard deviations, and those within 2; then the median and the 90th percentile of the error of distance,
 and seconds of processor. The scenes of `--held-back` were not looked at while the method was made. Those of
 `--controls` have no outlines: there depth and its validity must be the same, and what they differ by is printed; the
-standard deviation may grow where noise bends depth.
+standard deviation may grow where noise bends depth. Those of `--drawn` are drawn by chance, by their numbers, and
+printed is, for each kind of views, how many are refused (less than 5 % of the frame valid), and the mean over scenes of
+what whole frames give.
 """
 
 from __future__ import annotations
@@ -27,11 +30,15 @@ from outline_scenes import (
     HELD_BACK,
     MADE_WITH,
     Case,
+    drawn,
     near_outlines,
     recovered,
     score,
     views_and_truth,
 )
+
+REFUSED = 5.0
+"""Percent of the frame that is valid, below which it counts as refused."""
 
 
 def measure(name: str, case: Case, cache: Path | None) -> dict[str, dict[str, float]]:
@@ -63,10 +70,21 @@ def show(name: str, found: dict[str, dict[str, float]]) -> None:
         print(f"{name:24}{label:24}" + "".join(f"{some[c]:9.2f}" if c in some else f"{'':9}" for c in columns))
 
 
+def show_drawn(found: dict[str, list[dict[str, float]]]) -> None:
+    """What whole frames of each kind of views give, on the mean, and how many are refused."""
+    for kind, scores in sorted(found.items()):
+        valid = [one["valid"] for one in scores]
+        columns = ("off_10_percent", "beyond_5_sd", "within_2_sd", "median_percent")
+        means = [np.mean([one[column] for one in scores if column in one] or [np.nan]) for column in columns]
+        refused = sum(one < REFUSED for one in valid)
+        print(f"{kind:26}{len(scores):5}{refused:9}{np.mean(valid):9.1f}" + "".join(f"{mean:9.2f}" for mean in means))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="depth about outlines, with and without their treatment")
     parser.add_argument("--held-back", action="store_true", help="the scenes not looked at while the method was made")
     parser.add_argument("--controls", action="store_true", help="scenes without outlines")
+    parser.add_argument("--drawn", nargs=2, type=int, metavar=("FIRST", "LAST"), help="scenes drawn by chance")
     parser.add_argument("--only", nargs="*", help="names of scenes")
     parser.add_argument("--cache", type=Path, help="keep rendered views here")
     parser.add_argument("--out", type=Path, help="also write the figures here, as JSON")
@@ -74,7 +92,17 @@ def main() -> None:
     cases = CONTROLS if options.controls else HELD_BACK if options.held_back else MADE_WITH
     cases = {name: case for name, case in cases.items() if not options.only or name in options.only}
     results: dict[str, object] = {}
-    if options.controls:
+    if options.drawn:
+        by_kind: dict[str, list[dict[str, float]]] = {}
+        for number in range(options.drawn[0], options.drawn[1] + 1):
+            kind, case = drawn(number)
+            views, vergence = views_and_truth(f"drawn {number}", case, options.cache)
+            results[str(number)] = whole = score(recovered(case, views, True)[0], vergence, np.ones(case.size, bool))
+            by_kind.setdefault(kind, []).append(whole)
+        heads = ("scenes", "refused", "valid", "off>10%", "> 5 sd", "< 2 sd", "median%")
+        print(f"{'':26}{heads[0]:>5}" + "".join(f"{head:>9}" for head in heads[1:]))
+        show_drawn(by_kind)
+    elif options.controls:
         print(f"{'':24}{'apart / sd':>12}{'sd / %':>10}{'validity / %':>14}")
         for name, case in cases.items():
             apart = departure(name, case, options.cache)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -40,6 +41,17 @@ def nodes(texture: float, misfit: float) -> Nodes:
 def test_texture_is_judged_against_misfit(texture: float, misfit: float, counts: bool) -> None:
     assert informative_nodes(nodes(texture, misfit)).all() == counts
     assert informative_nodes(nodes(texture, misfit)).any() == counts
+
+
+def test_outlines_that_contradict_every_depth_are_no_uneven_noise() -> None:
+    """A tenth of the frame about outlines fits no depth; weak texture elsewhere counts all the same."""
+    frame = nodes(3, 1.0)
+    about = np.arange(64).reshape(8, 8) < 7
+    informative = informative_nodes(replace(frame, misfit=np.where(about, 9.0, 1.0)))
+    assert informative[~about].all()
+    assert not informative[about].any()
+    uneven = np.where(np.arange(64).reshape(8, 8) % 2, 0.5, 2.5)  # blank paper stored with loss is uneven all over
+    assert not informative_nodes(replace(frame, misfit=uneven)).any()
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def whitened_filters(
     >>> whitened_filters(transfers, white, np.ones((2, 1, 1)), np.ones((1, 1)))[0].ravel().round(3).tolist()
     [0.6, -0.8]
     """
-    views, levels, count = transfers.shape
+    views, _, count = transfers.shape
     filters = np.empty((views - 1, *transfers.shape), transfers.dtype)
     tiny = TINY * float(np.abs(transfers).max())
     known = np.full(count, np.inf) if power is None else power
@@ -84,7 +84,7 @@ def whitened_filters(
 def _whitened_filters(  # type: ignore[no-untyped-def]
     transfers, own, view_weight, weight, power, tiny, start, first, last, filters
 ):
-    views, levels, count = transfers.shape
+    views, levels, _ = transfers.shape
     # Of this frequency: the views' transfers, their direction (conjugate, as filters meet spectra without one), and
     # the filters orthogonal to it.
     column, along, row = np.empty((3, views), transfers.dtype)

@@ -138,8 +138,11 @@ def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank:
 
 
 def _unevenness(nodes: Nodes) -> float:
-    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2."""
-    residual = nodes.misfit[nodes.support > 0.5]
+    """Factor between the strongest and the weakest places of the residual, of even noise about 1.2.
+
+    Places whose views contradict each other do not count, as outlines do.
+    """
+    residual = nodes.misfit[(nodes.support > 0.5) & (nodes.misfit < MISFIT)]
     if not residual.size:
         return 1.0
     weak, strong = np.quantile(residual, [0.05, 0.95])
