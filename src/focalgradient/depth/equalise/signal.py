@@ -109,8 +109,8 @@ def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank:
     """Why nothing is claimed, though the views show texture."""
     if blank is not None:
         return (
-            f"the views show little but noise, of {blank:.2g} times the power estimated, and uneven as compression "
-            "makes it: store the views without loss, or crop them to what has texture"
+            "the views show little but noise, and that is uneven, as compression makes it: store the views without "
+            "loss, or crop them to what has texture"
         )
     remedy = (
         "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
