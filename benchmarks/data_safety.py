@@ -1,0 +1,16 @@
+"""People's data: what outsiders, full disks and untrue texts could do to them.
+
+    python benchmarks/data_safety.py [LINE ...]
+
+One row for each fault: what it gave before it was fixed, and what it gives now.
+"""
+
+from __future__ import annotations
+
+from reruns import Lines
+
+TABLE = Lines("People's data: what outsiders, full disks and untrue texts could do to them")
+
+
+if __name__ == "__main__":
+    TABLE.main()

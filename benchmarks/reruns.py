@@ -1,0 +1,59 @@
+"""Lines of a table, each measured anew: what a fault gave before it was fixed, and what it gives now."""
+
+from __future__ import annotations
+
+import argparse
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+
+__all__ = ["Lines"]
+
+
+@dataclass(frozen=True)
+class _Line:
+    number: str
+    what: str
+    before: str
+    measure: Callable[[], str]
+
+
+class Lines:
+    """The lines of one table, registered by decorator, measured and printed by `main`."""
+
+    def __init__(self, title: str):
+        self.title = title
+        self._lines: list[_Line] = []
+
+    def line(self, number: str, what: str, before: str) -> Callable[[Callable[[], str]], Callable[[], str]]:
+        """Register a function that measures a line and returns its result in a few words.
+
+        `before` is the result measured before the fault was fixed.
+        """
+
+        def register(measure: Callable[[], str]) -> Callable[[], str]:
+            self._lines.append(_Line(number, what, before, measure))
+            return measure
+
+        return register
+
+    def main(self) -> None:
+        """Measure and print the lines that the command line names, or all."""
+        parser = argparse.ArgumentParser(description=self.title)
+        parser.add_argument(
+            "numbers", nargs="*", help="lines to measure, as 1.4 or 1 for all that begin so; default: all"
+        )
+        wanted = parser.parse_args().numbers
+        print(f"# {self.title}\n\n| line | case | before | now | s |\n|---|---|---|---|---|")
+        for line in sorted(self._lines, key=lambda one: [int(part) for part in one.number.split(".")]):
+            if wanted and not any(line.number == one or line.number.startswith(f"{one}.") for one in wanted):
+                continue
+            start = time.perf_counter()
+            try:
+                now = line.measure()
+            except Exception as error:  # a line that fails is a result, too; the rest are still measured
+                traceback.print_exc()
+                now = f"FAILED: {type(error).__name__}"
+            seconds = time.perf_counter() - start
+            print(f"| {line.number} | {line.what} | {line.before} | {now} | {seconds:.0f} |", flush=True)

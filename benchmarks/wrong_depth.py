@@ -1,0 +1,16 @@
+"""Depth that was wrong without a word.
+
+    python benchmarks/wrong_depth.py [LINE ...]
+
+One row for each fault: what it gave before it was fixed, and what it gives now.
+"""
+
+from __future__ import annotations
+
+from reruns import Lines
+
+TABLE = Lines("Depth that was wrong without a word")
+
+
+if __name__ == "__main__":
+    TABLE.main()
