@@ -42,7 +42,7 @@ class Lines:
         """Measure and print the lines that the command line names, or all."""
         parser = argparse.ArgumentParser(description=self.title)
         parser.add_argument(
-            "numbers", nargs="*", help="lines to measure, as 1.4 or 1 for all that begin so; default: all"
+            "numbers", nargs="*", help="lines to measure: 1.4, or 1 for all of 1 (default: all)"
         )
         wanted = parser.parse_args().numbers
         print(f"# {self.title}\n\n| line | case | before | now | s |\n|---|---|---|---|---|")
