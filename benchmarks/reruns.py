@@ -41,9 +41,7 @@ class Lines:
     def main(self) -> None:
         """Measure and print the lines that the command line names, or all."""
         parser = argparse.ArgumentParser(description=self.title)
-        parser.add_argument(
-            "numbers", nargs="*", help="lines to measure: 1.4, or 1 for all of 1 (default: all)"
-        )
+        parser.add_argument("numbers", nargs="*", help="lines to measure: 1.4, or 1 for all of 1 (default: all)")
         wanted = parser.parse_args().numbers
         print(f"# {self.title}\n\n| line | case | before | now | s |\n|---|---|---|---|---|")
         for line in sorted(self._lines, key=lambda one: [int(part) for part in one.number.split(".")]):
