@@ -13,6 +13,8 @@ error below 1 %), else *wrong*, with a warning that the right photographs do not
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import json
 import sys
 import tempfile
@@ -24,7 +26,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from click.testing import CliRunner
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -428,11 +429,16 @@ def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
         args += ["--f-number", f"{f_number:.6g}", "--focus-distance", f"{focus:.6g}"]
     for name, value in (("--near", given.near), ("--far", given.far), ("--encoding", given.stated_encoding)):
         args += [] if value is None else [name, f"{value}"]
-    result = CliRunner().invoke(focalgradient, args)
-    if result.exit_code == 2:
-        return Outcome("refused", result.stderr.strip().splitlines()[-1])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        return Outcome("FAILED", repr(result.exception))
+    code, errors = 0, io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+        try:
+            focalgradient(args)
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        except Exception as error:  # a traceback is an outcome, too
+            return Outcome("FAILED", repr(error))
+    if code == 2:
+        return Outcome("refused", errors.getvalue().strip().splitlines()[-1])
     given_warnings = [str(w) for w in json.loads((folder / "out" / "summary.json").read_text()).get("warnings", [])]
     new = tuple(w for w in given_warnings if w not in known)
     with np.load(folder / "out" / "depth.npz") as saved:
