@@ -436,8 +436,8 @@ def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
             focalgradient(args)
         except SystemExit as stop:
             code = int(stop.code or 0)
-        except Exception as error:  # a traceback is an outcome, too
-            return Outcome("FAILED", repr(error))
+        except Exception as crash:  # a traceback is an outcome, too
+            return Outcome("FAILED", repr(crash))
     if code == 2:
         return Outcome("refused", _text(errors).strip().splitlines()[-1])
     given_warnings = [str(w) for w in json.loads((folder / "out" / "summary.json").read_text()).get("warnings", [])]
