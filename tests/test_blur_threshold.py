@@ -15,7 +15,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, export, read_datas
 from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
-from focalgradient.statistics import NotComputed, ThresholdFit, blur_thresholds, fit_threshold
+from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 SHORT = BlurThresholdDesign(scenes=["spheres-01"], repetitions=3, catch_trials=2, practice_trials=2, level_steps=9)
 
@@ -185,7 +185,7 @@ def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
         assert low < threshold < high
         assert known == pytest.approx(known_threshold(BlurThresholdDesign(), cells[0][4:], 3), rel=1e-3)
     page = (tmp_path / "report" / "report.md").read_text()
-    for words in ("Geometric mean: ", "QUEST+", "psignifit", "Simulated observers, not people"):
+    for words in ("Geometric mean of all: ", "QUEST+", "psignifit", "Simulated observers, not people"):
         assert words in page
     assert (tmp_path / "report" / "blur_thresholds.png").read_bytes().startswith(b"\x89PNG")
 
@@ -233,12 +233,13 @@ def test_known_thresholds_are_recovered_without_bias_and_covered():
     assert covered >= 53
 
 
-def test_who_guesses_is_left_out_and_too_few_trials_have_no_threshold(tmp_path):
+def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     ran("simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d")
     table = read_dataset(tmp_path / "d").blur_threshold
     result = blur_thresholds(table, least=0.02, most=2.0)
     assert [one.kept for one in result.subjects] == [False, False]
-    assert isinstance(result.mean, NotComputed)
+    assert isinstance(result.mean_attending, NotComputed)
+    assert isinstance(result.mean, Interval)  # nobody is left out: a high threshold has the same effect
     few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
     assert isinstance(few, NotComputed)
     assert "but must be 20" in few.reason

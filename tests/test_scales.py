@@ -81,7 +81,8 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     assert word[scale] in page
     assert ("within a factor 2 of 1" in page) == (scale == "ratio")
     assert ("the standard itself, rated within one step of 0" in page) == (scale == "bipolar")
-    assert ("geometric SD" in page) == (scale in ("ratio", "steps"))  # which have a logarithm
+    assert ("spread answers to one picture" in page) == (scale == "ratio")
+    assert ("judged of ratios" in page) == (scale != "ratio")
     assert ("the paper’s increase is relative to the same scene’s" in page) == (scale == "ratio")
 
 

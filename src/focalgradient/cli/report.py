@@ -148,4 +148,5 @@ def report(
     for problem in made.problems:
         click.echo(f"Problem: {' '.join(problem.split())}", err=True)
     written = [printable(out / name) for name in made.files]
-    show({"problems": list(made.problems), "written": written}, f"Done: open {printable(out / 'report.html')}")
+    summary = {"problems": list(made.problems), "results": list(made.results), "written": written}
+    show(summary, f"Done: open {printable(out / 'report.html')}")

@@ -6,12 +6,13 @@ figures, and every table as CSV. The same data give the same bytes.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
@@ -52,6 +53,7 @@ from focalgradient.report.document import (
     as_html,
     as_markdown,
 )
+from focalgradient.report.exclusions import main_results, sensitivity
 from focalgradient.report.export import report_files, safe_csv, trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed, provenance
@@ -121,10 +123,14 @@ class Report:
         Contents by name.
     problems
         What is wrong with the data set or could not be analysed, a sentence each.
+    results
+        Main results with and without exclusions, as in ``results.json``; `value` and its interval are in the unit that
+        `what` names, `estimate` and the other fields are those of `Effect`.
     """
 
     files: Mapping[str, bytes]
     problems: tuple[str, ...]
+    results: tuple[Mapping[str, Any], ...] = ()
 
 
 def make_report(
@@ -212,7 +218,11 @@ def make_report(
     body += _shown(provenance(root, found.parts, used, stated), sheets)
     files = _files(found.title, body, sheets, figures) | _trials(found)
     files["rules.toml"] = as_toml(stated.rules, used).encode()
-    return Report(files, tuple(found.problems))
+    results = main_results(sheets)
+    simulated = any(part.simulated for part in found.parts)
+    told = {"simulated": simulated, "problems": [_local(one, root) for one in found.problems], "results": results}
+    files["results.json"] = (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
+    return Report(files, tuple(found.problems), tuple(results))
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,6 +358,7 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
             figures |= _pictures("depth_rating_scenes", as_files(scenes_figure(part.result, simulated=part.simulated)))
             yield Figure("depth_rating_scenes.png", figures["depth_rating_scenes.png"], SCENES_CAPTION)
         own = [*rating_sheets(part.result), *own]
+    yield from _without(part, "depth_rating", own)
     yield from _shown(own, sheets)
     if isinstance(part.result, DepthRatingResult):
         yield from map(Paragraph, part.result.remarks)
@@ -369,9 +380,19 @@ def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) 
         if places := place_effects_of_cube(seen, part.result):
             own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
         own = [*necker_sheets(part.result), *own]
+    yield from _without(part, "necker", own)
     yield from _shown(own, sheets)
     if not isinstance(part.result, NotComputed):
         yield from map(Paragraph, part.result.remarks)
+
+
+def _without(part: Ratings | Reports, name: str, own: list[Sheet]) -> Iterator[Block]:
+    """Results without exclusions beside those with them: sentences and notices; the table is put first."""
+    kept = part.main if isinstance(part, Ratings) else part.result
+    sheet, sentences, notices = sensitivity(name, part.quality, kept, part.everyone or kept)
+    own.insert(0, sheet)
+    yield from map(Notice, notices)
+    yield from map(Paragraph, sentences)
 
 
 def _shown(own: Iterable[Sheet], sheets: list[Sheet]) -> list[Block]:

@@ -38,7 +38,7 @@ Answers = Literal["ratio", "ordinal", "bipolar", "choice"]
 OF_DESIGN: Mapping[str, Answers] = {"ratio": "ratio", "steps": "ordinal", "bipolar": "bipolar", "choice": "choice"}
 
 
-def scale_of(data: DataSet) -> tuple[Answers, float, Mapping[str, Any]]:
+def scale_of(data: DataSet) -> tuple[Answers, float | None, Mapping[str, Any]]:
     """Find the scale of a data set's designs, its middle, and the factors.
 
     Raises
@@ -85,6 +85,8 @@ class Ratings:
         Of the laboratory's own, compared.
     fixated
         Where the gaze was recorded: the same without trials whose gaze left the fixated object, or why there is none.
+    everyone
+        The main analysis of all rows, without exclusions.
     """
 
     data: DataSet | None
@@ -97,6 +99,12 @@ class Ratings:
     compared: ComparisonResult | None = None
     factors: tuple[FactorEffect, ...] = ()
     fixated: Ratings | NotComputed | None = None
+    everyone: DepthRatingResult | ComparisonResult | NotComputed | None = None
+
+    @property
+    def main(self) -> DepthRatingResult | ComparisonResult | NotComputed:
+        """The analysis of the rows kept, of whichever scale."""
+        return self.compared or self.result
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +118,7 @@ class Reports:
     result: NeckerResult | NotComputed
     simulated: bool
     shortest_both: float
+    everyone: NeckerResult | NotComputed | None = None
 
 
 def analyse_ratings(
@@ -162,17 +171,14 @@ def analyse_table(
 ) -> Ratings:
     """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
     meant: Answers
-    meant, middle, factors = (scale or "ratio", 1.0, {}) if data is None else scale_of(data)
-    meant = scale or meant
+    meant, middle, factors = (scale or "ratio", None, {}) if data is None else scale_of(data)
+    if scale is not None and scale != meant:
+        meant, middle = scale, None
     kept, found = quality(table, rules, meant, middle)
-    result: DepthRatingResult | NotComputed = _nobody(found)
-    compared: ComparisonResult | None = None
+    main = _main(kept, found, meant, bound, progress)
+    everyone = main if not found.exclusions else _main(table, found, meant, bound, None)
     own: tuple[FactorEffect, ...] = ()
     if found.subjects_after:
-        if meant == "bipolar" or meant == "choice":
-            result, compared = COMPARED, compare_pictures(kept, meant)
-        else:
-            result = depth_rating(kept, equivalence_bound=bound, scale=meant, progress=progress)
         own = factor_effects(kept, factors, ratios=meant == "ratio")
     fixated: Ratings | NotComputed | None = None
     if data is not None and "gaze_left" in table:
@@ -181,7 +187,20 @@ def analyse_table(
             fixated = NotComputed("In all trials the gaze left the fixated object, or is not known.")
         else:
             fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
-    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own, fixated)
+    compared = main if isinstance(main, ComparisonResult) else None
+    result = COMPARED if isinstance(main, ComparisonResult) else main
+    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own, fixated, everyone)
+
+
+def _main(
+    rows: pd.DataFrame, found: Quality, meant: Answers, bound: float, progress: Progress | None
+) -> DepthRatingResult | ComparisonResult | NotComputed:
+    """The main analysis of some rows, by what the answers are."""
+    if rows["catch"].all():
+        return _nobody(found)
+    if meant == "bipolar" or meant == "choice":
+        return compare_pictures(rows, meant)
+    return depth_rating(rows, equivalence_bound=bound, scale=meant, progress=progress)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
@@ -194,10 +213,11 @@ def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, dat
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
     kept, found = quality(table, rules)
     shortest = found.rules.shortest_both
-    result: NeckerResult | NotComputed = _nobody(found)
-    if found.subjects_after:
-        result = necker(kept, shortest_both=shortest)
-    return Reports(data, table, kept, found, result, _simulated(table), shortest)
+    result, everyone = (
+        _nobody(found) if rows["catch"].all() else necker(rows, shortest_both=shortest)
+        for rows in (kept, table if found.exclusions else kept)
+    )
+    return Reports(data, table, kept, found, result, _simulated(table), shortest, everyone)
 
 
 def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:

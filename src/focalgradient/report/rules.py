@@ -25,8 +25,8 @@ MEANING = {
     "lapses": "largest share of lapses; false: nobody is left out",
     "shortest_both": "both keys held for less (s) is a change of keys and no report",
     "fast": "largest share of answers in less than the shortest time; false: nobody is left out",
-    "same_answer": "largest share of one and the same answer over all conditions; false: nobody is left out",
-    "first_press": "largest share of answers left where the first key put the marker; false: nobody is left out",
+    "same_answer": "largest share of one and the same answer to pictures that must differ; false: nobody is left out",
+    "first_press": "largest share of answers left at the first place of the marker; false: nobody is left out",
 }
 """Of each rule, for people."""
 

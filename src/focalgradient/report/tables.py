@@ -36,6 +36,7 @@ __all__ = [
     "decimals",
     "freedom",
     "interval",
+    "many",
     "necker_sheets",
     "number",
     "probability",
@@ -112,6 +113,15 @@ def interval(low: float | None, high: float | None, places: int | None = None) -
         return NONE
     ends = (number(low), number(high)) if places is None else (decimals(low, places), decimals(high, places))
     return f"[{ends[0]},{SPACE}{ends[1]}]"
+
+
+def many(count: int, thing: str) -> str:
+    """A count with its noun.
+
+    >>> many(1, "scene"), many(1200, "trial")
+    ('1 scene', '1,200 trials')
+    """
+    return f"{count:,} {thing}{'' if count == 1 else 's'}"
 
 
 class _Cells:

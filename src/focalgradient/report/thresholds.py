@@ -14,17 +14,25 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph
+from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, number
-from focalgradient.statistics import Interval, NotComputed, ThresholdFit, ThresholdResult, blur_thresholds
+from focalgradient.statistics import (
+    Interval,
+    NotComputed,
+    ThresholdFit,
+    ThresholdResult,
+    as_table,
+    blur_thresholds,
+)
 from focalgradient.statistics.thresholds import ATTENDING
 
 __all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "threshold_part"]
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
-    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean bold; grey and open: left "
-    "out of the mean."
+    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean of all bold; grey and open: "
+    "too few catch trials right."
 )
 
 
@@ -89,15 +97,15 @@ def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, byt
     """What was found: sentences, figure and table."""
     result = part.result
     yield Heading("Blur thresholds")
-    kept = sum(one.kept for one in result.subjects)
     people = "simulated observers" if part.simulated else "sessions"
     what = "of blur" if part.design["judged"] == "blur" else "of depth from blur"
-    yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}; {kept} count for the mean.")
+    yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}.")
     for one in result.subjects:
         if not one.kept:
             yield Notice(
                 f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of {one.catch_trials} "
-                f"trials with the greatest level, fewer than {ATTENDING:.0%}, and is left out of the mean."
+                f"trials with the greatest level, fewer than {ATTENDING:.0%}: by inattention, or because the threshold "
+                "lies near or above that level."
             )
         if isinstance(one.fit, NotComputed):
             yield Notice(f"{one.participant}: {one.fit.reason}")
@@ -107,10 +115,8 @@ def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, byt
                 f"{part.design['least_level']:g} to {part.design['most_level']:g} {result.unit}: the threshold may lie "
                 "beyond."
             )
-    if isinstance(result.mean, NotComputed):
-        yield Notice(result.mean.reason)
-    else:
-        yield Paragraph(f"Geometric mean: {_interval(result.mean, result.unit)}.")
+    yield from _means(result)
+    sheets.append(_both_means(result))
     if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
         pictures = as_files(threshold_figure(result, simulated=part.simulated))
         figures |= {f"blur_thresholds.{kind}": content for kind, content in pictures.items()}
@@ -121,6 +127,38 @@ def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, byt
     yield sheet.table
 
 
+def _means(result: ThresholdResult) -> Iterator[Block]:
+    """The mean of all, and that without those who missed catch trials."""
+    missed = sum(not one.kept for one in result.subjects)
+    if isinstance(result.mean, NotComputed):
+        yield Notice(result.mean.reason)
+        return
+    yield Paragraph(f"Geometric mean of all: {_interval(result.mean, result.unit)}.")
+    if not missed:
+        yield Paragraph("None missed the catch trials: the mean with exclusions is the same.")
+    elif isinstance(result.mean_attending, Interval):
+        yield Paragraph(
+            f"Without the {missed} who missed catch trials: {_interval(result.mean_attending, result.unit)}. Whoever "
+            "has a high threshold misses them, too: this mean is too low where thresholds reach the greatest level."
+        )
+    else:
+        yield Paragraph("All missed the catch trials: there is no mean with exclusions.")
+
+
+def _both_means(result: ThresholdResult) -> Sheet:
+    """The means with and without those who missed catch trials, as a file."""
+    kept = [one for one in result.subjects if one.kept]
+    found = (("with exclusions", result.mean_attending, kept), ("without exclusions", result.mean, result.subjects))
+    what = f"geometric mean threshold ({result.unit})"
+    digits = pd.DataFrame(
+        [
+            {"exclusions": which, "what": what, "subjects": len(those)} | as_table([mean]).iloc[0].to_dict()
+            for which, mean, those in found
+        ]
+    )
+    return Sheet(f"blur_threshold{EFFECT}", None, digits)
+
+
 def _interval(found: Interval, unit: str) -> str:
     ends = "" if found.low is None else f" (95 % interval {number(found.low)} to {number(found.high)} {unit})"
     return f"{number(found.estimate)} {unit}{ends}"
@@ -129,7 +167,7 @@ def _interval(found: Interval, unit: str) -> str:
 def _sheet(result: ThresholdResult) -> Sheet:
     """Every session's threshold as a row."""
     head = ["participant", "session", f"threshold ({result.unit})", "low", "high", "slope", "lapses", "trials"]
-    head += ["catch trials right", "counts", "known"]
+    head += ["catch trials right", "enough of them", "known"]
     rows = []
     for one in result.subjects:
         fit = one.fit
@@ -158,8 +196,9 @@ def methods_thresholds(part: Thresholds) -> Iterator[str]:
         f"Each trial showed one scene in two intervals of {design['picture_s']:g} s and asked {question}; in one of "
         f"them {how}, by a level above the {design['pedestal']:g} {unit} of both. The level was chosen before each "
         f"trial by QUEST+ (Watson, 2017; questplus) from {design['level_steps']} between {design['least_level']:g} and "
-        f"{design['most_level']:g} {unit}. {design['catch_trials']} trials showed the greatest level; participants "
-        f"with less than {ATTENDING:.0%} of them right are left out of the mean."
+        f"{design['most_level']:g} {unit}. {design['catch_trials']} trials showed the greatest level. "
+        f"Participants with less than {ATTENDING:.0%} of them right are named; as a high threshold has the same effect "
+        "as inattention, the mean is of all, and that without them stands beside it."
     )
     yield (
         "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): Weibull’s "

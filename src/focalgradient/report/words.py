@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
+from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, excluded
 from focalgradient.report.scales import comparison_methods
-from focalgradient.report.tables import SPACE, decimals, freedom, interval, probability
+from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
 from focalgradient.statistics import (
     DepthRatingResult,
     Effect,
@@ -18,7 +19,6 @@ from focalgradient.statistics import (
     NotComputed,
     OrdinalResult,
     Quality,
-    Rules,
     Scale,
 )
 from focalgradient.statistics.crossed import random_scenes
@@ -43,8 +43,8 @@ def _object(fixation: str) -> str:
 def counts(found: Quality) -> str:
     """How many before and after exclusions."""
     return (
-        f"{_many(found.subjects_before, 'subject')} with {_many(found.trials_before, 'trial')} before exclusions; "
-        f"{_many(found.subjects_after, 'subject')} with {_many(found.trials_after, 'trial')} after (catch trials not "
+        f"{many(found.subjects_before, 'subject')} with {many(found.trials_before, 'trial')} before exclusions; "
+        f"{many(found.subjects_after, 'subject')} with {many(found.trials_after, 'trial')} after (catch trials not "
         "counted)."
     )
 
@@ -175,17 +175,17 @@ def necker_findings(result: NeckerResult) -> list[str]:
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
     """Methods of experiment 1, for a paper."""
     if part.data is None:
-        return [_own_table(part), _excluded(part.quality, scale=part.scale), *_analysis(part, bound, {})]
+        return [_own_table(part), excluded(part.quality, catch_answers(part.scale)), *_analysis(part, bound, {})]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
     return [
-        f"{_people(part.quality, part.simulated)} judged the depth of pictures of {_many(scenes, 'scene')} at the "
+        f"{_people(part.quality, part.simulated)} judged the depth of pictures of {many(scenes, 'scene')} at the "
         f"apertures {apertures} ({design.get('focal_length_mm', '?')} mm lens), "
         f"{_focused(design)} in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
         f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
-        _excluded(part.quality, scale=part.scale, catches=design.get("catch_pictures") or ("standard",)),
+        excluded(part.quality, catch_answers(part.scale, design.get("catch_pictures") or ("standard",))),
         *_analysis(part, bound, design),
     ]
 
@@ -223,7 +223,7 @@ def _own_table(part: Ratings) -> str:
     main = part.table[~part.table["catch"]]
     names = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
     return (
-        f"{_people(part.quality, part.simulated)} rated {_many(main['scene'].nunique(), 'scene')} at the apertures "
+        f"{_people(part.quality, part.simulated)} rated {many(main['scene'].nunique(), 'scene')} at the apertures "
         f"{_listed(list(names))}, with the {_listed(sorted(main['fixation'].unique()))} object in focus. The data are "
         "a table; what was shown, and how, is not recorded in it."
     )
@@ -269,7 +269,7 @@ def analysis_ratings(bound: float, scale: Scale) -> list[str]:
 
 def methods_necker(part: Reports) -> list[str]:
     """Methods of experiment 2, for a paper."""
-    return [_cube_shown(part), _excluded(part.quality, cube=True), analysis_necker(part.shortest_both)]
+    return [_cube_shown(part), excluded(part.quality, CUBE_CATCH), analysis_necker(part.shortest_both)]
 
 
 def _cube_shown(part: Reports) -> str:
@@ -311,76 +311,13 @@ def analysis_necker(shortest_both: float) -> str:
 
 def _people(found: Quality, simulated: bool) -> str:
     if simulated:
-        return f"{_many(found.subjects_before, 'simulated observer')} (computed by a model; no people took part)"
-    return _many(found.subjects_before, "subject")
-
-
-def _passed(rules: Rules, scale: str, catches: Collection[str]) -> str:
-    """What passes a catch trial of depth rating."""
-    near = f"within a factor {rules.catch_factor:g} of 1" if scale == "ratio" else "within one step of 0"
-    kinds = []
-    if "standard" in catches and scale in ("ratio", "bipolar"):  # on the others no answer to it is right
-        kinds.append(f"the standard itself, rated {near}")
-    if {"flatter", "deeper"} & set(catches):
-        right = "chosen rightly" if scale == "choice" else "rated on its side of the scale’s middle"
-        kinds.append(f"a clearly flat or deep drawing, {right}")
-    return (
-        "; ".join(kinds) or f"the standard itself, rated within a factor {rules.catch_factor:g} of the scale’s middle"
-    )
-
-
-def _excluded(
-    found: Quality, *, cube: bool = False, scale: str = "ratio", catches: Collection[str] = ("standard",)
-) -> str:
-    rules = found.rules
-    stated = []
-    if rules.response_time is not None and not cube:
-        shortest, longest = rules.response_time
-        stated.append(f"ratings given in less than {shortest:g} s or more than {longest:g} s were left out")
-    if rules.dropped_frames is not None:
-        stated.append(f"trials with more than {rules.dropped_frames} dropped frames were left out")
-    who = []
-    if rules.catch_passed is not None:
-        passed = (
-            f"a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
-            if cube
-            else _passed(rules, scale, catches)
-        )
-        who.append(f"passed less than {rules.catch_passed:.0%} of the catch trials ({passed})")
-    factors = scale not in ("bipolar", "choice")  # of which such answers have none
-    if rules.repeat_factor is not None and factors and not cube:
-        who.append(f"spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)")
-    if rules.lapses is not None and (cube or factors):
-        lapse = (
-            "held no key or both for"
-            if cube
-            else f"gave answers more than a factor {rules.lapse_factor:g} from what their own median for the "
-            "condition, and all subjects’ answers to the picture, let expect in"
-        )
-        who.append(f"{lapse} more than {rules.lapses:.0%} of the {'time' if cube else 'trials'}")
-    if not cube:
-        who += [
-            f"{did} in more than {share:.0%} of the trials"
-            for did, share in (
-                ("answered too fast", rules.fast),
-                ("gave one and the same answer", rules.same_answer),
-                ("left the answer where the first key had put the marker", rules.first_press),
-            )
-            if share is not None
-        ]
-    if who:
-        stated.append(f"subjects were left out who {', or '.join(who)}")
-    trials = sum(one.trials for one in found.exclusions if not one.whole_subject)
-    return (
-        f"By rules that do not look at the effect, {'; '.join(stated)}. This left out "
-        f"{_many(found.subjects_before - found.subjects_after, 'subject')}"
-        f" and {_many(trials, 'single trial')}; the recorded data stay as they were."
-    )
+        return f"{many(found.subjects_before, 'simulated observer')} (computed by a model; no people took part)"
+    return many(found.subjects_before, "subject")
 
 
 def _catches(design: Mapping[str, Any]) -> str:
     catches = design.get("catch_trials", 0)
-    return f"{_many(catches, 'catch trial')} checked attention. " if catches else ""
+    return f"{many(catches, 'catch trial')} checked attention. " if catches else ""
 
 
 def _same(designs: list[Mapping[str, Any]]) -> str:
@@ -404,10 +341,6 @@ def _dz(effect: Effect) -> str:
 def _is(p: float | None) -> str:
     text = probability(p)
     return text if text.startswith("<") else f"={SPACE}{text}"
-
-
-def _many(count: int, thing: str) -> str:
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
 
 
 def _times(count: int) -> str:

@@ -26,7 +26,7 @@ from focalgradient.statistics.durations import (
     DurationsOfPerson,
     fit_durations_of_people,
 )
-from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, quality
+from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, Unjudged, quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_factors import FactorEffect, factor_effects
@@ -87,6 +87,7 @@ __all__ = [
     "Threshold",
     "ThresholdFit",
     "ThresholdResult",
+    "Unjudged",
     "as_table",
     "blur_thresholds",
     "compare_pictures",

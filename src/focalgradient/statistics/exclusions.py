@@ -1,130 +1,22 @@
-"""Which answers to trust, by rules stated beforehand: what is left out is counted, and the data stay as they were.
+"""Apply exclusion criteria that were stated beforehand: what is left out is counted, and the data stay as they were.
 
-No rule looks at the effect under study: to leave out people whose answers did not follow the blur would make an effect.
+No criterion looks at the effect under study: to leave out people whose answers did not follow the blur would make an
+effect. One that cannot be judged without looking at it is not applied, and the reason is given.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.cube import SHORTEST_BOTH
+from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
+from focalgradient.statistics.judging import ANSWERS, AnswerKind, SubjectQuality, judged_observers, judged_raters
 from focalgradient.statistics.tables import rating_table, report_table
 
-__all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "quality"]
-
-
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """Rules of exclusion; with None a rule is off: it is counted, but leaves nobody out.
-
-    Parameters
-    ----------
-    response_time
-        Shortest and longest time to answer, in seconds: a depth rating outside is left out.
-    dropped_frames
-        Most frames a trial may drop, more and it is left out.
-    catch_factor
-        A rating of the standard itself (a catch trial) passes within this factor of 1, the standard's own.
-    catch_share
-        A physically nonrigid cube (a catch trial) passes when it is seen so for this share of the time with a reading.
-    catch_passed
-        Least share of catch trials that a subject must pass.
-    repeat_factor
-        Largest spread (geometric standard deviation) of a subject's answers to one and the same picture.
-    lapse_factor
-        An answer farther than this factor from what the subject's other answers to that aperture and fixation, and all
-        subjects' answers to that picture, let expect is a lapse: see `quality`.
-    lapses
-        Largest share of lapses; with the cube, of the time with no key or both held.
-    shortest_both
-        Both keys of the cube held for less than this, in seconds, is a change from one to the other and no report.
-    fast
-        Largest share of answers in less than the shortest response time.
-    same_answer
-        Largest share of answers that are one and the same, over all conditions; of a choice, with one and the same key.
-    first_press
-        Largest share of answers left where the first key had put the marker, at random.
-
-    Raises
-    ------
-    InputError
-        If a rule is out of range.
-    """
-
-    response_time: tuple[float, float] | None = (0.3, 60.0)
-    dropped_frames: int | None = None
-    catch_factor: float = 2.0
-    catch_share: float = 0.5
-    catch_passed: float | None = 0.7
-    repeat_factor: float | None = 2.0
-    lapse_factor: float = 3.0
-    lapses: float | None = 0.2
-    shortest_both: float = SHORTEST_BOTH
-    fast: float | None = 0.2
-    same_answer: float | None = 0.9
-    first_press: float | None = 0.5
-
-    def __post_init__(self) -> None:
-        if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
-            raise InputError(
-                f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."
-            )
-        for name in ("catch_share", "catch_passed", "lapses", "fast", "same_answer", "first_press"):
-            value = getattr(self, name)
-            if value is not None and not 0 <= value <= 1:
-                raise InputError(f"{name} is {value!r}, but must be a share from 0 to 1.")
-        for name in ("catch_factor", "repeat_factor", "lapse_factor"):
-            value = getattr(self, name)
-            if value is not None and not value > 1:
-                raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
-        if not 0 <= self.shortest_both < math.inf:
-            raise InputError(f"shortest_both is {self.shortest_both!r}, but must be a time in seconds, 0 or more.")
-        if self.dropped_frames is not None and self.dropped_frames < 0:
-            raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")
-
-
-@dataclass(frozen=True, slots=True)
-class SubjectQuality:
-    """How one subject did, in all trials as they came.
-
-    Parameters
-    ----------
-    participant_id, trials
-        Who, and how many trials without catch trials.
-    catch_trials, catch_passed
-        How many catch trials, and the share passed; None without any.
-    repeat_factor
-        Spread of answers to one and the same picture, a geometric standard deviation; None where none was repeated, and
-        with the cube.
-    lapses
-        Share of lapses; with the cube, of the time with no key or both held. None where there are too few answers.
-    too_fast, too_slow
-        Trials outside the bounds of response time.
-    dropped
-        Trials with any dropped frame; None where none were counted.
-    same_answer
-        Share of the most frequent answer; None with the cube, and of fewer than five answers.
-    first_press
-        Share of answers left where the marker first stood; None where that was not recorded.
-    """
-
-    participant_id: str
-    trials: int
-    catch_trials: int
-    catch_passed: float | None
-    repeat_factor: float | None
-    lapses: float | None
-    too_fast: int
-    too_slow: int
-    dropped: int | None
-    same_answer: float | None = None
-    first_press: float | None = None
+__all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "quality"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +27,14 @@ class Exclusion:
     rule: str
     whole_subject: bool
     trials: int
+
+
+@dataclass(frozen=True, slots=True)
+class Unjudged:
+    """A rule that could not be applied: its field in `Rules`, and the reason in words."""
+
+    rule: str
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +51,8 @@ class Quality:
         How each did.
     exclusions
         What each rule left out; a trial that several rules leave out counts with each.
+    unjudged
+        Rules that concern such data and are not switched off, but could not be applied.
     """
 
     rules: Rules
@@ -160,10 +62,11 @@ class Quality:
     trials_after: int
     subjects: tuple[SubjectQuality, ...]
     exclusions: tuple[Exclusion, ...]
+    unjudged: tuple[Unjudged, ...] = ()
 
 
 def quality(
-    table: pd.DataFrame, rules: Rules | None = None, scale: str = "ratio", middle: float = 1.0
+    table: pd.DataFrame, rules: Rules | None = None, scale: str = "ratio", middle: float | None = None
 ) -> tuple[pd.DataFrame, Quality]:
     """Judge a table of depth ratings or of reports on the cube (known by the columns), and keep what the rules keep.
 
@@ -174,10 +77,10 @@ def quality(
     rules
         By which; None: the usual.
     scale
-        What ratings are: "ratio", "ordinal", "bipolar" or "choice". Spread and lapses are judged where they have a
-        logarithm.
+        What ratings are: "ratio", "ordinal", "bipolar" or "choice". Spread and lapses are judged of ratios only.
     middle
-        Of the scale: pictures that look clearly flatter are to be answered below it, those clearly deeper above.
+        Of the scale: pictures that look clearly flatter are to be answered below it, those clearly deeper above. None:
+        that of the scale; of an ordinal one it is not known then, and such pictures are not judged.
 
     Returns
     -------
@@ -187,7 +90,7 @@ def quality(
     Notes
     -----
     Whether an answer is a lapse is judged after the subject's own median for the aperture and fixation, and what the
-    picture adds to it for all subjects, are taken out.
+    picture adds to it for all subjects or its scene for this one, are taken out.
 
     Raises
     ------
@@ -208,15 +111,15 @@ def quality(
     rules = rules or Rules()
     if "rating" in table:
         table = rating_table(table, scale)
-        answers = _answers(table, scale)
-        of_subject = {str(name): rows for name, rows in table.groupby("participant_id").indices.items()}
-        subjects = [
-            _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, middle)
-            for name in sorted(of_subject)
-        ]
+        kind = ANSWERS[scale] if middle is None else ANSWERS[scale]._replace(middle=middle)
+        subjects = judged_raters(table, rules, kind)
+        reasons = _unjudged_ratings(table, subjects, kind)
+        concern: tuple[str, ...] = OF_RATINGS
     elif "percept" in table:
         table = report_table(table)
-        subjects = [_observer(str(name), rows, rules) for name, rows in table.groupby("participant_id")]
+        subjects = judged_observers(table, rules)
+        reasons = _unjudged_reports(table, subjects)
+        concern = OF_CUBE
     else:
         raise InputError(
             "The table has neither a column rating nor a column percept: it must hold depth ratings or reports on the "
@@ -244,7 +147,43 @@ def quality(
         _count(after),
         tuple(subjects),
         tuple(exclusions),
+        tuple(Unjudged(name, reasons[name]) for name in concern if name in reasons and _stated(rules, name)),
     )
+
+
+def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], kind: AnswerKind) -> dict[str, str]:
+    """Why rules cannot be applied to these ratings, by field."""
+    reasons = _unjudged_reports(table, subjects)
+    if reasons.get("catch_passed") and table["catch"].any():
+        reasons["catch_passed"] = "no answer to the catch trials is right or wrong whatever blur does"
+    if "response_time" not in table or table["response_time"].isna().all():
+        reasons["response_time"] = reasons["fast"] = "response times were not recorded"
+    for name, few in (
+        ("repeat_factor", "no picture was rated twice by a subject"),
+        ("lapses", "no condition was rated three times by a subject"),
+    ):
+        if all(getattr(one, name) is None for one in subjects):
+            reasons[name] = few if kind.ratios else "it is judged of ratios, and these answers are steps or choices"
+    if all(one.same_answer is None for one in subjects):
+        reasons["same_answer"] = (
+            "there are no pictures whose answers must differ whatever blur does: neither five catch trials with "
+            "different right answers, nor scenes that most subjects tell apart at the pinhole"
+        )
+    if all(one.first_press is None for one in subjects):
+        reasons["first_press"] = "where the marker first stood was not recorded"
+    return reasons
+
+
+def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> dict[str, str]:
+    """Why rules that concern both experiments cannot be applied, by field."""
+    reasons = {}
+    if not any(one.catch_trials for one in subjects):
+        reasons["catch_passed"] = "there are no catch trials"
+    if "dropped_frames" not in table or table["dropped_frames"].isna().all():
+        reasons["dropped_frames"] = "dropped frames were not counted"
+    if all(one.lapses is None for one in subjects):
+        reasons["lapses"] = "there are no trials without a gradient"
+    return reasons
 
 
 def _count(rows: pd.DataFrame) -> int:
@@ -281,136 +220,16 @@ def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
     if rules.fast is not None and subject.trials and subject.too_fast > rules.fast * subject.trials:
         bad.append(f"answered too fast in more than {rules.fast:.0%} of the trials")
     if _exceeds(subject.same_answer, rules.same_answer):
-        bad.append(f"gave one and the same answer in more than {rules.same_answer:.0%} of the trials")
+        bad.append(f"gave one and the same answer to more than {rules.same_answer:.0%} of pictures that must differ")
     if _exceeds(subject.first_press, rules.first_press):
         bad.append(f"left more than {rules.first_press:.0%} of the answers where the first key had put the marker")
     return bad
 
 
+def _stated(rules: Rules, name: str) -> bool:
+    return getattr(rules, name) is not None
+
+
 def _exceeds(value: float | None, most: float | None) -> bool:
     """Whether a value is above its rule; not where it could not be computed, or the rule is off."""
     return value is not None and most is not None and value > most
-
-
-def _unexpected(rows: pd.DataFrame) -> np.ndarray:
-    """Log of each answer over what was to be expected: the subject's median for the condition, corrected for the scene.
-
-    The correction is the median of what is left over all subjects' answers to that picture; with fewer than three
-    subjects over the subject's own answers to that scene. So scenes that look deeper, or gain more by blur, make no
-    lapses.
-    """
-    condition = ["participant_id", "aperture", "fixation"]
-    picture = ["scene", "aperture", "fixation"] if rows["participant_id"].nunique() > 2 else ["participant_id", "scene"]
-    own = rows.groupby(condition, sort=False).ngroup().to_numpy()
-    shown = rows.groupby(picture, sort=False).ngroup().to_numpy()
-    off = pd.Series(np.log(rows["rating"].to_numpy()), index=np.arange(len(rows)))
-    for groups in (own, shown, own):
-        off -= off.groupby(groups).transform("median")
-    return off.to_numpy()
-
-
-def _answers(table: pd.DataFrame, scale: str) -> dict[str, np.ndarray]:
-    """Columns of all ratings, by name; numbers of picture and condition, and how far off each answer is, among them."""
-    catch = table["catch"].to_numpy(bool)
-    off = np.full(len(table), math.nan)
-    if scale not in ("bipolar", "choice"):
-        off[~catch] = _unexpected(table[~catch])
-    found = {"catch": catch, "off": off, "rating": table["rating"].to_numpy(float)}
-    found["scene"] = table["scene"].to_numpy(object)
-    found["picture"] = table.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
-    found["condition"] = table.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
-    for name in ("response_time", "dropped_frames", "interval", "start"):
-        if name in table:
-            found[name] = table[name].to_numpy(float)
-    return found
-
-
-def _rater(name: str, answers: Mapping[str, np.ndarray], rules: Rules, middle: float) -> SubjectQuality:
-    catch = answers["catch"]
-    passed = _passed(answers["rating"][catch], answers["scene"][catch], rules, middle)
-    rows = {key: values[~catch] for key, values in answers.items()}
-    picture = np.unique(rows["picture"], return_inverse=True)[1]
-    count = np.bincount(picture)
-    freedom = len(picture) - len(count)
-    judged = not np.isnan(rows["off"]).all()
-    spread, lapses = None, None
-    if freedom and judged:
-        answer = np.log(rows["rating"])
-        apart = answer - (np.bincount(picture, answer) / np.maximum(count, 1))[picture]
-        spread = math.exp(math.sqrt(float((apart**2).sum()) / freedom))
-    condition = np.unique(rows["condition"], return_inverse=True)[1]
-    enough = np.bincount(condition)[condition] >= 3
-    if enough.any() and judged:
-        lapses = float((np.abs(rows["off"]) > math.log(rules.lapse_factor))[enough].mean())
-    shortest, longest = rules.response_time or (-math.inf, math.inf)
-    times = rows.get("response_time", np.empty(0))
-    return SubjectQuality(
-        name,
-        len(picture),
-        len(passed),
-        float(passed.mean()) if len(passed) else None,
-        spread,
-        lapses,
-        int((times < shortest).sum()),
-        int((times > longest).sum()),
-        int((rows["dropped_frames"] > 0).sum()) if "dropped_frames" in rows else None,
-        _most_frequent(rows),
-        _left_there(rows),
-    )
-
-
-FEW = 5
-"""Answers from which one can ask whether they are all the same."""
-
-
-def _passed(answer: np.ndarray, scene: np.ndarray, rules: Rules, middle: float) -> np.ndarray:
-    """Which catch trials are passed: examples on the right side of the middle, the standard near it."""
-    flat, deep = (scene == name for name in ("example-flat", "example-deep"))
-    if middle > 0:
-        near = (answer >= middle / rules.catch_factor) & (answer <= middle * rules.catch_factor)
-    else:
-        near = np.abs(answer - middle) <= 1
-    return np.where(flat, answer < middle, np.where(deep, answer > middle, near))
-
-
-def _most_frequent(rows: Mapping[str, np.ndarray]) -> float | None:
-    """Share of the most frequent answer over conditions that differ; of a choice, of the most frequent key."""
-    answer, interval = rows["rating"], rows.get("interval")
-    if interval is not None and (interval > 0).all():
-        answer = np.where(answer == 1, interval, 3 - interval)
-    if len(answer) < FEW or len(np.unique(rows["condition"])) < 2:
-        return None
-    return float(np.unique(answer, return_counts=True)[1].max() / len(answer))
-
-
-def _left_there(rows: Mapping[str, np.ndarray]) -> float | None:
-    start = rows.get("start", np.array([math.nan]))
-    known = np.isfinite(start)
-    if known.sum() < FEW:
-        return None
-    answer = rows["rating"]
-    return float((np.abs(answer[known] - start[known]) <= 1e-3 * np.abs(start[known])).mean())
-
-
-def _observer(name: str, rows: pd.DataFrame, rules: Rules) -> SubjectQuality:
-    keys = [key for key in ("session", "trial") if key in rows]
-
-    def time(of: pd.DataFrame, percept: str) -> pd.Series[float]:
-        return of["duration"].where(of["percept"] == percept, 0.0).groupby([of[key] for key in keys]).sum()
-
-    catch, rows = rows[rows["catch"]], rows[~rows["catch"]]
-    nonrigid, rigid = time(catch, "nonrigid"), time(catch, "rigid")
-    passed = nonrigid > rules.catch_share * (nonrigid + rigid)
-    lasted = rows.groupby(keys)["trial_duration"].first()
-    reported = time(rows, "rigid") + time(rows, "nonrigid")
-    return SubjectQuality(
-        name,
-        len(lasted),
-        len(passed),
-        float(passed.mean()) if len(passed) else None,
-        None,
-        1 - float(reported.sum() / lasted.sum()) if len(lasted) else None,
-        0,
-        0,
-        int((rows.groupby(keys)["dropped_frames"].max() > 0).sum()) if "dropped_frames" in rows else None,
-    )

@@ -113,7 +113,8 @@ class SubjectThreshold:
     catch_right, catch_trials
         Of trials with the greatest level.
     kept
-        Whether enough of these were right (`ATTENDING`): the others count for no mean.
+        Whether enough of these were right (`ATTENDING`). Fewer show inattention, or a threshold near or above the
+        greatest level: so nobody is left out of the mean, and the mean without these stands beside it.
     fit
         The function, or why there is none.
     known
@@ -140,12 +141,15 @@ class ThresholdResult:
     subjects
         Each.
     mean
-        Geometric mean over those kept, its 95 % interval by Student's t on the logarithms.
+        Geometric mean over all, its 95 % interval by Student's t on the logarithms.
+    mean_attending
+        The same over those kept.
     """
 
     unit: str
     subjects: tuple[SubjectThreshold, ...]
     mean: Interval | NotComputed
+    mean_attending: Interval | NotComputed
 
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
@@ -156,7 +160,8 @@ class ThresholdResult:
 
         >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
         >>> one = SubjectThreshold("01", "", 5, 6, True, fit)
-        >>> print(ThresholdResult("D", (one,), NotComputed("one subject only")).summary())
+        >>> mean = NotComputed("one subject only")
+        >>> print(ThresholdResult("D", (one,), mean, mean).summary())
         geometric mean: one subject only
         01: 0.2 D, 95 % interval 0.1 to 0.3
         """
@@ -173,7 +178,7 @@ class ThresholdResult:
         name = " ".join(filter(None, [one.participant, one.session]))
         if isinstance(one.fit, NotComputed):
             return f"{name}: {one.fit.reason}"
-        left_out = "" if one.kept else "; left out, as catch trials were missed"
+        left_out = "" if one.kept else "; catch trials were missed"
         fit = one.fit
         return f"{name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
 
@@ -292,16 +297,17 @@ def blur_thresholds(
         kept = not catches or caught >= ATTENDING * catches
         name = str(participant)
         subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))
-    return ThresholdResult(unit, tuple(subjects), _mean(subjects))
+    attending = [one for one in subjects if one.kept]
+    return ThresholdResult(unit, tuple(subjects), _mean(subjects), _mean(attending))
 
 
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
     """Geometric mean over participants; sessions of one participant count as one."""
     by_participant: dict[str, list[float]] = {}
     for one in subjects:
-        if one.kept and isinstance(one.fit, ThresholdFit):
+        if isinstance(one.fit, ThresholdFit):
             by_participant.setdefault(one.participant, []).append(math.log(one.fit.threshold))
     logs = np.array([np.mean(values) for values in by_participant.values()])
     if not logs.size:
-        return NotComputed("No participant has a threshold that counts.")
+        return NotComputed("No participant has a threshold.")
     return t_interval(logs).ratio

@@ -1,0 +1,305 @@
+"""Exclusion criteria in words, the same in a preregistration and a report; and results with and without exclusions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from focalgradient.report.document import Table
+from focalgradient.report.tables import SPACE, Sheet, decimals, freedom, interval, many, number, probability
+from focalgradient.statistics import (
+    ComparisonResult,
+    DepthRatingResult,
+    Effect,
+    NeckerResult,
+    NotComputed,
+    OrdinalResult,
+    Quality,
+    Rules,
+    as_table,
+)
+
+__all__ = [
+    "CUBE_CATCH",
+    "EFFECT",
+    "Headline",
+    "catch_answers",
+    "criteria",
+    "excluded",
+    "headlines",
+    "main_results",
+    "sensitivity",
+]
+
+CUBE_CATCH = "a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
+"""What passes a catch trial of the cube."""
+
+TRIALS: Mapping[str, str] = {
+    "response_time": "ratings given in less than {rules.response_time[0]:g} s or more than {rules.response_time[1]:g} "
+    "s were left out",
+    "dropped_frames": "trials with more than {rules.dropped_frames} dropped frames were left out",
+}
+"""Of each rule that leaves out single trials, what it does."""
+
+SUBJECTS: Mapping[str, str] = {
+    "catch_passed": "passed less than {rules.catch_passed:.0%} of the catch trials ({catch})",
+    "repeat_factor": "spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)",
+    "lapses": "gave answers more than a factor {rules.lapse_factor:g} from what their own median for the condition, "
+    "and all subjects’ answers to the picture or their own to its scene, let expect in more than "
+    "{rules.lapses:.0%} of the trials",
+    "fast": "answered too fast in more than {rules.fast:.0%} of the trials",
+    "same_answer": "gave one and the same answer to more than {rules.same_answer:.0%} of the pictures whose answers "
+    "must differ whatever blur does",
+    "first_press": "left the answer where the first key had put the marker in more than {rules.first_press:.0%} of "
+    "the trials, chance taken off",
+}
+"""Of each rule that leaves out subjects, what these did."""
+
+OF_CUBE = {
+    "lapses": "held no key or both for more than {rules.lapses:.0%} of the time in trials without a gradient",
+}
+
+NAMES: Mapping[str, str] = {
+    "response_time": "bounds of the response time",
+    "dropped_frames": "dropped frames",
+    "catch_passed": "catch trials",
+    "repeat_factor": "spread of repeated answers",
+    "lapses": "lapses",
+    "fast": "fast answers",
+    "same_answer": "one and the same answer",
+    "first_press": "answers left at the marker’s first place",
+}
+"""Of each rule, for those that could not be applied."""
+
+
+def catch_answers(scale: str, catches: Collection[str] = ("standard",)) -> str:
+    """What passes a catch trial of depth rating."""
+    near = "within a factor {rules.catch_factor:g} of 1" if scale == "ratio" else "within one step of 0"
+    kinds = []
+    if "standard" in catches and scale in ("ratio", "bipolar"):  # on the others no answer to it is right
+        kinds.append(f"the standard itself, rated {near}")
+    if {"flatter", "deeper"} & set(catches):
+        right = "chosen rightly" if scale == "choice" else "rated on its side of the scale’s middle"
+        kinds.append(f"a clearly flat or deep drawing, {right}")
+    return "; ".join(kinds)
+
+
+def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]:
+    """Which rules are applied, in a sentence, and which cannot be, in another.
+
+    Parameters
+    ----------
+    rules
+        Those stated.
+    unjudged
+        Reasons of those that concern the experiment and cannot be applied, by field.
+    catch
+        What passes a catch trial: `CUBE_CATCH`, or what `catch_answers` gives.
+
+    Examples
+    --------
+    >>> criteria(Rules(), {"response_time": "response times were not recorded"}, CUBE_CATCH)[1]
+    'Not applied: lapses by bounds of the response time (response times were not recorded).'
+    """
+    cube = catch == CUBE_CATCH
+    told = {"rules": rules, "catch": catch.format(rules=rules)}
+
+    def clauses(words: Mapping[str, str]) -> list[str]:
+        return [
+            text.format(**told)
+            for name, text in words.items()
+            if getattr(rules, name) is not None and name not in unjudged
+        ]
+
+    of_cube = {name: OF_CUBE.get(name, SUBJECTS[name]) for name in ("catch_passed", "lapses")}
+    who = clauses(of_cube if cube else SUBJECTS)
+    stated = clauses({"dropped_frames": TRIALS["dropped_frames"]} if cube else TRIALS)
+    if who:
+        stated.append(f"subjects were left out who {', or '.join(who)}")
+    sentences = [
+        f"By rules that do not look at the effect, {'; '.join(stated)}." if stated else "No exclusion rule was applied."
+    ]
+    if unjudged:
+        reasons: dict[str, list[str]] = {}
+        for name, reason in unjudged.items():
+            reasons.setdefault(reason, []).append(NAMES[name])
+        listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
+        sentences.append(f"Rules that could not be applied: {listed}.")
+    return sentences
+
+
+def excluded(found: Quality, catch: str) -> str:
+    """How data were left out, and how much, for the Methods."""
+    trials = sum(one.trials for one in found.exclusions if not one.whole_subject)
+    unjudged = {one.rule: one.reason for one in found.unjudged}
+    return (
+        f"{' '.join(criteria(found.rules, unjudged, catch))} This left out "
+        f"{many(found.subjects_before - found.subjects_after, 'subject')} and {many(trials, 'single trial')}; the "
+        "recorded data stay as they were. Results without exclusions stand beside those with them."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """One of the main tests of an experiment.
+
+    Parameters
+    ----------
+    what
+        What was tested, in words.
+    effect
+        The result, or why there is none.
+    shown
+        How the effect is given: the exponential of a logarithm, or the number times a factor.
+    """
+
+    what: str
+    effect: Effect | NotComputed
+    shown: Callable[[float], float]
+
+
+def _ratio(value: float) -> float:
+    return math.exp(value)
+
+
+def _as_it_is(value: float) -> float:
+    return value
+
+
+def _percent(value: float) -> float:
+    return 100 * value
+
+
+Analysed = DepthRatingResult | ComparisonResult | NeckerResult
+
+
+def headlines(result: Analysed | NotComputed) -> list[Headline]:
+    """List the main tests of an analysis: those that its sentences state."""
+    if isinstance(result, NotComputed):
+        return []
+    if isinstance(result, NeckerResult):
+        return [
+            Headline(
+                f"change of the nonrigid share of time, {each.gradient} gradient, {each.strength:g} mm (per cent)",
+                each.share,
+                _percent,
+            )
+            for each in result.effects
+        ]
+    if isinstance(result, ComparisonResult):
+        unit = "steps for a millimetre" if result.scale == "bipolar" else "log odds for a millimetre"
+        found = [
+            Headline(f"slope, {name} in focus ({unit})", test, _as_it_is)
+            for name, test in zip(result.fixations, result.slopes, strict=True)
+        ]
+        pairs = result.differences or ({("nearest", "farthest"): result.interaction} if len(found) == 2 else {})
+        return found + [
+            Headline(f"difference of the slopes, {one} less {other}", test, _as_it_is)
+            for (one, other), test in pairs.items()
+        ]
+    if isinstance(result.ordinal, OrdinalResult):
+        what, parts, whole = "odds ratio of a higher answer at the largest aperture", result.ordinal, "odds ratios"
+        tests = list(zip(parts.fixations, parts.rises, strict=True))
+        apart, differences = parts.interaction, dict(parts.differences)
+    else:
+        what, whole = "rise at the largest aperture (ratio to the pinhole)", "rises"
+        tests = [(each.fixation, each.rise) for each in result.fixations]
+        apart, differences = result.interaction, {pair: test for pair, (test, _) in result.differences.items()}
+    found = [Headline(f"{what}, {name} in focus", test, _ratio) for name, test in tests]
+    pairs = differences or ({("nearest", "farthest"): apart} if len(found) == 2 else {})
+    return found + [
+        Headline(f"ratio of the {whole}, {one} to {other}", test, _ratio) for (one, other), test in pairs.items()
+    ]
+
+
+EFFECT = "_exclusions_effect.csv"
+"""End of the names of files that give results with and without exclusions."""
+
+
+def main_results(sheets: Iterable[Sheet]) -> list[dict[str, Any]]:
+    """Rows of the tables of results with and without exclusions, for JSON: what is missing is None."""
+    found: list[dict[str, Any]] = []
+    for sheet in sheets:
+        if sheet.file.endswith(EFFECT):
+            for row in sheet.digits.astype(object).where(sheet.digits.notna(), None).to_dict("records"):
+                known = {str(key): list(value) if isinstance(value, tuple) else value for key, value in row.items()}
+                found.append({"experiment": sheet.file.removesuffix(EFFECT)} | known)
+    return found
+
+
+WITH, WITHOUT = "with exclusions", "without exclusions"
+
+
+def sensitivity(
+    name: str, found: Quality, kept: Analysed | NotComputed, everyone: Analysed | NotComputed
+) -> tuple[Sheet, list[str], list[str]]:
+    """Results with and without exclusions: a table, sentences, and notices where exclusions change a conclusion.
+
+    Parameters
+    ----------
+    name
+        Of the experiment, as its files are called.
+    found
+        What was left out.
+    kept, everyone
+        The analysis of what the rules kept, and that of all trials.
+    """
+    both = [(WITH, headlines(kept)), (WITHOUT, headlines(everyone))]
+    digits = [
+        {"exclusions": which, "what": one.what, **_as_shown(one)} | as_table([one.effect]).iloc[0].to_dict()
+        for which, listed in both
+        for one in listed
+    ]
+    rows = [[one.what, which, *_cells(one)] for which, listed in both for one in listed]
+    rows.sort(key=lambda row: [one.what for one in both[1][1]].index(row[0]) if both[1][1] else 0)
+    header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
+    caption = "Main results with and without exclusions"
+    file = f"{name}{EFFECT}"
+    columns = ["exclusions", "what"] if not digits else None
+    sheet = Sheet(file, Table(caption, header, rows, csv=file), pd.DataFrame(digits, columns=columns))
+    if not found.exclusions:
+        return sheet, ["The rules left out nobody and no trial: results with and without exclusions are the same."], []
+    told = "; ".join(f"{one.what}: {_told(one)}" for one in both[1][1])
+    counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
+    sentences = [f"Without exclusions ({counted}): {told}."] if told else []
+    return sheet, sentences, list(_changed(*(listed for _, listed in both)))
+
+
+def _as_shown(one: Headline) -> dict[str, float]:
+    """Estimate and interval in the unit that `what` names."""
+    if isinstance(one.effect, NotComputed):
+        return {}
+    ends = {"value": one.effect.estimate, "value_low": one.effect.low, "value_high": one.effect.high}
+    return {name: one.shown(end) for name, end in ends.items()}
+
+
+def _cells(one: Headline) -> list[str]:
+    if isinstance(one.effect, NotComputed):
+        return ["–", "–", "–", one.effect.reason, "–"]
+    found = one.effect
+    ends = interval(one.shown(found.low), one.shown(found.high))
+    test = f"t({freedom(found.df)}){SPACE}={SPACE}{decimals(found.statistic)}"
+    p = probability(found.p if found.p_holm is None else found.p_holm)
+    return [str(found.subjects), number(one.shown(found.estimate)), ends, test, p]
+
+
+def _told(one: Headline) -> str:
+    if isinstance(one.effect, NotComputed):
+        return f"not tested ({one.effect.reason.rstrip('.')})"
+    _, estimate, ends, test, p = _cells(one)
+    return f"{estimate}, 95{SPACE}% CI {ends}, {test}, p {p if p.startswith('<') else f'= {p}'}"
+
+
+def _changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
+    """A notice for each conclusion that rests on exclusions."""
+    of = {one.what: one.effect for one in kept}
+    for other in everyone:
+        effect = of.get(other.what)
+        reliable = [isinstance(each, Effect) and each.significant for each in (effect, other.effect)]
+        if reliable[0] != reliable[1]:
+            with_, without = ("reliable" if each else "not reliable" for each in reliable)
+            yield f"Exclusions decide: {other.what} is {with_} {WITH} and {without} {WITHOUT}."
