@@ -218,29 +218,42 @@ def test_what_a_killed_run_left_half_done_goes(data, command):
     assert not [one for one in hidden if one.exists()]
 
 
-def test_who_withdraws_is_nowhere_but_in_the_description(data):
+def test_who_withdraws_is_named_nowhere(data):
     edit(table(data), 3, "rating", "2.0")
     repair(data)
     (data / "phenotype").mkdir()
     (data / "phenotype" / "acuity.tsv").write_text("participant_id\tlogmar\nsub-07\t0.1\nsub-08\t0.0\n")
+    (data / "phenotype" / "pairs.tsv").write_text("pair\tone\tother\n1\tsub-07\tsub-08\n2\tsub-08\tsub-09\n")
     (data / "derivatives" / "sub-07").mkdir(parents=True)
+    (data / "derivatives" / "report.html").write_text("<td>sub-07</td>")
     others = {path: path.read_bytes() for path in data.rglob("sub-08*") if path.is_file()}
     result = run("withdraw", data, "sub-07")
     assert result.exit_code == 0, result.output
     assert result.output.endswith("sub-07 is withdrawn.\n")
+    assert f"Still names sub-07: {data / 'derivatives' / 'report.html'}" in result.output
+    (data / "derivatives" / "report.html").unlink()
     assert not list(data.rglob("*sub-07*"))
     left = [path for path in data.rglob("*") if path.is_file() and b"sub-07" in path.read_bytes()]
-    assert left == [data / "dataset_description.json"]
+    assert left == []
+    assert json.loads((data / "dataset_description.json").read_text())["Withdrawn"] == [None]
     assert {path: path.read_bytes() for path in others} == others
     assert (data / "phenotype" / "acuity.tsv").read_text() == "participant_id\tlogmar\nsub-08\t0.0\n"
     found = validate(data)
     assert found.problems == ()
-    assert any("sub-07 withdrew on" in note for note in found.notes)
+    assert "1 participant withdrew; the data were removed." in found.notes
     again = run("withdraw", data, "07")
     assert again.exit_code == 2
-    assert "has no participant sub-07 any more" in again.output
-    with pytest.raises(InputError, match="sub-07 has withdrawn"):
-        Session.begin(data, DESIGN, "07", apparatus=APPARATUS)
+    assert "has no participant sub-07: see participants.tsv" in again.output
+
+
+def test_labels_and_dates_that_an_earlier_version_kept_go_with_the_next_who_withdraws(data):
+    path = data / "dataset_description.json"
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps({**content, "Withdrawn": [{"participant": "sub-03", "date": "2026-01-02"}]}))
+    assert "1 participant withdrew; the data were removed." in validate(data).notes
+    withdraw(data, "07")
+    assert json.loads(path.read_text())["Withdrawn"] == [None, None]
+    assert "2 participants withdrew; the data were removed." in validate(data).notes
 
 
 def test_sub_1_is_not_sub_10_and_a_session_that_runs_is_not_removed(data):

@@ -14,7 +14,7 @@ from focalgradient.web import Lists, People, Study, application
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
 
-__all__ = ["DEPTH", "NECKER", "PASSWORD", "Participant", "client_of", "make_set", "study"]
+__all__ = ["DEPTH", "NECKER", "PASSWORD", "SITTING", "Participant", "client_of", "make_set", "study"]
 
 PASSWORD = "secret"
 NECKER = """
@@ -44,6 +44,17 @@ break_every = 6
 least_break_s = 0.0
 """
 
+
+SITTING: dict[str, Any] = {
+    "screen_px": [1920, 1080],
+    "card_px": 310.0,
+    "blind_spot_px": [530.0, 540.0, 520.0, 532.0, 528.0],
+    "pixel_ratio": 1.0,
+    "refresh_hz": 60.0,
+    "browser": "none",
+    "now_ms": 100.0,
+}
+"""What a page sends when a session begins or goes on."""
 
 DATABASE: list[str] = []
 """Address of the PostgreSQL in which studies are kept; empty where they are kept in their folder."""
@@ -87,16 +98,7 @@ class Participant:
 
     def begin(self, **changed: Any) -> Any:
         """Begin, or go on."""
-        told: dict[str, Any] = {
-            "screen_px": [1920, 1080],
-            "card_px": 310.0,
-            "blind_spot_px": [530.0, 540.0, 520.0, 532.0, 528.0],
-            "pixel_ratio": 1.0,
-            "refresh_hz": 60.0,
-            "browser": "none",
-            "now_ms": 100.0,
-        }
-        answer = self.ask("begin", **(told | changed))
+        answer = self.ask("begin", **(SITTING | changed))
         if answer.status_code == 200:
             self.trials = answer.json()["trials"]
         return answer

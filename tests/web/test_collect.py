@@ -217,7 +217,7 @@ def test_who_has_withdrawn_stays_out(tmp_path: Path) -> None:
     assert run("withdraw", tmp_path / "data", "sub-002", "--yes")[0] == 0
     code, said = run(*words)
     assert code == 1
-    assert "session s-1: sub-002 has withdrawn" in said
+    assert "session s-1: its participant has withdrawn" in said
     assert not list((tmp_path / "data").rglob("sub-002*"))
 
 

@@ -19,7 +19,7 @@ from focalgradient.files import read_text, refuse_overwriting
 
 if TYPE_CHECKING:
     from focalgradient.design import Design
-    from focalgradient.web import Consent, Lists, Study
+    from focalgradient.web import Consent, Limits, Lists, Study
 
 __all__ = ["serve"]
 
@@ -57,6 +57,23 @@ __all__ = ["serve"]
     "--public", metavar="URL", help="What people call this server, as https://lab.example.org, for its links."
 )
 @click.option(
+    "--join-rate",
+    type=click.IntRange(1, 1_000_000),
+    default=60,
+    show_default=True,
+    metavar="N",
+    help="Most people who join by the open link from one address, a minute; twice as many may come at once, and four "
+    "times as many from all addresses.",
+)
+@click.option(
+    "--guess-rate",
+    type=click.IntRange(1, 1_000_000),
+    default=6,
+    show_default=True,
+    metavar="N",
+    help="Most wrong passwords of the experimenter's page from one address, a minute.",
+)
+@click.option(
     "--export",
     type=click.Path(path_type=Path),
     metavar="DIR",
@@ -84,6 +101,8 @@ def serve(
     gamma: bool,
     completion: str | None,
     public: str | None,
+    join_rate: int,
+    guess_rate: int,
     export: Path | None,
     participants: str,
     datapipe: str | None,
@@ -112,7 +131,7 @@ def serve(
       focalgradient serve design.toml --stimuli pictures --export study --participants 60
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     check_installed(*SERVER)
-    from focalgradient.web import Lists, page_is_built
+    from focalgradient.web import Limits, Lists, page_is_built
 
     if not page_is_built():
         raise InputError(
@@ -139,11 +158,12 @@ def serve(
         else:
             folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="focalgradient-")))
             study = _shared_study(design, str(store), folder, options)
-        _serve(study, password, host, port, public, invite or 0)
+        limits = Limits(joins=join_rate, guesses=guess_rate)
+        _serve(study, password, host, port, public, limits, invite or 0)
     click.echo("Ended; every answer that was acknowledged is kept.")
 
 
-def _serve(study: Study, password: str, host: str, port: int, public: str | None, invite: int) -> None:
+def _serve(study: Study, password: str, host: str, port: int, public: str | None, limits: Limits, invite: int) -> None:
     """Serve until Ctrl-C."""
     from focalgradient.web import run
 
@@ -157,7 +177,7 @@ def _serve(study: Study, password: str, host: str, port: int, public: str | None
         click.echo("Ctrl-C ends; sessions that are open go on when the server runs again.")
 
     with suppress(KeyboardInterrupt):  # the server has ended in order by then, and gives the signal on
-        run(study, password, host, port, ready)
+        run(study, password, host, port, ready, limits=limits, public=public)
 
 
 def _consent(path: Path | None, completion: str | None) -> Consent | None:
@@ -215,9 +235,10 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
     """What is run, with journals and links in local files."""
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
+    from focalgradient.dataset.links import links_beside
     from focalgradient.web import People, Study
 
-    place = links or data.with_name(f"{data.name}-links.jsonl")
+    place = links or links_beside(data)
     # Not Path.resolve, which links in a circle end with a RuntimeError.
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
         raise InputError(f"--links {place} is inside the data set, but names who is who: give it a place elsewhere.")

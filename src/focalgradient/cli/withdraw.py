@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
+from focalgradient.cli.options import STORE
 from focalgradient.cli.program import json_option, show
+from focalgradient.errors import check_installed
 
 __all__ = ["withdraw"]
 
@@ -16,28 +18,51 @@ __all__ = ["withdraw"]
 @click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
 @click.argument("participant", metavar="PARTICIPANT")
 @click.option("--yes", is_flag=True, help="Do not ask, as a terminal is asked.")
+@click.option(
+    "--links",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Links of 'focalgradient serve'. Default: beside the data, DATASET-links.jsonl, where there is one.",
+)
+@click.option("--store", metavar="URL", help="PostgreSQL database of 'focalgradient serve --store', too.")
 @json_option
-def withdraw(folder: Path, participant: str, yes: bool) -> None:
+def withdraw(folder: Path, participant: str, yes: bool, links: Path | None, store: str | None) -> None:
     """Remove all data of PARTICIPANT, as sub-07, from the data set in DATASET; they cannot be brought back.
 
-    Tables, journals, what repairs kept, and rows of participants.tsv are removed. dataset_description.json keeps the
-    label and the date. Copies and reports elsewhere are not reached: remove those, and make the reports anew.
+    Tables, journals, what repairs kept, rows of participants.tsv, and links and identifiers of a platform are removed.
+    The number of people who withdrew stays, without label or date. A server may run meanwhile. Copies and reports
+    elsewhere are not reached: remove those, and make the reports anew. Do not give the label to another person.
 
     \b
-    Example:
+    Examples:
       focalgradient withdraw data sub-07
+      focalgradient withdraw data sub-07 --store postgresql://lab@db.example.org/study
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.dataset import withdraw as remove
+    from focalgradient.dataset.withdrawal import files_naming
+    from focalgradient.dataset.withdrawal import withdraw as remove
 
     if not yes and sys.stdin.isatty():
         click.confirm(f"Remove all data of {participant} from {folder} for good?", abort=True)
-    paths = list(remove(folder, participant))
+    stored = store is not None and _withdraw_from(store, participant)
+    paths = remove(folder, participant, links, elsewhere=stored)
+    left = files_naming(folder, participant)
     show(
         {
             "participant": participant,
             "removed": [str(path) for path in paths if not path.is_file()],
             "removed_from": [str(path) for path in paths if path.is_file()],
+            "removed_from_store": stored,
+            "still_naming": [str(path) for path in left],
         },
         *(f"Removed{' from' if path.is_file() else ''}: {path}" for path in paths),
+        *(["Removed from the store."] if stored else []),
+        *(f"Still names {participant}: {path}: remove it, or make it anew." for path in left),
         f"{participant} is withdrawn.",
     )
+
+
+def _withdraw_from(store: str, participant: str) -> bool:
+    check_installed(*STORE)
+    from focalgradient.web.postgres import withdraw_from_store
+
+    return withdraw_from_store(store, participant)

@@ -15,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
+from focalgradient.dataset.append import append
 from focalgradient.dataset.columns import TITLES, cell, columns_of
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
@@ -23,7 +24,7 @@ from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
-from focalgradient.files import flush, read_bytes, read_json, read_text
+from focalgradient.files import read_bytes, read_json, read_text
 
 __all__ = [
     "Files",
@@ -154,12 +155,6 @@ def read_description(root: Path) -> dict[str, Any]:
     return found
 
 
-def withdrawn(root: Path) -> list[dict[str, Any]]:
-    """Who has withdrawn: "participant" and "date" of each."""
-    entries = read_description(root).get("Withdrawn", [])
-    return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
-
-
 def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None:
     """Make the files that describe a data set, where they are missing.
 
@@ -234,8 +229,6 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
     path = root / "participants.tsv"
     if not path.exists():
         return
-    if any(entry.get("participant") == f"sub-{participant}" for entry in withdrawn(root)):
-        raise InputError(f"{root}: sub-{participant} has withdrawn: give another label.")
     for row in _participant_rows(path, read_text(path, "a table of participants")):
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
@@ -273,8 +266,7 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
             return
         row = {"participant_id": f"sub-{participant}", **about}
         line = "\t".join(cell(row.get(name)) for name in text.splitlines()[0].split("\t"))
-        os.write(file, (("" if text.endswith("\n") else "\n") + line + "\n").encode())
-        flush(file)
+        append(file, path, f"{line}\n".encode())
 
 
 def table_rows(log: Log) -> list[dict[str, Any]]:

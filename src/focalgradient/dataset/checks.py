@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from focalgradient.dataset.alike import REMEDY, same_content
-from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text, withdrawn
+from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
     is_age,
@@ -32,6 +32,7 @@ from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.read import NAME, SessionTable, checked_design, participants_of, read_session, sessions_of
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
+from focalgradient.dataset.withdrawal import withdrawals
 from focalgradient.errors import InputError
 from focalgradient.parallel import in_order
 
@@ -130,8 +131,10 @@ def _ended(checked: _Checked, parts: Iterator[_Checked], stimuli: Path | None, s
     checked.people()
     if stimuli is not None:
         checked.problems += _other_stimuli(stimuli, set(checked.manifests))
-    for entry in withdrawn(checked.root):
-        checked.notes.append(f"{entry.get('participant')} withdrew on {entry.get('date')}; their data were removed.")
+    if gone := len(withdrawals(checked.root)):
+        checked.notes.append(
+            f"{gone} {'participant' if gone == 1 else 'participants'} withdrew; the data were removed."
+        )
     return Findings(sessions, checked.trials, tuple(checked.problems), (*checked.notes, *checked.dropped()))
 
 
@@ -251,6 +254,11 @@ class _Checked:
             self.problems.append(
                 f"{path}: the participant asked that the answers be removed: 'focalgradient withdraw {self.root} "
                 f"sub-{files.participant}'."
+            )
+        if any(note.get("kind") == "same identifier" for note in log.of("note")):
+            self.notes.append(
+                f"{path}: somebody else joined with the same identifier of a platform: see in the file of links "
+                "whether one person took part twice."
             )
         if log.broken and not (log.damaged or log.changed):
             # The chain shows that a resumed session went on right after the last whole line.

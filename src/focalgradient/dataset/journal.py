@@ -17,14 +17,15 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from focalgradient.dataset.append import append, writing
 from focalgradient.dataset.events import Event, Tests, trial_tests, wrong_event
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
@@ -180,9 +181,6 @@ class Journal:
             If it cannot be written.
         """
         self.follow(log, durable=durable)
-        with writing(self.path):
-            if not self.path.read_bytes().endswith(b"\n"):
-                os.write(self._file, b"\n")
         self.write(event)
 
     def follow(self, log: Log, *, durable: bool = True) -> None:
@@ -198,15 +196,10 @@ class Journal:
             If it cannot be written, as on a full disk.
         """
         lines, last = _lines(events, self._last)
-        rest = memoryview(lines)
         try:
-            with writing(self.path):
-                while rest:
-                    rest = rest[os.write(self._file, rest) :]
-                if self._durable:
-                    flush(self._file)
+            append(self._file, self.path, lines, durable=self._durable)
         except InputError:
-            self.close()  # what would follow a line cut short would be lost with it
+            self.close()  # the session is resumed when there is room again
             raise
         self._last = last
 
@@ -226,20 +219,6 @@ class Journal:
 
     def __del__(self) -> None:
         self.close()
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Say in one sentence, as an InputError, that a file cannot be written, as on a full disk."""
-    try:
-        yield
-    except FileExistsError:
-        raise
-    except OSError as error:
-        raise InputError(
-            f"{error.filename or path} cannot be written ({error.strerror or error}): make room on the disk or choose "
-            "a folder that you may write in; what was recorded before is safe, and can be resumed."
-        ) from error
 
 
 def _line(event: Mapping[str, Any], before: str) -> tuple[bytes, str]:

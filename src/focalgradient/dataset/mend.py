@@ -1,21 +1,16 @@
-"""A data set set right: damaged sessions made readable, and a participant who withdraws removed."""
+"""A data set set right: damaged sessions made readable."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-import re
-import shutil
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from focalgradient.dataset.alike import same_content
 from focalgradient.dataset.bids import (
-    Files,
     export,
     files_of,
     gaze_of,
@@ -24,16 +19,14 @@ from focalgradient.dataset.bids import (
     read_description,
     sidecar_of,
     table_text,
-    withdrawn,
 )
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
-from focalgradient.dataset.lock import locked
 from focalgradient.dataset.read import checked_design
 from focalgradient.errors import InputError
 from focalgradient.files import sweep
 
-__all__ = ["Repair", "repair", "withdraw"]
+__all__ = ["Repair", "repair", "sweep_all"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +64,7 @@ def repair(root: Path) -> list[Repair]:
         If the folder holds no data set, or something cannot be written.
     """
     read_description(root)
-    _sweep(root)
+    sweep_all(root)
     made = []
     for path in journals(root):
         try:
@@ -169,91 +162,7 @@ def _kept_beside(path: Path, folder: Path) -> Path:
     return place
 
 
-def withdraw(root: Path, participant: str) -> list[Path]:
-    """Remove a participant from a data set: tables, journals, what repairs kept, and rows of tables of participants.
-
-    That somebody withdrew stays in ``dataset_description.json`` with the label and the date, and is written first:
-    cut off, the same call goes on. Copies elsewhere, and reports, are not reached.
-
-    Parameters
-    ----------
-    root
-        Folder of the data set.
-    participant
-        As ``sub-07`` or ``07``.
-
-    Returns
-    -------
-    list of Path
-        What was removed, and tables that lost rows.
-
-    Raises
-    ------
-    InputError
-        If there is no such participant, a session of theirs is being recorded, or something cannot be written.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from focalgradient.design import BlurThresholdDesign
-    >>> from focalgradient.observers import simulate
-    >>> with TemporaryDirectory() as folder:
-    ...     root = Path(folder, "data")
-    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
-    ...     gone = withdraw(root, "01")
-    >>> [path.name for path in gone]
-    ['sub-01', 'sub-01', 'participants.tsv']
-    """
-    label = participant.removeprefix("sub-")
-    Files(root, "necker", label)  # refuses what is no label
-    description = read_description(root)
-    _sweep(root)
-    name = f"sub-{label}"
-    inside = [path for path in sorted(root.rglob(f"{name}*")) if re.fullmatch(rf"{name}(_.*)?", path.name)]
-    tables = [path for path in (*root.glob("*.tsv"), *root.glob("phenotype/*.tsv")) if _rows_of(path, name)]
-    entries = [entry for entry in withdrawn(root) if entry.get("participant") == name]
-    if not (inside or tables):
-        raise InputError(f"{root} has no participant {name}{' any more' if entries else ''}: see participants.tsv.")
-    with ExitStack() as owned:
-        for path in journals(root):
-            if path.name.startswith(f"{name}_"):
-                owned.enter_context(Journal.take(path))  # nobody records it
-        with writing(root):
-            if not entries:
-                content: dict[str, Any] = description | {
-                    "Withdrawn": [
-                        *withdrawn(root),
-                        {"participant": name, "date": datetime.now(UTC).date().isoformat()},
-                    ]
-                }
-                create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
-            if sys.platform == "win32":
-                owned.close()
-            outer = [path for path in inside if not any(other in path.parents for other in inside)]
-            for path in outer:
-                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
-            for path in tables:
-                _without(path, name)
-    return [*outer, *tables]
-
-
-def _sweep(root: Path) -> None:
+def sweep_all(root: Path) -> None:
     """Remove what dead runs left half done in a data set: it may be somebody's data."""
     for folder, _, _ in os.walk(root):
         sweep(folder)
-
-
-def _rows_of(path: Path, name: str) -> list[bytes]:
-    lines = path.read_bytes().splitlines(keepends=True)
-    return [line for line in lines if line.rstrip(b"\r\n").split(b"\t")[0] == name.encode()]
-
-
-def _without(path: Path, name: str) -> None:
-    """Take a participant's rows out of a table."""
-    with locked(path):
-        gone = _rows_of(path, name)
-        lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
-        if sys.platform != "win32":
-            create_whole(path, b"".join(lines), replace=True)
-    if sys.platform == "win32":  # where an open file cannot be replaced
-        create_whole(path, b"".join(lines), replace=True)

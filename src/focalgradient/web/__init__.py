@@ -7,6 +7,7 @@ is the only room that imports the server's libraries (extra `web`).
 from focalgradient.web.application import application, page_is_built, run
 from focalgradient.web.collect import Collected, LeftOut, collect
 from focalgradient.web.export import export
+from focalgradient.web.guard import Limits
 from focalgradient.web.lists import Consent, Lists
 from focalgradient.web.people import People
 from focalgradient.web.study import Study
@@ -15,6 +16,7 @@ __all__ = [
     "Collected",
     "Consent",
     "LeftOut",
+    "Limits",
     "Lists",
     "People",
     "Study",

@@ -26,14 +26,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from focalgradient.errors import InputError
 from focalgradient.web.answers import first_problem
+from focalgradient.web.guard import Limits, Rate, SameOrigin, TimedProtocol, read_body, too_many
 from focalgradient.web.messages import Begin, Given, Join, Who
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
 
 __all__ = ["application", "page_is_built", "run"]
-
-MOST_BYTES = 4 << 20
-"""Of a message: an answer with the time stamps of ten minutes of frames at 240 Hz has some 1.5 MB."""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -84,17 +82,13 @@ def _static(name: str) -> bytes:
 
 
 async def _message(request: Request, kind: type[BaseModel]) -> Any:
-    """Read a message of a kind; what is larger, no JSON or of another kind is refused."""
-    body = bytearray()
+    """Read a message of a kind; what is no JSON or of another kind is refused."""
     try:
-        async for part in request.stream():
-            body += part
-            if len(body) > MOST_BYTES:
-                raise Refused(413, f"The message has more than {MOST_BYTES >> 20} MB.")
+        body = await read_body(request)
     except ClientDisconnect as error:
         raise Refused(400, "The message was cut off.") from error
     try:
-        return kind.model_validate_json(bytes(body))
+        return kind.model_validate_json(body)
     except ValidationError as error:
         raise Refused(400, f"The message is not one: {first_problem(error)}.") from error
     except RecursionError as error:
@@ -115,21 +109,33 @@ def _answering(
 
 async def _refused(_: Request, error: Exception) -> Response:
     assert isinstance(error, Refused)
-    headers = {"WWW-Authenticate": 'Basic realm="experimenter"'} if error.status == 401 else None
-    return JSONResponse(error.content, error.status, headers)
+    return JSONResponse(error.content, error.status, error.headers)
 
 
 async def _wrong(_: Request, error: Exception) -> Response:
     """Tell the experimenter, where the server runs, what is wrong with the study: it may name the server's files."""
     print(f"Error: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
+    if isinstance(error, OSError) or isinstance(error.__cause__, OSError):  # a full disk: nothing was acknowledged
+        return JSONResponse({"error": "The server cannot write at the moment."}, 503, {"Retry-After": "5"})
     return JSONResponse({"error": "The study cannot go on: tell the person who gave you the link."}, 400)
 
 
 class _Pages:
     """What the server answers beside messages: pages, pictures, and what the experimenter looks at."""
 
-    def __init__(self, study: Study, password: str) -> None:
+    def __init__(self, study: Study, password: str, limits: Limits) -> None:
         self._study, self._password = study, password
+        self._joins, self._guesses = Rate(limits.joins), Rate(limits.guesses)
+        self._trusted: set[str] = set()
+
+    async def join(self, request: Request) -> Response:
+        """Let somebody join by the open link, not too many at once."""
+        address = _address(request)
+        if wait := self._joins.wait(address):
+            raise too_many(wait, "Too many people join at this moment: wait a little, and load the page again.")
+        self._joins.count(address)
+        given = await _message(request, Join)
+        return JSONResponse(dict(await run_in_threadpool(self._study.join, given)))
 
     async def page(self, _: Request) -> Response:
         return Response(
@@ -151,14 +157,23 @@ class _Pages:
         return FileResponse(lists.folder / name, media_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
     def _allow(self, request: Request) -> None:
-        """Refuse whoever does not give the experimenter's password."""
-        scheme, _, given = request.headers.get("authorization", "").partition(" ")
+        """Refuse whoever does not give the experimenter's password; who guesses often has to wait."""
+        given, address = request.headers.get("authorization"), _address(request)
+        # Guesses from elsewhere do not shut out whoever gave the password before.
+        wait = self._guesses.wait(address, in_all=address not in self._trusted)
+        if given is not None and wait:
+            raise too_many(wait, "Too many wrong passwords: wait a little.")
+        scheme, _, encoded = (given or "").partition(" ")
         try:
-            credentials = b64decode(given, validate=True) if scheme.lower() == "basic" else b""
+            credentials = b64decode(encoded, validate=True) if scheme.lower() == "basic" else b""
         except ValueError:
             credentials = b""
         if not hmac.compare_digest(credentials, f"experimenter:{self._password}".encode()):
-            raise Refused(401, "Give the experimenter's password.")
+            if given is not None:
+                self._guesses.count(address)
+            headers = {"WWW-Authenticate": 'Basic realm="experimenter"'}
+            raise Refused(401, "Give the experimenter's password.", headers=headers)
+        self._trusted.add(address)
 
     async def experimenter(self, request: Request) -> Response:
         self._allow(request)
@@ -170,8 +185,6 @@ class _Pages:
 
     async def stop(self, request: Request) -> Response:
         self._allow(request)
-        if request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
-            raise Refused(403, "Stop sessions from the experimenter's page.")
         participant = request.path_params["participant"]
         if participant not in self._study.people.everybody():
             raise Refused(404, "There is no such participant.")
@@ -185,7 +198,12 @@ class _Pages:
         return Response(content, media_type="application/zip", headers=headers)
 
 
-def application(study: Study, password: str) -> Starlette:
+def _address(request: Request) -> str:
+    """Of the browser; of a proxy on this machine that which it forwards for (uvicorn reads X-Forwarded-For)."""
+    return "" if request.client is None else request.client.host
+
+
+def application(study: Study, password: str, *, limits: Limits | None = None, public: str | None = None) -> Starlette:
     """Make the server's application (ASGI).
 
     Parameters
@@ -194,8 +212,12 @@ def application(study: Study, password: str) -> Starlette:
         What is run; it is closed when the server ends.
     password
         Of the experimenter's page, whose user is "experimenter".
+    limits
+        How often one address may join and guess; by default `Limits()`.
+    public
+        Address that participants know the server by, where it stands behind a proxy.
     """
-    pages = _Pages(study, password)
+    pages = _Pages(study, password, limits or Limits())
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> Any:
@@ -211,7 +233,7 @@ def application(study: Study, password: str) -> Starlette:
             Route("/s/{token:str}", pages.page),
             Route("/static/{name:str}", pages.static),
             Route("/pictures/{name:path}", pages.picture),
-            post("/api/join", Join, lambda given: study.join(given.platform)),
+            Route("/api/join", pages.join, methods=["POST"]),
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
             post("/api/answer", Given, study.answer),
@@ -224,8 +246,8 @@ def application(study: Study, password: str) -> Starlette:
             Route("/experimenter/data.zip", pages.data),
             Route("/experimenter/stop/{participant:str}", pages.stop, methods=["POST"]),
         ],
-        middleware=[Middleware(Headers)],
-        exception_handlers={Refused: _refused, InputError: _wrong},
+        middleware=[Middleware(Headers), Middleware(SameOrigin, public=public)],
+        exception_handlers={Refused: _refused, InputError: _wrong, OSError: _wrong},
         lifespan=lifespan,
     )
 
@@ -241,7 +263,16 @@ def _zipped(study: Study) -> bytes:
     return buffer.getvalue()
 
 
-def run(study: Study, password: str, host: str, port: int, ready: Callable[[str], object]) -> None:
+def run(
+    study: Study,
+    password: str,
+    host: str,
+    port: int,
+    ready: Callable[[str], object],
+    *,
+    limits: Limits | None = None,
+    public: str | None = None,
+) -> None:
     """Serve a study until the process is told to end.
 
     Parameters
@@ -252,14 +283,18 @@ def run(study: Study, password: str, host: str, port: int, ready: Callable[[str]
         Address to listen at; port 0: any free one.
     ready
         Called with the address, as "http://127.0.0.1:8000", when it listens.
+    limits, public
+        As for `application`.
 
     Raises
     ------
     InputError
         If the address is taken, or is none of this machine's.
     """
-    app = application(study, password)
-    config = uvicorn.Config(app, host=host, port=port, log_level="warning", server_header=False, ws="none")
+    app = application(study, password, limits=limits, public=public)
+    config = uvicorn.Config(
+        app, host=host, port=port, http=TimedProtocol, log_level="warning", server_header=False, ws="none"
+    )
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

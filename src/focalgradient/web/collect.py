@@ -17,8 +17,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from focalgradient.dataset import Apparatus, Files, Journal, Manifest, Session, check_stimuli, export, read_journal
-from focalgradient.dataset.bids import add_participant, begin_dataset, check_folder, check_participant, withdrawn
+from focalgradient.dataset.bids import add_participant, begin_dataset, check_folder, check_participant
 from focalgradient.dataset.journal import create_whole, make_folder, whole_lines, writing
+from focalgradient.dataset.withdrawal import has_withdrawn, record_of
 from focalgradient.design import DepthRatingDesign, Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -236,17 +237,17 @@ def _chosen(sessions: Sequence[_Given], study: _Study, data: Path, left: list[Le
     for given in sessions:
         by_label.setdefault(given.begun.participant, []).append(given)
     described = (data / "dataset_description.json").exists()
-    gone = {entry.get("participant") for entry in withdrawn(data)} if described else set()
     chosen = []
-    for label, several in sorted(by_label.items()):
+    for label, every in sorted(by_label.items()):
+        gone = [given for given in every if described and has_withdrawn(data, given.begun.session)]
+        left += [LeftOut(given.begun.session, "its participant has withdrawn.") for given in gone]
+        several = [given for given in every if given not in gone]
+        if not several:
+            continue
         best: str | None = min(several, key=lambda one: (-one.answered, one.begun.time)).begun.session
         journal = Files(data, study.design.task, label, None).journal
-        if f"sub-{label}" in gone:
-            left += [LeftOut(given.begun.session, f"sub-{label} has withdrawn.") for given in several]
-            continue
         if journal.exists():
-            notes = [event for event in read_journal(journal).of("note") if event["kind"] == "sitting"]
-            best = notes[0].get("record") if notes else None
+            best = record_of(read_journal(journal))
         for given in several:
             if given.begun.session == best:
                 chosen.append(given)

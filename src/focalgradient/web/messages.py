@@ -35,8 +35,9 @@ class Message(BaseModel):
 
 
 class Join(Message):
-    """Somebody comes by the open link."""
+    """Somebody comes by the open link; the browser keeps `secret`, with which alone the session goes on."""
 
+    secret: Annotated[str, Field(min_length=32, max_length=64, pattern=r"^[\w-]+$")] | None = None
     platform: Annotated[dict[str, Annotated[str, Field(max_length=200)]], Field(max_length=20)] = {}
 
 

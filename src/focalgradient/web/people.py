@@ -1,8 +1,8 @@
 """Who may take part: secret links, and what a platform calls its people, both kept apart from the data.
 
-The file has one line of JSON a person: the label in the data, the digest of the secret in the link, and identifiers of
-a platform; and one for each session that was stopped. Whoever has the data without this file cannot tell who is who;
-whoever has this file cannot take part.
+The file has one line of JSON a person: the label in the data, the digest of the secret that leads to the session, and
+identifiers of a platform; and one for each session that was stopped. Whoever has the data without this file cannot tell
+who is who; whoever has this file cannot take part. Nothing of a participant who withdraws stays in it.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import os
 import re
 import secrets
+import sys
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -19,9 +20,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from focalgradient.dataset.append import append
+from focalgradient.dataset.links import BEGINNING, Links, forget_links, read_links
 from focalgradient.dataset.lock import try_lock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, parse_json, read_bytes
+from focalgradient.files import read_bytes
 
 __all__ = ["People", "Person", "Roster"]
 
@@ -29,12 +32,9 @@ PLATFORM = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID", "survey_code", "workerId",
 """Parameters of links that are kept: Prolific's, SONA's, Mechanical Turk's, and a plain one."""
 
 OF_PERSON = ("PROLIFIC_PID", "survey_code", "workerId", "id")
-"""Those that name a person: with the same one again, the same session goes on."""
+"""Those that name a person; others may know or guess them, so they lead to no session."""
 
 VALUE = re.compile(r"[\w.@-]{1,100}")
-
-BEGINNING = b'{"participant": "'
-"""Of each line."""
 
 DIGITS = 3
 """Of labels, at least: 001, 002, ..."""
@@ -61,6 +61,7 @@ class Roster:
 
     def __init__(self, taken: frozenset[str] = frozenset()) -> None:
         self._taken, self._stopped, self._guard = set(taken), set[str](), threading.Lock()
+        self._labels = 0
         self._of_digest: dict[str, Person] = {}
 
     @contextmanager
@@ -69,7 +70,7 @@ class Roster:
         with self._guard:
             yield
 
-    def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:
+    def _keep(self, person: Person, digest: str) -> None:
         """Write down a link; called within `_alone`."""
         raise NotImplementedError
 
@@ -77,13 +78,26 @@ class Roster:
         """Write down that a session was stopped; called within `_alone`."""
         raise NotImplementedError
 
+    def _redact(self, participant: str) -> None:
+        """Remove what is written down of a participant; called within `_alone`."""
+        raise NotImplementedError
+
+    def _is_kept(self, digest: str) -> bool:
+        """Whether a link that is in the memory is still written down; a withdrawal elsewhere removes it."""
+        raise NotImplementedError
+
     def of(self, token: str) -> Person | None:
-        """Give the person that a link's secret is of; None where there is none."""
-        return self._of_digest.get(digest_of_token(token))
+        """Give the person that a secret is of; None where there is none."""
+        return self._person(digest_of_token(token))
+
+    def _person(self, digest: str) -> Person | None:
+        person = self._of_digest.get(digest)
+        return person if person is not None and self._is_kept(digest) else None
 
     def everybody(self) -> dict[str, Person]:
         """Everybody, by label."""
-        return {person.participant: person for person in self._of_digest.values()}
+        found = (self._person(digest) for digest in list(self._of_digest))
+        return {person.participant: person for person in found if person is not None}
 
     def is_stopped(self, participant: str) -> bool:
         """Whether a participant's session was stopped for good."""
@@ -96,18 +110,35 @@ class Roster:
                 self._keep_stopped(participant)
                 self._stopped.add(participant)
 
+    def forget(self, participant: str) -> None:
+        """Remove links, identifiers and label of a participant who has withdrawn; the label is not given again."""
+        with self._alone():
+            self._redact(participant)
+            for digest, person in list(self._of_digest.items()):
+                if person.participant == participant:
+                    del self._of_digest[digest]
+
     def invite(self, count: int) -> list[str]:
         """Make so many links for new people; gives their secrets, which are kept nowhere."""
         with self._alone():
-            return [self._new(self._label(), {}) for _ in range(count)]
+            return [self._new(_secret(), {}) for _ in range(count)]
 
-    def join(self, given: Mapping[str, str]) -> str:
-        """Give a secret to who comes by the open link: a new person, or the one of the same platform's name.
+    def join(self, given: Mapping[str, str], secret: str | None = None) -> str:
+        """Give a secret to who comes by the open link: a new person, or the one whose browser sends its secret again.
+
+        Identifiers of a platform lead nobody to a session: others may know or guess them.
+
+        Parameters
+        ----------
+        given
+            Parameters of the link; those of a platform are kept.
+        secret
+            What the browser has made for this session and keeps; by default a new one.
 
         Raises
         ------
         InputError
-            If an identifier is not one.
+            If an identifier is not one, or it cannot be written down.
         """
         platform = {name: given[name] for name in PLATFORM if name in given}
         for name, value in platform.items():
@@ -116,24 +147,28 @@ class Roster:
                     f"{name} is not an identifier of at most 100 letters and digits: follow the link again."
                 )
         with self._alone():
-            named = {name: value for name, value in platform.items() if name in OF_PERSON}
-            for person in self._of_digest.values():
-                if named and all(person.platform.get(name) == value for name, value in named.items()):
-                    return self._new(person.participant, platform)
-            return self._new(self._label(), platform)
+            if secret is not None and self._person(digest_of_token(secret)) is not None:
+                return secret
+            return self._new(secret or _secret(), platform)
 
-    def _label(self) -> str:
-        number = len(self._taken) + 1
+    def sharing_identifiers(self) -> set[str]:
+        """Give the labels of people who share an identifier of a platform with another one."""
+        of_name: dict[tuple[str, str], set[str]] = {}
+        for participant, person in self.everybody().items():
+            for name in OF_PERSON:
+                if name in person.platform:
+                    of_name.setdefault((name, person.platform[name]), set()).add(participant)
+        return {participant for several in of_name.values() if len(several) > 1 for participant in several}
+
+    def _new(self, token: str, platform: dict[str, str]) -> str:
+        number = max(len(self._taken) + 1, self._labels + 1)
         while f"{number:0{DIGITS}}" in self._taken:
             number += 1
-        self._taken.add(f"{number:0{DIGITS}}")
-        return f"{number:0{DIGITS}}"
-
-    def _new(self, participant: str, platform: dict[str, str]) -> str:
-        token = secrets.token_urlsafe(18)
-        digest = digest_of_token(token)
-        self._keep(participant, digest, platform)
-        self._of_digest[digest] = Person(participant, platform)
+        person, digest = Person(f"{number:0{DIGITS}}", platform), digest_of_token(token)
+        self._keep(person, digest)
+        self._taken.add(person.participant)
+        self._labels = max(self._labels, number)
+        self._of_digest[digest] = person
         return token
 
     def close(self) -> None:
@@ -162,6 +197,7 @@ class People(Roster):
         super().__init__(taken)
         self._path = path
         self._lock = None if data is None else _Owned(data)
+        self._offsets: dict[str, int] = {}
         try:
             self._open(path)
         except BaseException:
@@ -173,47 +209,49 @@ class People(Roster):
             read_bytes(path, "the links of a server")  # refuses what is no regular file
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0), 0o600)
         except OSError as error:
             raise InputError(f"{path} cannot be written ({error.strerror}): give another place.") from error
         try:
             if not try_lock(self._file, path):
                 raise InputError(f"another server uses {path}: end it; a study with other data needs other links.")
-            self._read(read_bytes(path, "the links of a server"))
+            self._read(read_links(path))
         except BaseException:
             os.close(self._file)
             raise
 
-    def _read(self, content: bytes) -> None:
-        whole, _, rest = content.rpartition(b"\n")
-        for number, line in enumerate(whole.splitlines(), 1):
-            self._add(parse_json(line, f"{self._path}, line {number}", "the links of a server"), number)
-        if rest:  # cut short by a kill: that link was never given out
-            if not (rest.startswith(BEGINNING) or BEGINNING.startswith(rest)):
-                self._add(None, whole.count(b"\n") + 2 if whole else 1)
-            os.ftruncate(self._file, len(content) - len(rest))
+    def _read(self, found: Links) -> None:
+        for link in found.links:
+            self._of_digest[link.sha256] = Person(link.participant, link.platform)
+            self._offsets[link.sha256] = link.offset
+            self._taken.add(link.participant)
+        self._stopped |= found.stopped
+        self._labels = found.labels
+        if found.torn and sum(found.torn[-1]) == os.fstat(self._file).st_size:
+            os.ftruncate(self._file, found.torn.pop()[0])
+        if found.torn:
+            forget_links(self._path, owned=True)
 
-    def _add(self, line: object, number: int) -> None:
-        match line:
-            case {"participant": str(participant), "sha256": str(digest), "platform": dict(platform)}:
-                self._of_digest[digest] = Person(participant, platform)
-                self._taken.add(participant)
-            case {"participant": str(participant), "stopped": True}:
-                self._stopped.add(participant)
-            case _:
-                raise InputError(
-                    f"{self._path}, line {number}, is no link: give a file of links of 'focalgradient serve'."
-                )
-
-    def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:
-        self._write({"participant": participant, "sha256": digest, "platform": platform})
+    def _keep(self, person: Person, digest: str) -> None:
+        line = {"participant": person.participant, "sha256": digest, "platform": person.platform}
+        self._offsets[digest] = self._append(line)
 
     def _keep_stopped(self, participant: str) -> None:
-        self._write({"participant": participant, "stopped": True})
+        self._append({"participant": participant, "stopped": True})
 
-    def _write(self, line: Mapping[str, Any]) -> None:
-        os.write(self._file, json.dumps(line).encode() + b"\n")
-        flush(self._file)
+    def _append(self, line: Mapping[str, Any]) -> int:
+        content = json.dumps(line).encode() + b"\n"
+        append(self._file, self._path, content)
+        return os.fstat(self._file).st_size - len(content)
+
+    def _redact(self, participant: str) -> None:
+        if self._path.exists():  # else who is who was removed by hand
+            forget_links(self._path, participant)
+
+    def _is_kept(self, digest: str) -> bool:
+        if sys.platform == "win32":  # which keeps others from the file
+            return True
+        return os.pread(self._file, len(BEGINNING), self._offsets[digest]) == BEGINNING
 
     def close(self) -> None:
         """Let another server have the file; one that names nobody goes."""
@@ -248,6 +286,11 @@ class _Owned:
         with suppress(OSError):
             self._path.unlink(missing_ok=True)
         os.close(self._file)
+
+
+def _secret() -> str:
+    """144 random bits: nobody guesses it."""
+    return secrets.token_urlsafe(18)
 
 
 def digest_of_token(token: str) -> str:

@@ -20,14 +20,17 @@ from typing import Any
 import psycopg
 
 from focalgradient.dataset import Files, Manifest, begin_dataset, export, read_journal
-from focalgradient.dataset.bids import add_participant, withdrawn
-from focalgradient.dataset.journal import create_whole, make_folder, writing
+from focalgradient.dataset import journals as list_journals
+from focalgradient.dataset.bids import add_participant
+from focalgradient.dataset.journal import create_whole, make_folder, scan_journal, writing
+from focalgradient.dataset.links import number_of
+from focalgradient.dataset.withdrawal import digest_of_record, has_withdrawn, record_of, remove_participant
 from focalgradient.design import Design
 from focalgradient.errors import InputError
 from focalgradient.web.people import Person, Roster, digest_of_token
-from focalgradient.web.store import Place, Refused
+from focalgradient.web.store import UNKNOWN, Place, Refused
 
-__all__ = ["Postgres", "SharedPeople", "collect_store"]
+__all__ = ["Postgres", "SharedPeople", "collect_store", "withdraw_from_store"]
 
 TABLES = """
 create table if not exists study (one boolean primary key default true check (one), design jsonb not null,
@@ -38,8 +41,13 @@ create table if not exists sessions (participant text primary key, tab text,
     alive timestamptz not null default '-infinity', bytes bigint not null default 0);
 create table if not exists journals (participant text not null, line integer not null, content text not null,
     primary key (participant, line));
+alter table study add column if not exists labels integer not null default 0;
+create table if not exists withdrawn (record text primary key);
 """
-"""Of one study; another one needs another database, or another schema."""
+"""Of one study; another one needs another database, or another schema.
+
+`labels` is the number of labels given when somebody last withdrew, none of which is given again; `withdrawn` has the
+digests of records that were removed, by which a data set that was made before loses them, too."""
 
 MOST_CONNECTIONS = 8
 """Of one server: PostgreSQL allows 100 of all, and an answer needs one for a few milliseconds."""
@@ -169,7 +177,8 @@ class Postgres:
                 "from sessions where participant = %s for update",
                 who,
             ).fetchone()
-            assert row is not None
+            if row is None or row[3] is None:  # who has withdrawn meanwhile
+                raise Refused(404, UNKNOWN)
             place.tab, place.alive = row[0], time.monotonic() - float(row[1])
             place.stopped = bool(row[3])
             before = (place.tab, place.alive)
@@ -217,14 +226,6 @@ class Postgres:
                 "where participant = %s",
                 [place.tab, silent, len(added), place.participant],
             )
-
-    def remove(self, place: Place) -> None:
-        """As `Store` has it."""
-        with _answering(), self.database.transaction() as connection:
-            connection.execute("delete from journals where participant = %s", [place.participant])
-            connection.execute("delete from sessions where participant = %s", [place.participant])
-        place.journal.unlink(missing_ok=True)
-        place.stored = 0
 
     @contextmanager
     def data(self) -> Iterator[Path]:
@@ -281,6 +282,43 @@ def collect_store(address: str, root: Path) -> dict[str, int]:
     return added
 
 
+def _record(lines: list[str]) -> str | None:
+    """The record of a session in a browser: a random number, in the note of its first sitting."""
+    for event in map(json.loads, filter(None, lines)):
+        if event.get("kind") == "sitting":
+            return event.get("record")
+    return None
+
+
+def withdraw_from_store(address: str, participant: str) -> bool:
+    """Remove a participant from a store; False where there is none.
+
+    Parameters
+    ----------
+    address
+        As ``postgresql://user:password@host/database``.
+    participant
+        As ``sub-007`` or ``007``.
+
+    Raises
+    ------
+    InputError
+        If the database cannot be used or holds no study.
+    """
+    label = participant.removeprefix("sub-")
+    with _opening(address) as database:
+        with database.transaction() as connection:
+            if connection.execute("select to_regclass('people')").fetchone() == (None,):
+                raise InputError("the store holds no study: give the store of 'focalgradient serve'.")
+            connection.execute(TABLES)  # of a store that an earlier version made
+        people = SharedPeople(database)
+        there = label in people.everybody()
+        if there:
+            people.forget(label)
+        people.close()
+    return there
+
+
 def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
     task, content = connection.execute("select task, manifest from study").fetchone() or (None, None)
     lines = connection.execute("select participant, content from journals order by participant, line")
@@ -288,11 +326,15 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
     for participant, line in lines:
         journals.setdefault(participant, []).append(line)
     begin_dataset(root, "human")
-    gone = {entry.get("participant") for entry in withdrawn(root)}
+    gone = {record for (record,) in connection.execute("select record from withdrawn")}
+    for files in [Files(root, task, path.name.split("_")[0].removeprefix("sub-")) for path in list_journals(root)]:
+        record = record_of(scan_journal(files.journal)) if files.journal.exists() else None
+        if record is not None and digest_of_record(record) in gone:
+            remove_participant(root, files.participant)
     added = {}
     for participant, new in journals.items():
         files = Files(root, task, participant)
-        if f"sub-{participant}" in gone:
+        if has_withdrawn(root, _record(new)):
             continue
         old = _lines(_read(files.journal))
         if old[: len(new)] != new[: len(old)]:
@@ -329,37 +371,47 @@ class SharedPeople(Roster):
             yield
 
     def _load(self, connection: psycopg.Connection) -> None:
-        for digest, participant, platform in connection.execute("select sha256, participant, platform from people"):
-            self._of_digest[digest] = Person(participant, platform)
-            self._taken.add(participant)
+        rows = connection.execute("select sha256, participant, platform from people").fetchall()
+        self._of_digest = {digest: Person(participant, platform) for digest, participant, platform in rows}
+        self._taken |= {participant for _, participant, _ in rows}
+        found = connection.execute("select labels from study").fetchone()
+        self._labels = max([0 if found is None else found[0], *map(number_of, self._taken)])
 
-    def _keep(self, participant: str, digest: str, platform: dict[str, str]) -> None:
+    def _keep(self, person: Person, digest: str) -> None:
         self._connection.execute(
             "insert into people (participant, sha256, platform) values (%s, %s, %s)",
-            [participant, digest, json.dumps(platform)],
+            [person.participant, digest, json.dumps(person.platform)],
         )
 
     def _keep_stopped(self, participant: str) -> None:
         self._connection.execute("update people set stopped = true where participant = %s", [participant])
 
+    def _redact(self, participant: str) -> None:
+        execute, who = self._connection.execute, [participant]
+        execute("select 1 from sessions where participant = %s for update", who)  # after who records at this moment
+        lines = execute("select content from journals where participant = %s order by line", who).fetchall()
+        if record := _record([line for (line,) in lines]):
+            execute("insert into withdrawn values (%s) on conflict do nothing", [digest_of_record(record)])
+        for table in ("people", "sessions", "journals"):
+            execute(f"delete from {table} where participant = %s", who)
+        execute("update study set labels = %s", [self._labels])
+
+    def _is_kept(self, digest: str) -> bool:
+        return digest in self._of_digest  # which `_alone` and `everybody` load anew
+
     def of(self, token: str) -> Person | None:
-        """Give the person that a link's secret is of; None where there is none."""
-        person = super().of(token)
-        if person is None:  # another server may have made the link
-            digest = digest_of_token(token)
-            with _answering(), self._database.transaction() as connection:
-                row = connection.execute(
-                    "select participant, platform from people where sha256 = %s", [digest]
-                ).fetchone()
-            if row is not None:
-                person = self._of_digest[digest] = Person(*row)
-        return person
+        """Give the person that a secret is of; None where there is none."""
+        with _answering(), self._database.transaction() as connection:  # another server may have added or removed it
+            row = connection.execute(
+                "select participant, platform from people where sha256 = %s", [digest_of_token(token)]
+            ).fetchone()
+        return None if row is None else Person(*row)
 
     def everybody(self) -> dict[str, Person]:
         """Everybody, by label."""
-        with _answering(), self._database.transaction() as connection:
+        with self._guard, _answering(), self._database.transaction() as connection:
             self._load(connection)
-        return super().everybody()
+            return super().everybody()
 
     def close(self) -> None:
         """Let go of the database."""

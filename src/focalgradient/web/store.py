@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,18 +16,21 @@ from typing import Any, Protocol
 
 from focalgradient.dataset import Session
 
-__all__ = ["Local", "Place", "Refused", "Store"]
+__all__ = ["UNKNOWN", "Local", "Place", "Refused", "Store"]
 
 SILENT_S = 20.0
 """A tab that has given no sign of life for so long no longer holds its session: pages give one every 5 s."""
 
 
+UNKNOWN = "This link is not known, or its answers were removed: follow the link that you were given."
+
+
 class Refused(Exception):  # noqa: N818  an answer to the page, not an error of ours
     """What a page asked for cannot be done: an HTTP status and a sentence."""
 
-    def __init__(self, status: int, sentence: str, **content: Any):
+    def __init__(self, status: int, sentence: str, *, headers: Mapping[str, str] | None = None, **content: Any):
         super().__init__(sentence)
-        self.status, self.content = status, {"error": sentence, **content}
+        self.status, self.content, self.headers = status, {"error": sentence, **content}, headers
 
 
 @dataclass
@@ -92,9 +95,6 @@ class Store(Protocol):
         On leaving it, what was added to the journal is kept; it is not, where leaving it raises.
         """
 
-    def remove(self, place: Place) -> None:
-        """Forget the journal of a place that is held."""
-
     def data(self) -> AbstractContextManager[Path]:
         """Give a folder that has the data set as it is now."""
 
@@ -112,9 +112,6 @@ class Local:
         """As `Store` has it."""
         with place.guard:
             yield
-
-    def remove(self, place: Place) -> None:
-        """As `Store` has it."""
 
     @contextmanager
     def data(self) -> Iterator[Path]:

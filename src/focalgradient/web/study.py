@@ -6,6 +6,7 @@ acknowledged and not recorded twice, so that the page may send it as often as th
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -17,16 +18,22 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
-from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal, withdraw
+from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal
+from focalgradient.dataset.withdrawal import remove_participant
 from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
 from focalgradient.web.lists import Consent, Lists
-from focalgradient.web.messages import Begin, Given, Who
+from focalgradient.web.messages import Begin, Given, Join, Who
 from focalgradient.web.people import Roster
-from focalgradient.web.store import Local, Place, Refused, Store
+from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
+
+OPEN_ELSEWHERE = "The session is open in another window."
+
+WITHDRAWN_S = 60.0
+"""Time between two looks for people who have withdrawn at another server (s)."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
@@ -81,11 +88,12 @@ class Study:
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
         self._places: dict[str, Place] = {}
         self._guard = threading.Lock()
+        self._looked = time.monotonic()
 
     def _place(self, token: str) -> Place:
         person = self.people.of(token)
         if person is None:
-            raise Refused(404, "This link is not known: follow the link that you were given.")
+            raise Refused(404, UNKNOWN)
         return self._place_of(person.participant)
 
     def _place_of(self, participant: str) -> Place:
@@ -103,7 +111,7 @@ class Study:
             if place.stopped:
                 raise Refused(410, "The session was stopped.")
             if place.held_by_another(who.tab):
-                raise Refused(409, "The session is open in another window.", busy=True)
+                raise Refused(409, OPEN_ELSEWHERE, busy=True)
             place.tab, place.alive = who.tab, time.monotonic()
             try:
                 yield place
@@ -128,11 +136,11 @@ class Study:
         place.lost = sum(_lost(note) for note in log.of("note") if note["kind"] == "frames")
         return ("complete" if place.done == len(self._trials(place.participant)) else "begun"), place.done
 
-    def join(self, platform: Mapping[str, str]) -> dict[str, Any]:
-        """Give a link's secret to who comes without one."""
+    def join(self, given: Join) -> dict[str, Any]:
+        """Give a secret to who comes by the open link, or keep that which the browser has made."""
         if not self.open_link:
             raise Refused(403, "This study is by invitation: follow the link that you were given.")
-        return {"token": self.people.join(platform)}
+        return {"token": self.people.join(given.platform, given.secret)}
 
     def state(self, who: Who) -> dict[str, Any]:
         """Give what the page needs before the session begins or goes on."""
@@ -169,7 +177,11 @@ class Study:
             else:
                 session = Session.resume(self.data, self.design.task, place.participant, **how)
             place.session = session
-            session.note("sitting", **about_sitting(given), consent=consent)
+            # A random number, by which a copy of the session is known after it was removed.
+            record = {"record": secrets.token_hex(16)} if status == "new" else {}
+            session.note("sitting", **about_sitting(given), consent=consent, **record)
+            if status == "new" and place.participant in self.people.sharing_identifiers():
+                session.note("same identifier")
             shown = self.lists.shown(session.trials, session.remaining())
             return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
 
@@ -237,6 +249,8 @@ class Study:
 
     def here(self, who: Who) -> dict[str, Any]:
         """Take a sign of life of the tab that shows the session; it holds the session from its first on."""
+        if time.monotonic() - self._looked > WITHDRAWN_S:
+            self._remove_withdrawn()
         with self._held(who):
             return {}
 
@@ -269,27 +283,50 @@ class Study:
             place.close()
 
     def withdraw(self, who: Who) -> dict[str, Any]:
-        """Remove all that a participant has given, at the participant's wish."""
+        """Remove all that a participant has given, at the participant's wish; cut off, it can be asked for again."""
         place = self._place(who.token)
-        self.stop(place.participant)
-        with place.guard:
-            if place.journal.exists():
-                withdraw(self.data, f"sub-{place.participant}")
-            self.store.remove(place)
+        with self.store.held(place):
+            if place.held_by_another(who.tab):
+                raise Refused(409, OPEN_ELSEWHERE, busy=True)
+            place.stopped = True
+            with suppress(InputError):  # of a full disk
+                place.close()
+            if (self.data / "dataset_description.json").exists():
+                remove_participant(self.data, place.participant)
+        self.people.forget(place.participant)
         return {}
+
+    def _remove_withdrawn(self) -> None:
+        """Remove what this server's own folder has of people who have withdrawn at another server."""
+        self._looked = time.monotonic()
+        there = self.people.everybody() if self.store.shared else self._places
+        for place in [place for label, place in self._places.items() if label not in there]:
+            with place.guard:
+                place.stopped = True
+                with suppress(InputError):
+                    place.close()
+                remove_participant(self.data, place.participant)
 
     def overview(self) -> list[dict[str, Any]]:
         """Give a row for everybody: how far the session is, when there was a sign of life, what was lost."""
         rows = []
+        sharing = self.people.sharing_identifiers()
+        self._remove_withdrawn()
         for participant, person in sorted(self.people.everybody().items()):
             place = self._place_of(participant)
-            with self.store.held(place):
-                status, done = self._progress(place)
-                silent = time.monotonic() - place.alive
+            try:
+                with self.store.held(place):
+                    status, done = self._progress(place)
+                    silent = time.monotonic() - place.alive
+            except Refused as error:
+                if error.status == 404:  # who has withdrawn meanwhile
+                    continue
+                raise
             row = {"participant": participant, "status": status, "done": done, "lost": place.lost}
             row["trials"] = len(self._trials(participant))
             row["silent_s"] = round(silent, 1) if silent < 1e6 else None
             row["came_from"] = "platform" if person.platform else "link"
+            row["same_identifier"] = participant in sharing
             rows.append(row)
         return rows
 

@@ -33,7 +33,7 @@ async function refresh() {
     document.getElementById("task").textContent = `${overview.task}: ${overview.participants.length} participants`;
     document.querySelector("#people tbody").replaceChildren(
       ...overview.participants.map((one) =>
-        row(one.participant, one.status, `${one.done} of ${one.trials}`, ago(one.silent_s), String(one.lost),
+        row(one.participant, one.status + (one.same_identifier ? ", identifier used twice" : ""), `${one.done} of ${one.trials}`, ago(one.silent_s), String(one.lost),
           one.status === "begun" ? stopper(one.participant) : ""),
       ),
     );

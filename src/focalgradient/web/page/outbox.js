@@ -12,7 +12,7 @@ export class Refused extends Error {
   }
 }
 
-// One request; a network that fails or a server that is away throws a TypeError, a refusal a Refused.
+// One request; a network that fails or a server that is away or busy throws a TypeError, a refusal a Refused.
 export async function post(path, message) {
   const response = await fetch(path, {
     method: "POST",
@@ -20,7 +20,10 @@ export async function post(path, message) {
     body: JSON.stringify(message),
     cache: "no-store",
   });
-  if (response.status >= 500) throw new TypeError(`the server answered ${response.status}`);
+  if (response.status >= 500 || [408, 429].includes(response.status)) {
+    const wait_ms = 1000 * (Number(response.headers.get("Retry-After")) || 0);
+    throw Object.assign(new TypeError(`the server answered ${response.status}`), { wait_ms });
+  }
   const answer = await response.json();
   if (!response.ok) throw new Refused(response.status, answer);
   return answer;

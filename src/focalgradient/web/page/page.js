@@ -22,6 +22,7 @@ import { stopButton } from "./stopping.js";
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
 const AWAY_MS = 1000; // between two attempts to reach a server that is away
 const FORGOTTEN_MS = 3600e3; // after which instructions are shown again
+const OF_PERSON = ["PROLIFIC_PID", "survey_code", "workerId", "id"]; // identifiers of a person, as people.py lists them
 
 const escaped = (text) => {
   const span = document.createElement("span");
@@ -145,7 +146,7 @@ class Page {
     if (this.over || !(error instanceof Refused)) return;
     clearInterval(this.beat);
     this.jsPsych?.abortExperiment();
-    this.say(this.words(error.status === 410 ? "web.stopped" : "web.other_tab"));
+    this.say(this.words([404, 410].includes(error.status) ? "web.stopped" : "web.other_tab"));
   }
 
   // Not while there is something to look at.
@@ -167,8 +168,11 @@ class Page {
     let text = this.words(remove ? "web.removed" : "web.kept");
     try {
       if (remove) {
+        await this.insist("/api/withdraw").catch((error) => {
+          if (error.status !== 404) throw error; // else they were removed, but the acknowledgement was lost
+        });
         await this.outbox.clear();
-        await this.insist("/api/withdraw");
+        this.study.forget(this.token);
       } else {
         await this.outbox.send();
         this.study.leave({ token: this.token, tab: this.tab });
@@ -405,6 +409,19 @@ class Page {
   }
 }
 
+// Join; a server that is away, or has too many at this moment, is asked again.
+async function joined(message) {
+  for (;;) {
+    try {
+      return await post("/api/join", message);
+    } catch (error) {
+      if (!(error instanceof TypeError)) throw error;
+      document.getElementById("stage").textContent = "…";
+      await new Promise((resolve) => setTimeout(resolve, Math.max(AWAY_MS, error.wait_ms ?? 0)));
+    }
+  }
+}
+
 // A server of ours, at the address that the page came from.
 class Server {
   post = post;
@@ -414,13 +431,29 @@ class Server {
     navigator.sendBeacon("/api/leave", JSON.stringify(who));
   }
 
+  // By an own link, or as somebody new. The secret is made here, and kept before it is sent: joining may be sent again,
+  // and nobody without it reaches the session, whatever they know of the person. With an identifier of a platform it is
+  // kept for the next visit; without one, as on a laboratory's shared computer, until the address has it.
   async join() {
     const token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
     if (token) return token;
     const platform = Object.fromEntries(new URLSearchParams(location.search));
-    const given = await post("/api/join", { platform }); // not twice: each time it is somebody new
-    history.replaceState(null, "", `/s/${given.token}`);
-    return given.token;
+    const named = OF_PERSON.filter((name) => name in platform).map((name) => [name, platform[name]]);
+    const place = `focalgradient secret ${JSON.stringify(named)}`;
+    const kept = named.length ? localStorage : sessionStorage;
+    const secret = kept.getItem(place) ?? crypto.randomUUID();
+    kept.setItem(place, secret);
+    await joined({ platform, secret });
+    if (!named.length) kept.removeItem(place);
+    history.replaceState(null, "", `/s/${secret}`);
+    return secret;
+  }
+
+  // After a session's answers were removed, nothing of it stays in this browser.
+  forget(token) {
+    for (const name of Object.keys(localStorage)) {
+      if (name === token || localStorage.getItem(name) === token) localStorage.removeItem(name);
+    }
   }
 
   async end() {}

@@ -1,0 +1,166 @@
+"""Remove a participant who withdraws, so that nothing that is left names them: from the data set and from its links."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from focalgradient.dataset.append import writing
+from focalgradient.dataset.bids import Files, journals, json_text, read_description
+from focalgradient.dataset.journal import Journal, Log, create_whole, scan_journal
+from focalgradient.dataset.links import forget_links, links_beside
+from focalgradient.dataset.lock import locked
+from focalgradient.dataset.mend import sweep_all
+from focalgradient.errors import InputError
+
+__all__ = [
+    "digest_of_record",
+    "files_naming",
+    "has_withdrawn",
+    "record_of",
+    "remove_participant",
+    "withdraw",
+    "withdrawals",
+]
+
+KEY = "Withdrawn"
+"""Of ``dataset_description.json``: a list of the digests of records that were removed, null for one that had no record.
+
+A session in a browser has a random number, its record. Whoever collects it once more, from a platform's file or from
+another folder, has the record, too, and is refused; the digest leads nobody else to anything."""
+
+
+def withdraw(root: Path, participant: str, links: Path | None = None, *, elsewhere: bool = False) -> list[Path]:
+    """Remove a participant from a data set and from the links of its server.
+
+    Removed are tables, journals, what repairs kept, rows of tables, links and names at a platform.
+    ``dataset_description.json`` keeps the number of those who withdrew; it has no label and no date. Cut off, the same
+    call goes on. Copies elsewhere, and reports, are not reached.
+
+    Parameters
+    ----------
+    root
+        Folder of the data set.
+    participant
+        As ``sub-07`` or ``07``.
+    links
+        File of links of 'focalgradient serve'; by default that beside the data set, where there is one.
+    elsewhere
+        Whether the participant was removed from a store before: then neither data nor folder need be there.
+
+    Returns
+    -------
+    list of Path
+        What was removed, and files that lost rows or lines.
+
+    Raises
+    ------
+    InputError
+        If there is no such participant, a session of theirs is being recorded, or something cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from focalgradient.design import BlurThresholdDesign
+    >>> from focalgradient.observers import simulate
+    >>> with TemporaryDirectory() as folder:
+    ...     root = Path(folder, "data")
+    ...     _ = simulate(BlurThresholdDesign(), root, observers=2, seed=1)
+    ...     gone = withdraw(root, "01")
+    >>> [path.name for path in gone]
+    ['sub-01', 'sub-01', 'participants.tsv']
+    """
+    label = participant.removeprefix("sub-")
+    gone = [] if elsewhere and not root.exists() else remove_participant(root, participant)
+    place = links_beside(root) if links is None else links
+    if (links is not None or place.exists()) and forget_links(place, label):
+        gone.append(place)
+    if not (gone or elsewhere):
+        raise InputError(f"{root} has no participant sub-{label}: see participants.tsv.")
+    return gone
+
+
+def remove_participant(root: Path, participant: str) -> list[Path]:
+    """Remove a participant from a data set alone, as `withdraw` does; gives nothing where there is none."""
+    label = participant.removeprefix("sub-")
+    Files(root, "necker", label)  # refuses what is no label
+    description = read_description(root)
+    sweep_all(root)
+    name = f"sub-{label}"
+    inside = [path for path in sorted(root.rglob(f"{name}*")) if re.fullmatch(rf"{name}([_.].*)?", path.name)]
+    outer = [path for path in inside if not any(other in path.parents for other in inside)]
+    tables = [path for path in sorted(root.rglob("*.tsv")) if path not in inside and _rows_of(path, name)]
+    with ExitStack() as owned:
+        own = [path for path in journals(root) if path.name.startswith(f"{name}_")]
+        for path in own:
+            owned.enter_context(Journal.take(path))  # nobody records it
+        records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path)))]
+        with writing(root):
+            entries = [entry if isinstance(entry, str) else None for entry in withdrawals(root)]
+            new: list[str | None] = [record for record in records if record not in entries]
+
+            def note() -> None:
+                content: dict[str, Any] = description | {KEY: entries + new}
+                create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
+
+            if new:  # first: cut off, the digests are known, and are not noted again
+                note()
+            if sys.platform == "win32":
+                owned.close()
+            for path in outer:
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+            if not records and (outer or tables):
+                new = [None]
+                note()
+            for path in tables:
+                _without(path, name)
+    return [*outer, *tables]
+
+
+def files_naming(root: Path, participant: str) -> list[Path]:
+    """Return files of a data set that still name a participant, as reports and tables of others may."""
+    word = re.compile(rb"(?<![A-Za-z0-9])sub-%s(?![A-Za-z0-9])" % participant.removeprefix("sub-").encode())
+    return [path for path in sorted(root.rglob("*")) if path.is_file() and word.search(path.read_bytes())]
+
+
+def withdrawals(root: Path) -> list[Any]:
+    """Return an entry for each participant, or record, that was removed from a data set."""
+    entries = read_description(root).get(KEY, [])
+    return entries if isinstance(entries, list) else []
+
+
+def record_of(log: Log) -> str | None:
+    """Return the record of a session in a browser; None of another session."""
+    found = [note.get("record") for note in log.of("note") if note.get("kind") == "sitting"]
+    return found[0] if found and isinstance(found[0], str) else None
+
+
+def digest_of_record(record: str) -> str:
+    """Return what is kept of a record that was removed."""
+    return hashlib.sha256(f"withdrawn {record}".encode()).hexdigest()
+
+
+def has_withdrawn(root: Path, record: str | None) -> bool:
+    """Return whether a record was removed from a data set."""
+    return record is not None and digest_of_record(record) in withdrawals(root)
+
+
+def _rows_of(path: Path, name: str) -> list[bytes]:
+    lines = path.read_bytes().splitlines(keepends=True)
+    return [line for line in lines if name.encode() in line.rstrip(b"\r\n").split(b"\t")]
+
+
+def _without(path: Path, name: str) -> None:
+    """Take a participant's rows out of a table."""
+    with locked(path):
+        gone = _rows_of(path, name)
+        lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
+        if sys.platform != "win32":
+            create_whole(path, b"".join(lines), replace=True)
+    if sys.platform == "win32":  # where an open file cannot be replaced
+        create_whole(path, b"".join(lines), replace=True)

@@ -1,0 +1,118 @@
+"""Lines that are appended whole or not at all, whatever room the disk has."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from focalgradient import InputError
+from focalgradient.dataset import Apparatus, Journal, Session, read_journal
+from focalgradient.dataset.append import append
+from focalgradient.dataset.bids import add_participant, begin_dataset
+from focalgradient.design import Pinhole
+
+
+def limit_disk(monkeypatch: pytest.MonkeyPatch, room: int, *, truncates: bool = True) -> None:
+    """Leave so many bytes on the disk: a write takes what fits, the next one is refused."""
+    left, write = [room], os.write
+
+    def limited(file: int, content: bytes) -> int:
+        if not left[0]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        count = write(file, bytes(content)[: left[0]])
+        left[0] -= count
+        return count
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "write", limited)
+    if not truncates:
+        monkeypatch.setattr(os, "ftruncate", refuse)
+
+
+def add_line(path: Path, line: bytes) -> None:
+    file = os.open(path, os.O_RDWR | os.O_APPEND)
+    try:
+        append(file, path, line)
+    finally:
+        os.close(file)
+
+
+@pytest.mark.parametrize("truncates", [True, False], ids=["cut back", "left cut short"])
+def test_a_full_disk_at_each_byte_leaves_whole_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, truncates: bool
+) -> None:
+    line, path = b'{"a": 1}\n', tmp_path / "lines"
+    for room in range(len(line)):
+        path.write_bytes(line)
+        with monkeypatch.context() as disk:
+            limit_disk(disk, room, truncates=truncates)
+            with pytest.raises(InputError, match="No space left on device"):
+                add_line(path, line)
+        assert path.read_bytes() == line + (b"" if truncates else line[:room])
+        add_line(path, b'{"b": 2}\n')
+        lines = path.read_bytes().split(b"\n")
+        assert (lines[0], lines[-2:]) == (b'{"a": 1}', [b'{"b": 2}', b""])
+
+
+def test_a_write_in_small_parts_is_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write, path = os.write, tmp_path / "lines"
+    path.touch()
+    monkeypatch.setattr(os, "write", lambda file, content: write(file, bytes(content)[:3]))
+    add_line(path, b"twenty bytes of a line\n")
+    assert path.read_bytes() == b"twenty bytes of a line\n"
+
+
+def test_a_journal_on_a_full_disk_keeps_what_it_had_at_each_byte(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = Session.begin(tmp_path, Pinhole(scenes=["a"]), "01", apparatus=Apparatus("seconds"))
+    session._journal.close()
+    path, note = session.files.journal, {"event": "note", "kind": "break"}
+    begun = path.read_bytes()
+    with Journal.take(path) as journal:
+        journal.resume(read_journal(path), note)
+    length = path.stat().st_size - len(begun)
+    for room in range(length):
+        path.write_bytes(begun)
+        with monkeypatch.context() as disk, Journal.take(path) as journal:
+            limit_disk(disk, room)
+            with pytest.raises(InputError, match="No space left on device"):
+                journal.resume(read_journal(path), note)
+        assert path.read_bytes() == begun
+    with Journal.take(path) as journal:
+        journal.resume(read_journal(path), note)
+    assert read_journal(path).changed == ()
+    assert len(read_journal(path).of("note")) == 1
+
+
+def test_what_was_interrupted_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(_: int) -> None:
+        raise KeyboardInterrupt
+
+    path = tmp_path / "lines"
+    path.write_bytes(b"one\n")
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr(os, "fsync", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            add_line(path, b"two\n")
+    assert path.read_bytes() == b"one\n"
+
+
+def test_the_table_of_participants_has_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = tmp_path / "data"
+    begin_dataset(root, "human")
+    before = (root / "participants.tsv").read_bytes()
+    add_participant(root, "01", {"kind": "human"})
+    row = len((root / "participants.tsv").read_bytes()) - len(before)
+    for room in range(row):
+        (root / "participants.tsv").write_bytes(before)
+        with monkeypatch.context() as disk:
+            limit_disk(disk, room)
+            with pytest.raises(InputError, match="No space left on device"):
+                add_participant(root, "01", {"kind": "human"})
+        assert (root / "participants.tsv").read_bytes() == before
