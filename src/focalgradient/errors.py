@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "FocalGradientWarning",
     "InputError",
+    "check_fields",
     "check_finite",
     "check_installed",
     "check_list",
@@ -21,6 +26,14 @@ __all__ = [
     "described",
     "is_number",
 ]
+
+
+LONGEST = 40
+"""Letters of a value that a message repeats."""
+
+
+LARGEST_SEED = 2**62 - 1
+"""Largest seed: the seeds that are derived from it by addition fit into 64 bits."""
 
 
 class InputError(ValueError):
@@ -48,14 +61,94 @@ def check_number(
 
 
 def check_seed(seed: Any) -> None:
-    """Refuse what no generator of random numbers begins from.
+    """Raise InputError unless `seed` is a whole number from which random numbers can be derived.
 
     >>> check_seed(-1)
     Traceback (most recent call last):
-    focalgradient.errors.InputError: seed is -1, but must be a whole number of 0 or more.
+    focalgradient.errors.InputError: seed is -1, but must be a whole number of 0 or more, of 62 bits at most.
     """
-    if not (isinstance(seed, int) and seed >= 0):
-        raise InputError(f"seed is {described(seed)}, but must be a whole number of 0 or more.")
+    if not (isinstance(seed, int) and 0 <= seed <= LARGEST_SEED):
+        raise InputError(f"seed is {described(seed)}, but must be a whole number of 0 or more, of 62 bits at most.")
+
+
+def check_fields(record: object) -> None:
+    """Refuse a dataclass whose fields are of other types than it declares: for the first line of ``__post_init__``.
+
+    Checked are numbers, texts, truths, arrays, tuples of these, and classes; each may be None where that is declared.
+
+    >>> from focalgradient.scenes import Mark
+    >>> Mark("near", ("0.1", 0.0, 0.5))
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: point is ('0.1', 0.0, 0.5), but must be 3 numbers.
+    """
+    for name, (matches, expected) in _expectations(type(record)).items():  # type: ignore[arg-type]  # mypy: no hash
+        value = getattr(record, name)
+        if not matches(value):
+            raise InputError(f"{name} is {described(value)}, but must be {expected}.")
+
+
+Expectation = tuple[Callable[[Any], bool], str]
+"""Whether a value is of a declared type, and what that type is called in a message."""
+
+
+@cache
+def _expectations(kind: Any) -> dict[str, Expectation]:
+    """What the fields of a dataclass may hold; those whose types say too little for a check are left out."""
+    names = vars(sys.modules[kind.__module__])
+    found = {}
+    for field in dataclasses.fields(kind):
+        try:
+            hint = eval(field.type, names) if isinstance(field.type, str) else field.type
+        except NameError:  # imported for type checkers only
+            continue
+        expectation = _expectation(hint)
+        if expectation is not None:
+            found[field.name] = expectation
+    return found
+
+
+def _expectation(hint: Any) -> Expectation | None:
+    if get_origin(hint) is Annotated:
+        hint = get_args(hint)[0]
+    parts = get_args(hint)
+    if get_origin(hint) in (Union, UnionType):
+        within = [_expectation(part) for part in parts]
+        known = [one for one in within if one is not None]
+        if len(known) < len(within):
+            return None
+        return lambda value: any(matches(value) for matches, _ in known), " or ".join(what for _, what in known)
+    if get_origin(hint) is tuple:
+        inner = _expectation(parts[0])
+        if inner is None or len(set(parts) - {...}) > 1:
+            return (lambda value: isinstance(value, Sequence) and not isinstance(value, str)), "a tuple"
+        length = None if parts[-1] is ... else len(parts)
+        return partial(_is_row, inner[0], length), f"{length} {inner[1].split(' ', 1)[-1]}s" if length else "a tuple"
+    if get_origin(hint) is Literal:
+        return (lambda value: isinstance(value, str | int) and value in parts), " or ".join(map(repr, parts))
+    if get_origin(hint) is np.ndarray or hint is np.ndarray:
+        return (lambda value: isinstance(value, np.ndarray) and value.ndim > 0), "an array"
+    simple: dict[Any, Expectation] = {
+        float: (is_number, "a number"),
+        int: (lambda value: isinstance(value, int | np.integer), "a whole number"),
+        bool: (lambda value: isinstance(value, bool | np.bool_), "True or False"),
+        str: (lambda value: isinstance(value, str), "a text"),
+        None: (lambda value: value is None, "None"),
+        type(None): (lambda value: value is None, "None"),
+    }
+    if hint in simple:
+        return simple[hint]
+    if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
+        return (lambda value: isinstance(value, hint)), f"of the class {hint.__name__}"
+    return None
+
+
+def _is_row(matches: Callable[[Any], bool], length: int | None, value: Any) -> bool:
+    """Whether a value is a row of values of one type."""
+    if isinstance(value, str | bytes | Mapping | set) or not isinstance(value, Sequence | np.ndarray):
+        return False
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        return False
+    return length in (None, len(value)) and all(map(matches, value))
 
 
 def is_number(value: Any) -> bool:
@@ -64,14 +157,20 @@ def is_number(value: Any) -> bool:
     >>> is_number(2), is_number(np.float32(0.5)), is_number("2"), is_number([2]), is_number(None)
     (True, True, False, False, False)
     """
-    return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf"
+    if isinstance(value, str | bytes | list | tuple | dict):
+        return False
+    try:
+        array = np.asarray(value)
+    except Exception:  # whatever a foreign object's own conversion to an array raises
+        return False
+    return array.ndim == 0 and array.dtype.kind in "iuf"
 
 
 def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
     """`values` as an array, refused unless all are finite numbers."""
     try:
         array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise InputError(f"{name} is {described(values)}, but must hold numbers: give it in {unit}.") from error
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} holds NaN or infinite values, but must be finite: give it in {unit}.")
@@ -108,16 +207,23 @@ def check_list(name: str, values: Any, what: str) -> list[Any]:
 def described(value: Any) -> str:
     """A few words for a value of any kind, for a message: the value itself where it is short.
 
-    >>> described(0.5), described("wide"), described(np.zeros((2, 3))), described([1] * 99)
-    ('0.5', "'wide'", 'an array of shape (2, 3)', 'a list of 99')
+    >>> described(0.5), described("wide"), described(np.zeros((2, 3))), described([1] * 99), described(10**400)
+    ('0.5', "'wide'", 'an array of shape (2, 3)', 'a list of 99', 'a whole number of more than 40 digits')
     """
     if isinstance(value, np.ndarray) and value.ndim:
         return f"an array of shape {value.shape}"
     if isinstance(value, np.generic | np.ndarray):
         return repr(value.item())
-    text = repr(value)
-    if len(text) <= 40 and "\n" not in text:
+    if isinstance(value, int) and abs(value) >= 10**LONGEST:
+        return f"a whole number of more than {LONGEST} digits"
+    try:
+        text = repr(value)
+    except Exception:  # nested too deeply, or an object that cannot describe itself
+        text = "\n"
+    if len(text) <= LONGEST and "\n" not in text:
         return text
+    if isinstance(value, str):
+        return f"a text of {len(value)} letters"
     count = f" of {len(value)}" if isinstance(value, list | tuple | dict | set) else ""
     name = type(value).__name__
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}{count}"

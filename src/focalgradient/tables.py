@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 
 __all__ = ["Table", "check_table", "load_table", "shown"]
 
@@ -91,8 +91,8 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
 def shown(value: Any) -> str:
     """`value` as a message shows it.
 
-    >>> shown(True), shown("f/22"), shown([1, 2])
-    ('true', "'f/22'", 'a list')
+    >>> shown(True), shown("f/22"), shown([1, 2]), shown("x" * 99)
+    ('true', "'f/22'", 'a list', 'a text of 99 letters')
     """
     if isinstance(value, bool):
         return str(value).lower()
@@ -102,4 +102,4 @@ def shown(value: Any) -> str:
         return "a list"
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    return repr(value)
+    return described(value)

@@ -46,11 +46,16 @@ LARGEST_TOML = 1 * MB
 """Bytes of a settings file: those of hundreds of views have some 10 KB."""
 
 DEEPEST = 32
-"""Parts of a dotted TOML key: what reading takes grows with their square."""
+"""Parts of a dotted TOML key (what reading takes grows with their square), and levels of nesting: no file has ten."""
+
+LARGEST_WHOLE = 2**63 - 1
+"""Largest whole number in JSON and TOML: that of 64 bits, which TOML asks for and every other reader has."""
 
 _DOTTED = re.compile(rf"(?<![\w-])(?:(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
+_LONG = re.compile(r"\w{16}")  # of 64 bits: 19 decimal digits, 16 hexadecimal ones
+_LONG_BYTES = re.compile(_LONG.pattern.encode())
 _SURROGATE_BYTES = re.compile(_SURROGATE.pattern.encode())
 
 
@@ -151,7 +156,9 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
     if _DOTTED.search(text):
         raise InputError(f"{name} has a key of more than {DEEPEST} dotted parts: give {what}.")
     try:
-        return tomllib.loads(text)
+        content = tomllib.loads(text, parse_float=_number)
+        _check_tree(text, content)
+        return content
     except (RecursionError, MemoryError) as error:
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
     except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
@@ -160,12 +167,12 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
 
 
 def read_json(path: str | os.PathLike[str], what: str = "a JSON file", largest: int = LARGEST_TEXT) -> Any:
-    """Read a file of strict JSON: NaN and infinities are none, and no key stands twice in one object.
+    """Read a file of strict JSON: no NaN, no infinity, no whole number beyond 64 bits, no key twice in one object.
 
     Raises
     ------
     InputError
-        As `read_text` does, and if it is not JSON, or nested beyond reason.
+        As `read_text` does, and if it is not such JSON, or nested beyond reason.
     """
     return parse_json(read_text(path, what, largest), printable(path), what)
 
@@ -179,7 +186,8 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
         If it is not JSON, or nested beyond reason.
     """
     try:
-        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_each_once)
+        content = json.loads(text, parse_constant=_no_constant, parse_float=_number, object_pairs_hook=_each_once)
+        _check_tree(text, content)
         if not is_text(text, content):
             raise ValueError("half a character stands there, as \\ud800 alone")
         return content
@@ -207,6 +215,40 @@ def is_text(source: str | bytes, content: Any) -> bool:
 
 def _no_constant(word: str) -> NoReturn:
     raise ValueError(f"{word} is no JSON")
+
+
+def _number(word: str) -> float:
+    """A number with a point or an exponent: 1e400 is an infinity that nobody wrote."""
+    value = float(word)
+    if math.isinf(value) and "inf" not in word:
+        raise ValueError(f"the number {_cut(word)} is too large")
+    return value
+
+
+def _check_tree(text: str | bytes, content: Any) -> None:
+    """Raise ValueError for whole numbers beyond 64 bits, and RecursionError for what is nested beyond reason."""
+    marks: Any = ("[", "{") if isinstance(text, str) else (b"[", b"{")
+    may_be_deep = sum(text.count(mark) for mark in marks) > DEEPEST
+    digits = _LONG if isinstance(text, str) else _LONG_BYTES
+    if not may_be_deep and digits.search(text) is None:  # type: ignore[arg-type]
+        return
+    level = [content]
+    for _ in range(DEEPEST + 1):
+        inner: list[Any] = []
+        for value in level:
+            if isinstance(value, dict):
+                inner += value.values()
+            elif isinstance(value, list):
+                inner += value
+            elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+                raise ValueError(f"the number {_cut(str(value))} has more than 64 bits")
+        level = inner
+    if level:
+        raise RecursionError
+
+
+def _cut(word: str) -> str:
+    return word if len(word) <= 24 else f"{word[:20]}..."
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_seed
+from focalgradient.errors import InputError, check_seed, described, is_number
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import clouded_sky
 from focalgradient.scenes.materials import ramp
@@ -48,9 +48,9 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
     >>> round(bottle().mark("nearest").distance, 3)
     0.955
     """
-    if not (0.3 <= distance <= 2):
+    if not (is_number(distance) and 0.3 <= distance <= 2):
         raise InputError(
-            f"distance is {distance!r}, but must be 0.3 to 2 metres, for the bottle to stand within its wall."
+            f"distance is {described(distance)}, but must be 0.3 to 2 metres, for the bottle to stand within its wall."
         )
     check_seed(seed)
     random = np.random.default_rng([seed, 1])

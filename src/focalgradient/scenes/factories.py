@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_seed
+from focalgradient.errors import InputError, check_seed, described, is_number
 from focalgradient.scenes.objects import Mark, Plane, Scene, Sphere, check_field
 from focalgradient.scenes.texture import Texture
 
@@ -40,6 +40,7 @@ def plane(distance: float, *, seed: int = 0, texture: Texture = FINE) -> Scene:
     (0.0, 0.0, 2.0)
     """
     _check_distance("distance", distance)
+    _check(seed, texture)
     return Scene((Plane((0.0, 0.0, float(distance)), (0.0, 0.0, -1.0), replace(texture, seed=seed)),))
 
 
@@ -68,6 +69,7 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
     _check_distance("near", near)
     _check_distance("far", far)
     check_field(field)
+    _check(seed, texture)
     middle, slope = (1 / near + 1 / far) / 2, (1 / far - 1 / near) / field
     # 1/z = middle + slope x/z  is the plane  slope x + middle z = 1.
     return Scene((Plane((0.0, 0.0, 1 / middle), (-slope, 0.0, -middle), replace(texture, seed=seed)),))
@@ -99,6 +101,7 @@ def step(near: float, far: float, *, seed: int = 0, texture: Texture = FINE) -> 
     _check_distance("far", far)
     if near >= far:
         raise InputError(f"near is {near!r} m and far {far!r} m, but near must be the smaller.")
+    _check(seed, texture)
     # A card so large that its other sides are out of sight.
     size = 20.0 * near
     front = Plane((-size / 2, 0.0, float(near)), (0.0, 0.0, -1.0), replace(texture, seed=seed), (size, size))
@@ -147,5 +150,11 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
 
 
 def _check_distance(name: str, distance: float) -> None:
-    if not (distance > 0 and math.isfinite(distance)):
-        raise InputError(f"{name} is {distance!r}, but must be a positive finite distance in metres.")
+    if not (is_number(distance) and 0 < distance < math.inf):
+        raise InputError(f"{name} is {described(distance)}, but must be a positive finite distance in metres.")
+
+
+def _check(seed: int, texture: object) -> None:
+    check_seed(seed)
+    if not isinstance(texture, Texture):
+        raise InputError(f"texture is {described(texture)}, but must be a Texture.")

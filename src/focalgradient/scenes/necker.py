@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields, check_finite, check_number
 
 __all__ = [
     "EDGES",
@@ -98,20 +98,15 @@ class NeckerCube:
             ("speed", "turns per second"),
             ("line_width", "radians"),
         ):
-            value = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
+            check_number(name, getattr(self, name), unit, positive=True)
+        check_fields(self)
         if not abs(self.tilt) < math.pi / 2:
             raise InputError(f"tilt is {self.tilt!r}, but must be less than a right angle: give it in radians.")
-        if self.direction not in ("right", "left"):
-            raise InputError(
-                f"direction is {self.direction!r}, but must be 'right' or 'left': where the near side goes."
-            )
         if self._reach > 0.95:
             raise InputError(
                 f"perspective is {self.perspective:g}, with which the turning cube comes within "
                 f"{max(1 - self._reach, 0):.2g} of its distance from the viewer, but 0.05 must be left: "
-                f"take at most {math.floor(950 * self.perspective / self._reach) / 1000:g}."
+                f"take at most {math.floor(950 * (self.perspective / self._reach)) / 1000:g}."
             )
 
     @property
@@ -218,8 +213,7 @@ class NeckerCube:
         >>> NeckerCube(speed=0.125).loop_frames(60)
         120
         """
-        if not (frame_rate > 0 and math.isfinite(frame_rate)):
-            raise InputError(f"frame_rate is {frame_rate!r}, but must be a positive number of frames per second.")
+        check_number("frame_rate", frame_rate, "frames per second", positive=True)
         frames = SYMMETRY * frame_rate / self.speed
         whole = round(frames)
         if abs(frames - whole) > 1e-4 * frames or whole < 3:
@@ -284,6 +278,7 @@ def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
     >>> [round(departure_from_rigid(cube.seen(turn, reading)).whole, 3) for reading in ("rigid", "nonrigid")]
     [0.0, 0.278]
     """
+    shape = check_finite("shape", shape, "metres")
     if shape.ndim != 3 or shape.shape[1:] != CORNERS.shape or len(shape) == 0:
         raise InputError(f"shape is {shape.shape}, but must be n x 8 x 3: vertices at n moments of a turn.")
     lengths = edge_lengths(shape)

@@ -8,13 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, described
+from focalgradient.errors import InputError, check_fields, described, is_number
 from focalgradient.scenes.texture import Texture
 
 __all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_field", "check_scene"]
 
 Point = tuple[float, float, float]
 """x (right), y (down), z (away from the camera), in metres."""
+
+
+NARROWEST, WIDEST = 1e-6, 100.0
+"""Width of a frame, as a tangent: a thousandth of a pixel of a camera, and 179 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,7 @@ class Plane:
     size: tuple[float, float] = (math.inf, math.inf)
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _check_point("point", self.point)
         _check_point("normal", self.normal)
         if not any(self.normal):
@@ -92,6 +97,7 @@ class Sphere:
     texture: Texture = field(default_factory=Texture)
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _check_point("centre", self.centre)
         if not (0 < self.radius < math.hypot(*self.centre)):
             raise InputError(
@@ -137,6 +143,7 @@ class Mesh:
     mirror: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         count = len(self.vertices)
         if not (self.vertices.shape == (count, 3) and count >= 3 and np.isfinite(self.vertices).all()):
             raise InputError(f"vertices is of shape {self.vertices.shape}, but must be n x 3 finite numbers, n >= 3.")
@@ -173,6 +180,7 @@ class Sky:
     radiance: NDArray[np.floating]
 
     def __post_init__(self) -> None:
+        check_fields(self)
         radiance = self.radiance
         if not (radiance.ndim == 3 and radiance.shape[2] == 3 and radiance.size and radiance.min() >= 0):
             raise InputError(f"radiance of shape {radiance.shape} must be h x w x 3 and nowhere negative.")
@@ -191,6 +199,9 @@ class Mark:
 
     name: str
     point: Point
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     @property
     def distance(self) -> float:
@@ -250,6 +261,7 @@ class Scene:
     marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not (self.background >= 0 and math.isfinite(self.background)):
             raise InputError(f"background is {self.background!r}, but must be a radiance of 0 or more.")
         if not 0 <= self.ambient <= 1:
@@ -274,14 +286,17 @@ class Scene:
 
 
 def _check_point(name: str, point: Point) -> None:
-    if len(point) != 3 or not all(math.isfinite(value) for value in point):
+    if not all(math.isfinite(value) for value in point):
         raise InputError(f"{name} is {point!r}, but must be three finite numbers x, y, z.")
 
 
 def check_field(field: float) -> None:
     """Refuse what is no width of a frame, as a tangent."""
-    if not (field > 0 and math.isfinite(field)):
-        raise InputError(f"field is {field!r}, but must be positive: the frame's columns x the pixel angle.")
+    if not (is_number(field) and NARROWEST <= field <= WIDEST):
+        raise InputError(
+            f"field is {described(field)}, but must be from {NARROWEST:g} to {WIDEST:g}: the frame's columns x the "
+            "pixel angle."
+        )
 
 
 def check_scene(scene: object) -> None:

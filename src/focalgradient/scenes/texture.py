@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_seed
+from focalgradient.errors import InputError, check_fields, check_seed
 
 __all__ = ["TILE", "Texture"]
 
@@ -57,6 +57,7 @@ class Texture:
     projected: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_seed(self.seed)
         if not (self.texel > 0 and math.isfinite(self.texel)):
             unit = "radians" if self.projected else "metres"
@@ -70,7 +71,7 @@ class Texture:
     @property
     def _spread(self) -> float:
         """Standard deviation of the logarithm of the reflectance."""
-        return math.sqrt(math.log1p(self.contrast**2))
+        return math.sqrt(math.log1p(self.contrast * self.contrast))
 
     def values(self) -> NDArray[np.float32]:
         """Reflectance at the texels, 1024 x 1024 and periodic: row i, column j is at (j, i) texels from the anchor."""

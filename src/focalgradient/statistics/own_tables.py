@@ -6,6 +6,7 @@ import codecs
 import csv
 import io
 import math
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -41,6 +42,16 @@ PARTICIPANT = ("participant", "subject", "subj", "id", "observer")
 """Names by which the column of participants is found."""
 
 
+MOST_COLUMNS = 4096
+"""Columns of a table: one a condition of 24 scenes x 8 apertures x 2 fixations x 10 repetitions is 3,840."""
+
+MOST_ROWS = 200_000
+"""Rows of a table: 200 participants x 1,000 trials, which take half a minute; 900,000 rows took three."""
+
+LARGEST_TABLE = 256 * 2**20
+"""Bytes of a table: those rows with 1,300 letters each."""
+
+
 def columns_like(role: str) -> str:
     """How to name the column of a role, in the words of `read_ratings` and `read_reports`."""
     return f'name it with columns={{"{role}": "NAME"}}'
@@ -55,19 +66,27 @@ def read_table(path: Path) -> pd.DataFrame:
     """The cells of a CSV or TSV file as text, blank rows left out; the index is (file, row).
 
     The delimiter is the one that the header has most of: comma, semicolon or tab. Lines before the header that are
-    blank or begin with # are skipped.
+    blank or begin with # are skipped. What is wider than `MOST_COLUMNS`, longer than `MOST_ROWS` or larger than
+    `LARGEST_TABLE` is refused before its cells are read.
     """
     text = _text(path)
     lines = text.splitlines()
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     delimiter = max(";\t,", key=first.count)
+    widest = max((line.count(delimiter) for line in lines), default=0) + 1
+    for count, most, what in ((widest, MOST_COLUMNS, "columns"), (len(lines), MOST_ROWS, "rows")):
+        if count > most:
+            raise InputError(
+                f"{printable(path)} has {count:,} {what}, but a table may have at most {most:,}: give one with a row "
+                "for each answer, or a column for each condition."
+            )
     try:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except csv.Error as error:
         raise InputError(f"{printable(path)} cannot be read as a table ({error}): give a CSV or TSV file.") from error
     top = next((number for number, row in enumerate(rows) if any(row) and not row[0].startswith("#")), len(rows))
     header = [name.strip() for name in rows[top]] if top < len(rows) else []
-    again = [name for name in header if name and header.count(name) > 1]
+    again = [name for name, count in Counter(header).items() if name and count > 1]
     if not any(header) or again:
         what = f"the column {again[0]} twice" if again else "no header"
         raise InputError(f"{printable(path)} has {what}: give each column a name of its own in the first row.")
@@ -84,7 +103,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def _text(path: Path) -> str:
-    data = read_bytes(path, "a table")
+    data = read_bytes(path, "a table", LARGEST_TABLE)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as a spreadsheet saves "Unicode text"
         return data.decode("utf-16", "replace")
     try:

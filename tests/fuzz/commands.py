@@ -1,0 +1,564 @@
+"""Every command, as its own options and files describe it, given wrong values: `commands.py 10000 [--seed N]`.
+
+Unlike `doors.py`, which damages the inputs of functions, this reads the options and their types from the command line
+itself, so that a new option is tried without being named here, and it damages files by their structure: a value of
+another type in the place of any leaf, tables that are wide, long, ragged or in another encoding, and one file in the
+place of another. Prints each case that fails, with the seed to try it alone, then counts.
+
+A case passes where the exit code is 0, 1 or 2, the screen shows neither a traceback nor a path of the source code, it
+ends within a minute, and a refused command leaves its folder as it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import codecs
+import contextlib
+import copy
+import csv
+import io
+import json
+import os
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import tomllib
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import click
+import cv2
+import numpy as np
+from click.testing import CliRunner
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+
+from doors import CALIBRATED, silent  # noqa: E402
+from mutations import as_json, as_toml, damaged_bytes, damaged_tree  # noqa: E402
+
+SECONDS = 60
+"""Time that a case may take (s)."""
+
+MEMORY = 4 * 1024**3
+"""Memory that a case may take beyond what the libraries have (bytes)."""
+
+OPTICS = "--focal-length 25 --pixel-pitch 8 --f-number 16 --f-number 5.6 --focus-distance 0.85"
+LENS = "--f-number 4 --focal-length 25 --focus 0.8 --field 6"
+LINES = (
+    f"depth a.png b.png {OPTICS} --focus-distance 0.85 --out out",
+    "depth views.toml --out out",
+    "depth views.toml --method edges --out out",
+    "depth a.png b.png --f-number 16 --f-number 5.6 --focus-distance .85 --calibration camera.toml --out out",
+    "depth f0.toml f1.toml --workers 1 --out out",
+    "calibrate targets.toml --out out.toml",
+    "calibrate --sheet a4 --out sheet.pdf",
+    f"stream a.avi --out d.avi {OPTICS}",
+    f"blur a.png far.npy {LENS} --out out",
+    "blur a.png far.exr --pupil 4 --field 6 --focus 1 --out out",
+    "blur a.png far.pfm --pupil 4 --field 6 --focus 1 --out out",
+    "blur a.png far.tif --eye eye.toml --display display.toml --focus 1 --out out",
+    "eye --accommodate course.csv --out out",
+    "eye sphere --out out",
+    "stimuli necker --gradient none --size 64 --edge 3 --speed 3 --workers 1 --out out",
+    "stimuli depth-rating --seed 1 --scenes 1 --size 64 --samples 2 --engine cast --pixel-pitch 3000 --workers 1 "
+    "--out out",
+    "stimuli depth-rating --picture a.png --depth far.npy --field 6 --workers 1 --out out",
+    "stimuli import own --table own/pictures.csv --pixel-pitch 3000 --out out",
+    "run depth-rating --pilot --stimuli pictures --design rating.toml",
+    "run necker --participant 01 --design necker.toml --data new",
+    "run pinhole --participant 01 --data new",
+    "run blur-threshold --participant 01 --stimuli pictures --design threshold.toml --data new",
+    "run gaze-focus --series blurred --gaze mouse --windowed",
+    "serve study.toml --data new --port 0",
+    "serve study.toml --data new --links links.jsonl --consent consent.txt --port 0",
+    "serve study.toml --export study --participants 2",
+    "serve rating.toml --stimuli pictures --data new --port 0",
+    "validate data",
+    "validate cut --export",
+    "validate data --stimuli pictures",
+    "repair damaged",
+    "withdraw data sub-02 --yes",
+    "collect answers.txt --data collected",
+    "report data --workers 1 --out out",
+    "report table.csv --out out",
+    "report wide.csv --conditions open=f/2,sharp=pinhole --out out",
+    "report reports.csv --out out",
+    "report table.csv --rules rules.toml --out out",
+    "report --preregister rating.toml --out out",
+    "report --preregister necker.toml --rules rules.toml --out out",
+    "power depth-rating --subjects 3 --experiments 2 --design rating.toml --workers 1 --out out",
+    "power necker --subjects 3 --experiments 2 --design necker.toml --workers 1 --out out",
+    "simulate necker --observers 1 --seed 1 --design necker.toml --workers 1 --out out",
+    "simulate blur-threshold --observers 1 --seed 1 --design threshold.toml --workers 1 --out out",
+    "simulate depth-rating --observers 1 --seed 1 --stimuli pictures --design rating.toml --workers 1 --out out",
+    "doctor --seconds 0.1",
+    "demo --out out",
+)
+COSTLY = {
+    "demo": 0.02,
+    "doctor": 0.02,
+    "simulate": 0.2,
+    "eye": 0.2,
+    "report": 0.6,
+    "power": 0.4,
+    "stimuli": 0.4,
+    "calibrate": 0.4,
+}
+"""Share of the cases of commands that take long that is kept."""
+
+CHANGED = {"repair", "withdraw", "collect", "validate", "serve", "run", "simulate", "power"}
+"""Commands that add to what is there, or go on with it: what they keep when they refuse is theirs."""
+
+EXPENSIVE = {"--workers", "--scheduler", "--store", "--host", "--bayes", "--experiments", "--seconds"}
+"""Options of which only wrong values are tried: right ones start processes, use the network or take long."""
+
+NUMBERS = (
+    *("0", "-0", "1", "-1", "2", "0.5", "10", "1e-9", "1e9", "1e30", "1e308", "1e309", "-1e308", "1e-320", "inf"),
+    *("-inf", "nan", "9" * 400, "9" * 5000, "1_0", "0x10", "1,5", "१", "1e", " 3 ", "+5", "1/2", "3 mm", "--5"),
+)
+WORDS = (
+    *("", " ", "x", "-", "--", "é", "\udcff", "a\nb", "a\tb", "\u202e", "x" * 500, "=", "a=b", "a=", "=b", "a=b=c"),
+    *("a=b,a=c", ",", "participant=nope", "rating=rating,rating=scene", "%s%n", "{0}", "[]", "null", "../../x", "~x"),
+    *("$HOME", "\x1b[31m", "1-0", "0-5", "101-150", "99999999-1", "A4", "sub-01", "SUB-01 "),
+)
+PLACES = (
+    *(".", "/", "", "nowhere", "nowhere/further", "x" * 300, "/dev/null", "/dev/zero", "/proc/self/mem", "loop"),
+    *("a.png", "far.npy", "views.toml", "data", "pictures", "table.csv", "study.toml", "a\nb.png", "\udcff.csv"),
+    *("a.png/x", "camera.toml", "out.html", "d.mp4", "d.", ".avi", "con", "dataset_description.json"),
+)
+LEAVES: tuple[Any, ...] = (
+    *(0, 1, -1, 2, 0.5, -0.5, 1e308, -1e308, 1e-320, 10**19, -(10**19), 10**400, 2**53 + 1, float("inf")),
+    *(float("-inf"), float("nan"), True, False, None, "", " ", "1", "0.9", "nan", "true", "é", "a\0b", "\ud800"),
+    *("x" * 3000, "../x", "a/b", "n/a", [], {}, [1], ["1"], [[1, 2], [3]], {"a": 1}, [None], [[]], [{}], "1e400"),
+)
+CELLS = (
+    *("", "n/a", "nan", "inf", "-1", "0", "1e400", "9" * 5000, "x" * 70_000, "=1+1", '"', "é", "\0", "1,5", "1;5"),
+    *("\t", "999", "TRUE", "f/0", "f/-1", "f/inf", "pinhole ", "Pinhole", "\ufeff", "-0", "1e-320", "\u2028", "a\rb"),
+)
+
+
+@cache
+def base() -> Path:
+    """A folder with what every line of `LINES` reads; it is removed at the end."""
+    import atexit
+
+    from long_commands import participant, prepare
+
+    folder = Path(tempfile.mkdtemp(prefix="fuzz-base-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    prepare(folder)
+    participant.make_set(folder / "pictures", ("spheres-00", "spheres-01"))
+    (folder / "views.toml").write_bytes((folder / "f0.toml").read_bytes())
+    (folder / "camera.toml").write_bytes(as_toml(CALIBRATED))
+    (folder / "rules.toml").write_text("same_answer = 0.9\ndropped_frames = 3\n")
+    (folder / "eye.toml").write_text(
+        "pupil_mm = 4.0\nchromatic_scale = 1.0\naberrations = [[2, 0, 0.1], [4, 0, 0.05]]\n"
+    )
+    (folder / "display.toml").write_text(
+        'size_px = [1920, 1080]\npixel_pitch_um = 276.7\ndistance_m = 0.57\ngamma = "sRGB"\n'
+    )
+    (folder / "consent.txt").write_text("# Consent\n\nVersion: 2.1\n\nI agree.\n")
+    (folder / "links.jsonl").write_bytes(b"")
+    far = np.load(folder / "far.npy").astype(np.float32)
+    (folder / "far.pfm").write_bytes(b"Pf\n96 96\n-1.0\n" + far[::-1].astype("<f4").tobytes())
+    cv2.imwrite(str(folder / "far.tif"), far)
+    _exr(folder / "far.exr", far)
+    rows = [["participant", "scene", "aperture", "fixation", "rating"]]
+    reports = [["participant", "trial", "gradient", "percept", "duration"]]
+    chance = random.Random(1)
+    for who in range(1, 5):
+        for scene in ("a", "b", "c"):
+            for aperture in ("pinhole", "f/5.6", "f/2"):
+                for end in ("nearest", "farthest"):
+                    rows.append([f"P{who}", scene, aperture, end, f"{chance.uniform(0.8, 1.6):.2f}"])
+        for trial in range(1, 7):
+            for report in range(3):
+                percept = ("rigid", "nonrigid")[report % 2]
+                lasts = f"{chance.uniform(1, 9):.2f}"
+                reports.append([f"P{who}", str(trial), ("none", "rigid", "nonrigid")[trial % 3], percept, lasts])
+    wide = [["participant", "scene", "fixation", "sharp", "open"]]
+    wide += [[f"P{n}", s, e, "1.0", f"{1.1 + n / 99}"] for n in range(4) for s in "ab" for e in ("nearest", "farthest")]
+    for name, table in (("table", rows), ("reports", reports), ("wide", wide)):
+        (folder / f"{name}.csv").write_bytes(_csv(table, ","))
+    (folder / "loop").symlink_to("loop")
+    return folder
+
+
+def _exr(path: Path, values: np.ndarray) -> None:
+    with contextlib.suppress(ImportError):
+        import OpenEXR
+
+        with OpenEXR.File({"type": OpenEXR.scanlineimage}, {"Z": values}) as file:
+            file.write(str(path))
+
+
+def _csv(rows: list[list[str]], delimiter: str) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, delimiter=delimiter, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode("utf-8", "surrogatepass")
+
+
+@cache
+def leaves() -> dict[tuple[str, ...], click.Command]:
+    """Every command of the command line, by its words."""
+    from focalgradient.cli import main
+
+    found: dict[tuple[str, ...], click.Command] = {}
+
+    def walk(command: click.Command, words: tuple[str, ...]) -> None:
+        if isinstance(command, click.Group):
+            for name, inner in command.commands.items():
+                walk(inner, (*words, name))
+        else:
+            found[words] = command
+
+    walk(main, ())
+    return found
+
+
+def wrong_value(kind: click.ParamType, option: str, chance: random.Random) -> str:
+    """A value that a parameter of this type may or may not take."""
+    if option in EXPENSIVE:
+        return chance.choice(("0", "-1", "x", "", "nan", "1e9", "9" * 400, "1.5", "tcp://nowhere:0"))
+    pick = chance.random()
+    if isinstance(kind, click.Path) or pick < 0.1:
+        return chance.choice(PLACES)
+    if isinstance(kind, click.Choice) and pick < 0.6:
+        return str(chance.choice(list(kind.choices)))
+    if pick < 0.7 or "float" in kind.name or "integer" in kind.name:
+        return chance.choice(NUMBERS) if chance.random() < 0.7 else f"{10 ** chance.uniform(-4, 5):.4g}"
+    return chance.choice(WORDS)
+
+
+def wrong_options(line: list[str], chance: random.Random) -> list[str]:
+    """A command line with options changed, added, repeated or lost."""
+    line = list(line)
+    words = tuple(line[: 2 if tuple(line[:2]) in leaves() else 1])
+    options = [one for one in leaves()[words].params if isinstance(one, click.Option)]
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        way = chance.randrange(6)
+        flags = [at for at, word in enumerate(line) if word.startswith("--") and at + 1 < len(line)]
+        if way == 0 and flags:
+            at = chance.choice(flags)
+            known = [one for one in options if line[at] in one.opts]
+            line[at + 1] = wrong_value(known[0].type if known else click.FLOAT, line[at], chance)
+        elif way == 1 and len(line) > 2:
+            del line[chance.randrange(len(words), len(line))]
+        elif way == 2 and len(line) > len(words):
+            line[chance.randrange(len(words), len(line))] = chance.choice((*PLACES, *WORDS))
+        elif options:
+            option = chance.choice(options)
+            name = chance.choice(option.opts)
+            if name in ("--bayes", "--help", "-h"):
+                continue
+            values = () if option.is_flag else range(option.nargs)
+            line += [name, *(wrong_value(option.type, name, chance) for _ in values)]
+        else:
+            line += [chance.choice(("--pilot", "--data", "--stimuli", "--monitor", "--resume", "--design", "--gamma"))]
+            line += [chance.choice((*PLACES, *NUMBERS, *WORDS))] if chance.random() < 0.7 else []
+    return [word for word in line if "\0" not in word]
+
+
+def wrong_file(path: Path, chance: random.Random) -> None:
+    """Damage a file by what it is, or put another in its place."""
+    data = path.read_bytes()
+    pick = chance.random()
+    if pick < 0.06:
+        other = chance.choice([one for one in base().rglob("*") if one.is_file()])
+        content = other.read_bytes()
+    elif pick < 0.2 or not _is_text(path):
+        content = damaged_bytes(data, chance)
+        if path.suffix == ".npy" and chance.random() < 0.6:
+            content = _array(chance)
+    elif pick < 0.3:
+        content = _encoded(data, chance)
+    elif path.suffix in (".toml", ".json"):
+        content = _tree(path, data, chance)
+    elif path.suffix in (".csv", ".tsv"):
+        content = _table(data, "\t" if path.suffix == ".tsv" else ",", chance)
+    elif path.suffix == ".jsonl" or path.name == "answers.txt":
+        content = _json_lines(data, chance)
+    else:
+        content = damaged_bytes(data, chance)
+    path.unlink()
+    path.write_bytes(content)
+
+
+def _is_text(path: Path) -> bool:
+    return path.suffix in (".toml", ".json", ".jsonl", ".csv", ".tsv", ".txt", "")
+
+
+def _encoded(data: bytes, chance: random.Random) -> bytes:
+    text = data.decode("utf-8", "replace")
+    ways: tuple[Callable[[], bytes], ...] = (
+        lambda: text.encode("utf-16"),
+        lambda: text.encode("utf-32"),
+        lambda: codecs.BOM_UTF8 + data,
+        lambda: codecs.BOM_UTF16_LE + data,
+        lambda: codecs.BOM_UTF8 * 2 + data,
+        lambda: text.replace("e", "é", 3).encode("latin-1", "replace"),
+        lambda: data.replace(b"\n", b"\r"),
+        lambda: data.replace(b"\n", b"\r\n"),
+        lambda: data.replace(b"\n", b"\0\n", 2),
+        lambda: data + b"\x1a",
+        lambda: data * 2,
+        lambda: data.replace(b"\n", b" "),
+    )
+    return chance.choice(ways)()
+
+
+def _array(chance: random.Random) -> bytes:
+    kind = chance.choice(("f2", "f4", ">f8", "f8", "u1", "i8", "?", "c16", "U3", "M8[s]", "V4", "longdouble"))
+    shape = chance.choice(((96, 96), (96, 96, 3), (0, 0), (96,), (), (1, 96), (96, 95), (96, 96, 1, 1), (2, 2)))
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        array = np.full(shape, chance.choice((0, 1, -1, 1e30, 1e-30, np.nan, np.inf, 0.8))).astype(kind)
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
+def _leaf(tree: Any, chance: random.Random) -> Any:
+    """A tree in which one leaf, chosen among all, is of another type."""
+    tree = json.loads(json.dumps(tree, default=str))
+    places: list[tuple[Any, Any]] = []
+
+    def walk(node: Any) -> None:
+        for key in node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ():
+            places.append((node, key))
+            walk(node[key])
+
+    walk(tree)
+    for _ in range(chance.choice((1, 1, 2))):
+        if places:
+            node, key = chance.choice(places)
+            with contextlib.suppress(IndexError):
+                node[key] = chance.choice(LEAVES) if chance.random() < 0.9 else copy.deepcopy(chance.choice(places)[0])
+    return tree
+
+
+def _tree(path: Path, data: bytes, chance: random.Random) -> bytes:
+    toml = path.suffix == ".toml"
+    tree = tomllib.loads(data.decode()) if toml else json.loads(data)
+    try:
+        damaged = _leaf(tree, chance) if chance.random() < 0.7 else damaged_tree(tree, chance)
+        if not toml:
+            return as_json(damaged)
+        return as_toml(damaged if isinstance(damaged, dict) else {"a": damaged})
+    except RecursionError:  # a tree within itself
+        return b"[" * 100_000
+
+
+def _table(data: bytes, delimiter: str, chance: random.Random) -> bytes:
+    rows = [line.split(delimiter) for line in data.decode("utf-8", "replace").splitlines()] or [[]]
+    for _ in range(chance.choice((1, 1, 2, 4))):
+        at, column = chance.randrange(len(rows)), chance.randrange(max(len(rows[0]), 1))
+        way = chance.randrange(12)
+        if way < 4:
+            for row in rows[at : at + 1] if way < 3 else rows[1:]:
+                if column < len(row):
+                    row[column] = chance.choice(CELLS)
+        elif way == 4:
+            for row in rows:
+                del row[column : column + 1]
+        elif way == 5:
+            for row in rows:
+                row.insert(column, row[column] if column < len(row) else "")
+        elif way == 6:
+            rows.insert(at, list(chance.choice(rows)))
+        elif way == 7:
+            del rows[at]
+            rows = rows or [[]]
+        elif way == 8:
+            rows[at] = rows[at] * chance.choice((2, 3000))
+        elif way == 9:
+            rows = rows + rows[1:] * chance.choice((1, 20))
+        elif way == 10:
+            chance.shuffle(rows[0])
+        else:
+            rows = [list(column) for column in zip(*rows, strict=False)] or [[]]
+    delimiter = chance.choice((delimiter,) * 8 + (";", "\t", "|", " "))
+    return "\n".join(delimiter.join(row) for row in rows).encode("utf-8", "surrogatepass")
+
+
+def _json_lines(data: bytes, chance: random.Random) -> bytes:
+    lines = data.splitlines() or [b""]
+    at = chance.randrange(len(lines))
+    way = chance.randrange(5)
+    if way == 0:
+        lines[at] = chance.choice((b"", b"[" * 50_000, b"1", b"null", b'{"a":1,"a":2}', b"\xff\xfe", b'"' * 99))
+    elif way == 1:
+        lines.insert(at, chance.choice(lines))
+    elif way == 2:
+        del lines[at]
+    else:
+        with contextlib.suppress(ValueError):
+            lines[at] = as_json(_leaf(json.loads(lines[at]), chance))
+    return b"\n".join(lines) + b"\n" * chance.randrange(3)
+
+
+class Hangs(BaseException):
+    """More time than a case may take."""
+
+
+@contextlib.contextmanager
+def limited() -> Iterator[None]:
+    """End what takes too long."""
+
+    def late(*_: object) -> None:
+        raise Hangs(f"more than {SECONDS} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, SECONDS, 5)  # again, where the first is caught
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def files(folder: Path) -> dict[str, tuple[int, int]]:
+    """Size and time of every file below a folder."""
+    found = {}
+    for path in folder.rglob("*"):
+        status = path.lstat()
+        found[path.relative_to(folder).as_posix()] = (status.st_size, status.st_mtime_ns) if path.is_file() else (0, 0)
+    return found
+
+
+def made(seed: int, only: str | None, folder: Path) -> list[str]:
+    """The command line of a case, and in `folder` the files that it names."""
+    chance = random.Random(f"commands {seed}")
+    lines = [line for line in LINES if only is None or line.split()[0] == only or line.startswith(only)]
+    line = chance.choice(lines).split()
+    while only is None and chance.random() > COSTLY.get(line[0], 1.0):
+        line = chance.choice(lines).split()
+    given = [word for word in line if (base() / word).exists()]
+    if "views.toml" in given or {"f0.toml", "f1.toml"} & set(given):
+        given += ["a.png", "b.png"]
+    if "targets.toml" in given:
+        given += [path.name for path in base().glob("*.png")]
+    given = [name for name in dict.fromkeys(given) if not name.startswith("own/")]
+    pick = chance.random()
+    args = wrong_options(line, chance) if pick < 0.5 else line
+    given += [word for word in args if word in PLACES and word not in (".", "..", "/", "") and (base() / word).exists()]
+    given = [name for name in dict.fromkeys(given) if not name.startswith("/")]
+    for name in given:
+        if (base() / name).is_dir():
+            shutil.copytree(base() / name, folder / name, symlinks=True)
+        elif not (folder / name).exists():
+            shutil.copy2(base() / name, folder / name)
+    (folder / "loop").symlink_to("loop")
+    if pick > 0.45:
+        within = sorted(path for path in folder.rglob("*") if path.is_file())
+        small = [path for path in within if path.stat().st_size < 300_000] or within
+        texts = [path for path in small if _is_text(path)]
+        if small:
+            wrong_file(chance.choice(texts if texts and chance.random() < 0.7 else small), chance)
+    return args
+
+
+def case(seed: int, only: str | None = None) -> tuple[str, str]:
+    """Try one case: its command line, and what went wrong (nothing: empty)."""
+    from focalgradient import web
+    from focalgradient.cli import main
+
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as outer:
+        folder = Path(outer, "folder")
+        folder.mkdir()
+        args = made(seed, only, folder)
+        before, here = files(folder), os.getcwd()
+        serving, web.run = web.run, lambda study, password, host, port, ready: ready("http://localhost")  # type: ignore[assignment]
+        os.chdir(folder)
+        try:
+            with limited(), warnings.catch_warnings():
+                warnings.resetwarnings()
+                warnings.simplefilter("ignore", DeprecationWarning)
+                warnings.simplefilter("ignore", ResourceWarning)
+                warnings.simplefilter("ignore", PendingDeprecationWarning)
+                result = CliRunner().invoke(main, args, prog_name="focalgradient")
+        except Hangs as error:
+            return " ".join(args), f"Hangs: {error}"
+        finally:
+            os.chdir(here)
+            web.run = serving
+        outside = [path.name for path in Path(outer).iterdir()]
+        return " ".join(args)[:300], judged(args[0], result, before, files(folder), outside)
+
+
+def judged(command: str, result: Any, before: dict[str, Any], after: dict[str, Any], outside: list[str]) -> str:
+    """What is wrong with a result (nothing: empty)."""
+    error = result.exception
+    if error is not None and not isinstance(error, SystemExit):
+        frames = [one for one in traceback.extract_tb(error.__traceback__) if "focalgradient" in one.filename]
+        at = f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "outside"
+        return f"{type(error).__name__} at {at}: {str(error)[:150]}"
+    if result.exit_code not in (0, 1, 2):
+        return f"exit code {result.exit_code}: {result.output[-150:]}"
+    for sign in ("Traceback (most recent", "RuntimeWarning", "site-packages", "src/focalgradient", ".py:"):
+        if sign in result.output:
+            at = result.output.index(sign)
+            return f"on the screen: {result.output[max(at - 60, 0) : at + 200]!r}"
+    if outside != ["folder"]:
+        return f"left outside: {outside}"
+    changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
+    if result.exit_code == 2 and changed and command not in CHANGED and "frames failed" not in result.output:
+        return f"a refused command changed {changed[:5]}: {result.output[-200:]}"
+    hidden = [name for name in after if ".focalgradient-" in name]
+    if hidden:
+        return f"left over: {hidden[:5]}"
+    last = result.stderr.rstrip("\n").rpartition("\n")[2]
+    if result.exit_code == 2 and not last.startswith("Error: "):
+        return f"no sentence: {result.stderr[-200:]!r}"
+    if len(last) > 1500:
+        return f"a sentence of {len(last)} letters: {last[:200]!r}"
+    return ""
+
+
+def run(count: int, seed: int = 0, only: str | None = None, show: bool = False) -> Counter[str]:
+    """Try cases one after the other; counts of them by command, and under "failed" those that failed."""
+    counts: Counter[str] = Counter()
+    for number in range(seed, seed + count):
+        start = time.perf_counter()
+        with silent():
+            line, wrong = case(number, only)
+        counts[line.split(" ")[0]] += 1
+        seconds = time.perf_counter() - start
+        if wrong or show:
+            print(f"--seed {number}: {wrong or 'passed'} ({seconds:.1f} s)\n    {line!r}", flush=True)
+        elif seconds > 20:
+            print(f"--seed {number}: {seconds:.1f} s\n    {line!r}", flush=True)
+        counts["failed"] += bool(wrong)
+    return counts
+
+
+def main() -> int:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", type=int)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", help="the lines of one command, as report or 'report table.csv'")
+    parser.add_argument("--show", action="store_true", help="print every case")
+    given = parser.parse_args()
+    os.environ.pop("DISPLAY", None)
+    base()
+    with contextlib.suppress(ImportError, OSError):
+        import resource
+
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY + MEMORY,) * 2)
+    counts = run(given.cases, given.seed, given.only, given.show)
+    print(", ".join(f"{name} {count}" for name, count in sorted(counts.items())))
+    return bool(counts["failed"])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
