@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["CARD", "EYE_STEP", "WEBER", "Display"]
@@ -71,6 +71,7 @@ class Display:
     dither: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not (len(self.size_px) == 2 and all(isinstance(side, int) and side > 0 for side in self.size_px)):
             raise InputError(
                 f"size_px is {self.size_px!r}, but must be a display's positive width and height in pixels."

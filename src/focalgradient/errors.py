@@ -123,6 +123,9 @@ def _expectation(hint: Any) -> Expectation | None:
             return (lambda value: isinstance(value, Sequence) and not isinstance(value, str)), "a tuple"
         length = None if parts[-1] is ... else len(parts)
         return partial(_is_row, inner[0], length), f"{length} {inner[1].split(' ', 1)[-1]}s" if length else "a tuple"
+    if get_origin(hint) in (list, Sequence):
+        inner = _expectation(parts[0])
+        return None if inner is None else (partial(_is_row, inner[0], None), f"a list, each {inner[1]}")
     if get_origin(hint) is Literal:
         return (lambda value: isinstance(value, str | int) and value in parts), " or ".join(map(repr, parts))
     if get_origin(hint) is np.ndarray or hint is np.ndarray:

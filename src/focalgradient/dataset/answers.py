@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from focalgradient.dataset.percepts import Press, percepts
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 
 __all__ = ["ANSWERS", "Answer", "Apparatus", "Chosen", "Rated", "Watched"]
 
@@ -94,6 +94,7 @@ class Rated:
     gaze_left: bool | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _finite(self, "onset", "response_time", "confidence", "gaze_away")
         if not math.isfinite(self.rating):
             raise InputError(f"rating is {self.rating!r}, but must be a finite number.")
@@ -121,6 +122,7 @@ class Watched:
     dropped_frames: int = 0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _finite(self, "onset")
         percepts(self.presses, {}, self.trial_duration)
 
@@ -156,6 +158,7 @@ class Chosen:
     stimulus: str | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _finite(self, "onset", "level", "response_time")
         if self.answer not in (1, 2):
             raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")

@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.errors import InputError, check_fields, check_finite, check_number, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations
 from focalgradient.eye.light import Band
@@ -79,6 +79,7 @@ class Stimulus:
     rendering: Rendering = "none"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_number("chromatic_scale", self.chromatic_scale, "multiples of the eye's aberration")
         if self.rendering not in get_args(Rendering):
             raise InputError(f"rendering is {self.rendering!r}, but must be one of {', '.join(get_args(Rendering))}.")
@@ -125,6 +126,7 @@ class Accommodation:
     fixation: float = 0.5
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.cue not in get_args(Cue):
             raise InputError(f"cue is {self.cue!r}, but must be one of {', '.join(get_args(Cue))}.")
         check_pupil(self.pupil_diameter)

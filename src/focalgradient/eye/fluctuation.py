@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import boxcox, inv_boxcox
 
-from focalgradient.errors import InputError, check_finite, check_number, check_seed
+from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import check_pupil, ordered_times
 
@@ -140,6 +140,7 @@ class Microfluctuations:
     drift: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_number("rms", self.rms, "dioptres", least=0)
         check_number("drift", self.drift, "dioptres", least=0)
         check_number("beta", self.beta, "powers of frequency", least=0)

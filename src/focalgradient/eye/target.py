@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.optics import HasTransfer, HasWaveband
 from focalgradient.psf import pixel_transfer
 from focalgradient.view import View
@@ -62,6 +62,7 @@ class Target:
     pixel_angle: float = math.radians(1 / 60)
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_number("contrast", self.contrast, "shares of the mean", least=0)
         check_number("pixel_angle", self.pixel_angle, "radians", positive=True)
         if not (isinstance(self.correlation, float | int) and 0 < self.correlation <= 1):

@@ -240,7 +240,7 @@ def _check_tree(text: str | bytes, content: Any) -> None:
                 inner += value.values()
             elif isinstance(value, list):
                 inner += value
-            elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+            elif isinstance(value, int) and not -LARGEST_WHOLE <= value <= LARGEST_WHOLE:
                 raise ValueError(f"the number {_cut(str(value))} has more than 64 bits")
         level = inner
     if level:

@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
 from focalgradient.design import NeckerDesign, NeckerTrial
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, quality
 from focalgradient.statistics.means import family, holm, paired_effect
@@ -78,6 +78,7 @@ class CubeModel:
     lapses: float = 0.01
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not 0.01 <= self.effect <= 100:
             raise InputError(
                 f"effect is {self.effect!r}, but must be a ratio of odds from 0.01 to 100: 1 is no effect."
@@ -116,6 +117,7 @@ class CubeStudy:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if "none" not in self.design.gradients or len(self.design.gradients) < 2:
             raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
 

@@ -18,7 +18,7 @@ from numpy.random import SeedSequence, default_rng
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, error_skewness, moments
@@ -75,6 +75,7 @@ class Model:
     lapses: float = 0.01
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for name in ("effect", "far_effect"):
             value = getattr(self, name)
             if not 0.1 <= value <= 10:
@@ -110,6 +111,7 @@ class Study:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not 1 < self.bound < math.inf:
             raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
         if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:

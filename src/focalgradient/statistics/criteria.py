@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.statistics.cube import SHORTEST_BOTH
 
 __all__ = ["OF_CUBE", "OF_RATINGS", "Rules"]
@@ -74,6 +74,7 @@ class Rules:
     first_press: float | None = 0.5
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
             raise InputError(
                 f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."

@@ -1,0 +1,133 @@
+"""Values of wrong types, huge numbers and huge files: one sentence, at once."""
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from focalgradient import InputError, Lens, scenes
+from focalgradient.cli import main
+from focalgradient.dataset import Rated
+from focalgradient.design import DepthRatingDesign
+from focalgradient.display import Display
+from focalgradient.eye import Target
+from focalgradient.files import read_json, read_toml
+from focalgradient.power import Model, Study
+from focalgradient.statistics import Rules
+
+DEEP: list[object] = []
+for _ in range(2000):
+    DEEP = [DEEP]
+WRONG = {
+    "text": "0.9",
+    "huge": 10**400,
+    "NaN": math.nan,
+    "list": [1],
+    "table": {},
+    "array": np.zeros((2, 2)),
+    "array without shape": np.array("x"),
+    "bytes": b"x",
+    "complex": 1j,
+    "deep": DEEP,
+    "object": object(),
+    "huge point": (10**400, 0.0, 1.0),
+    "point of texts": ("a", 0.0, 1.0),
+}
+SQUARE = np.array([[0, 0, 1.0], [0.1, 0, 1], [0.1, 0.1, 1]])
+RECORDS = [
+    Lens(0.025, 8, 0.5),
+    Display(),
+    Model(),
+    Study(Model(), DepthRatingDesign()),
+    Rules(),
+    Rated(onset=1.0, rating=1.0, response_time=1.0),
+    Target(),
+    scenes.Texture(),
+    scenes.Plane((0, 0, 2.0), (0, 0, -1.0)),
+    scenes.Sphere((0, 0, 1.0), 0.05),
+    scenes.Mesh(SQUARE, np.array([[0, 1, 2]]), SQUARE[:, :2], np.full((2, 2, 3), 0.5)),
+    scenes.Sky(np.ones((2, 4, 3))),
+    scenes.Mark("near", (0.0, 0.0, 0.5)),
+    scenes.Scene(()),
+    scenes.NeckerCube(),
+]
+FACTORIES: dict[Callable[..., object], dict[str, object]] = {
+    scenes.plane: {"distance": 1.0, "seed": 0},
+    scenes.slant: {"near": 1.0, "far": 2.0, "field": 0.1, "seed": 0},
+    scenes.step: {"near": 1.0, "far": 2.0, "seed": 0},
+    scenes.spheres: {"seed": 0, "field": 0.1},
+    scenes.terrain: {"seed": 0, "field": 0.1},
+    scenes.naturalistic: {"seed": 0, "field": 0.1},
+    scenes.bottle: {"seed": 0, "distance": 1.0},
+    scenes.room: {"seed": 0},
+    scenes.scene: {"name": "step", "seed": 0},
+    scenes.departure_from_rigid: {"shape": np.ones((1, 8, 3))},
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: type(record).__name__)
+def test_a_field_of_a_wrong_type_is_refused(record: object, kind: str) -> None:
+    """In every field: accepted, as a text for a name is, or refused in a sentence."""
+    assert dataclasses.is_dataclass(record)
+    refused = 0
+    for field in dataclasses.fields(record):
+        try:
+            dataclasses.replace(record, **{field.name: WRONG[kind]})  # type: ignore[type-var]
+        except InputError as error:
+            assert str(error).endswith(".")
+            assert len(str(error)) < 400
+            refused += 1
+    assert refused
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("factory", FACTORIES, ids=lambda factory: factory.__name__)
+def test_a_factory_refuses_a_wrong_type(factory: Callable[..., object], kind: str) -> None:
+    for name in FACTORIES[factory]:
+        with pytest.raises(InputError, match=r"\.$"):
+            factory(**FACTORIES[factory] | {name: WRONG[kind]})
+
+
+@pytest.mark.parametrize("word", ["1" + "0" * 400, "18446744073709551616", "1e400", "-1e400", "[" * 90 + "]" * 90])
+def test_numbers_beyond_64_bits_and_deep_nesting_are_refused(word: str, tmp_path: Path) -> None:
+    for name, text, read in (("a.json", f'{{"a": [{word}]}}', read_json), ("a.toml", f"a = [{word}]", read_toml)):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(InputError, match="too large|64 bits|too deeply"):
+            read(tmp_path / name)
+
+
+@pytest.mark.parametrize("word", ["9223372036854775807", "-9223372036854775807", "1e308", "0.00001"])
+def test_numbers_of_64_bits_are_read(word: str, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(f'{{"a": {word}}}')
+    (tmp_path / "a.toml").write_text(f"a = {word}")
+    assert (
+        read_json(tmp_path / "a.json")
+        == read_toml(tmp_path / "a.toml")
+        == {"a": float(word) if "e" in word or "." in word else int(word)}
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (",".join(f"c{n}" for n in range(1_000_000)) + "\n" + "1," * 999_999 + "1\n", "1,000,000 columns"),
+        ("participant,aperture,fixation,rating\n" + "1," * 999_999 + "1\n", "1,000,000 columns"),
+        ("participant,aperture,fixation,rating\n" + "P1,pinhole,near,1\n" * 300_000, "300,001 rows"),
+        ("participant,aperture,fixation,rating\nP1,pinhole,near," + "1" * 2_000_000 + "\n", "field larger"),
+    ],
+    ids=["columns", "cells", "rows", "a cell"],
+)
+def test_a_table_beyond_reason_is_refused_at_once(text: str, what: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    start = time.process_time()
+    result = CliRunner().invoke(main, ["report", str(tmp_path / "a.csv"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert what in result.stderr
+    assert time.process_time() - start < 30  # with what the command imports
+    assert not (tmp_path / "out").exists()
