@@ -127,7 +127,9 @@ def _expectation(hint: Any) -> Expectation | None:
         inner = _expectation(parts[0])
         return None if inner is None else (partial(_is_row, inner[0], None), f"a list, each {inner[1]}")
     if get_origin(hint) is Literal:
-        return (lambda value: isinstance(value, str | int) and value in parts), " or ".join(map(repr, parts))
+        return (lambda value: isinstance(value, str | int) and value in parts), (
+            f"one of {', '.join(map(str, parts))}" if len(parts) > 2 else " or ".join(map(repr, parts))
+        )
     if get_origin(hint) is np.ndarray or hint is np.ndarray:
         return (lambda value: isinstance(value, np.ndarray) and value.ndim > 0), "an array"
     simple: dict[Any, Expectation] = {
