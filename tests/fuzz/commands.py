@@ -16,6 +16,7 @@ import codecs
 import contextlib
 import copy
 import csv
+import importlib
 import io
 import json
 import os
@@ -194,8 +195,7 @@ def base() -> Path:
 
 def _exr(path: Path, values: np.ndarray) -> None:
     with contextlib.suppress(ImportError):
-        import OpenEXR
-
+        OpenEXR = importlib.import_module("OpenEXR")
         with OpenEXR.File({"type": OpenEXR.scanlineimage}, {"Z": values}) as file:
             file.write(str(path))
 
