@@ -75,6 +75,30 @@ def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path
 
 
 @needs_r
+@pytest.mark.parametrize(("scenes", "kept"), [(6, 0.7), (3, 0.8)])
+def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, kept: float) -> None:
+    table = three_fixations()
+    table = table[table["scene"] < "abcdefg"[scenes]]
+    empty = table[["participant_id", "scene", "fixation"]].apply(tuple, axis=1)
+    chosen = np.random.default_rng(1).random(empty.nunique()) < kept
+    table = table[empty.isin(pd.unique(empty)[chosen])]
+    result = depth_rating(table, equivalence_bound=1.2)
+    for script in ("headline.R", "headline_jasp.R"):
+        files = trial_files(table, table, result)
+        files["headline_jasp.R"] = files["headline_jasp.R"].replace(
+            b"d <- data", b"d <- read.csv('depth_rating_trials.csv')"
+        )
+        said = run(tmp_path, files, script, "lmerTest")
+        for each in result.fixations:
+            found = numbers(said.split(f"rise: {each.fixation} \n")[1].split("rise:")[0])
+            test = each.rise
+            assert isinstance(test, Effect)
+            assert found[-7:-1] == pytest.approx(
+                [test.estimate, test.low, test.high, test.statistic, test.df, test.p], rel=2e-3
+            )
+
+
+@needs_r
 @pytest.mark.parametrize(("kind", "column"), [("bipolar", "steps"), ("choice", "choice")])
 def test_r_finds_the_slopes_of_comparisons(kind: str, column: str, tmp_path: Path) -> None:
     table = pd.read_csv(REFERENCE / "comparisons.csv", dtype={"participant_id": str})

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from focalgradient.statistics import DepthRatingResult, NeckerResult, compare_pictures, depth_rating, necker
-from focalgradient.statistics.crossed import crossed_effect
+from focalgradient.statistics import DepthRatingResult, NeckerResult, compare_pictures, depth_rating, necker, reml
+from focalgradient.statistics.crossed import components, crossed_effect
 from focalgradient.statistics.cumulative import cumulative_fit
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import holm
@@ -77,14 +77,28 @@ def test_the_curvature_is_the_parabolas(many_scenes: DepthRatingResult) -> None:
         assert found.estimate == pytest.approx(CROSSED[f"curvature_{fixation}"][0], rel=1e-8)
 
 
-def test_with_lost_cells_the_additive_model_comes_near_lmertest() -> None:
-    """REML weighs what is left; filled cells do not. A sixth lost moves the mean and its error by a twentieth."""
+def test_lost_cells_are_fitted_as_by_lmertest() -> None:
     cells = table("crossed_lost.csv").pivot(index="participant_id", columns="scene", values="value")
     found = crossed_effect(cells)
     estimate, error, df, *_ = CROSSED["lost"]
-    assert found.estimate == pytest.approx(estimate, abs=0.05 * error)
-    assert found.standard_error == pytest.approx(error, rel=0.03)
-    assert found.df == pytest.approx(df, rel=0.07)
+    assert found.estimate == pytest.approx(estimate, abs=1e-5 * error)
+    assert (found.standard_error, found.df) == pytest.approx((error, df), rel=1e-4)
+    parts = components(cells, "value")
+    assert (parts.subjects, parts.scenes, parts.residual) == pytest.approx(CROSSED["lost"][7:], rel=1e-4)
+
+
+def test_incomplete_tables_are_fitted_as_by_lmertest() -> None:
+    """100 tables: cells lost by chance, incomplete blocks, scenes nested in subjects; a few at a boundary."""
+    by_r = pd.read_csv(REFERENCE / "incomplete_reference.csv").set_index("set")
+    df = []
+    for name, rows in pd.read_csv(REFERENCE / "incomplete.csv").groupby("set"):
+        wanted = by_r.loc[name]
+        found = reml.fit(rows.pivot(index="subject", columns="scene", values="value"))
+        assert found.mean == pytest.approx(wanted.mean_, abs=1e-3 * wanted.error)
+        assert found.standard_error == pytest.approx(wanted.error, rel=1e-3)
+        df.append(found.df / wanted.df - 1)
+    assert len(df) == 100
+    assert np.mean(np.abs(df) < 0.01) >= 0.97  # at a boundary lmerTest stops a little beside it
 
 
 @pytest.mark.parametrize("fixation", NUMBER)

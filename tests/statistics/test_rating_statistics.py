@@ -338,7 +338,8 @@ def test_few_scenes_are_taken_as_they_are() -> None:
     assert crossed_effect(table[:, :4]) == over_subjects(table[:, :4])
     apart = np.full((4, 8), np.nan)
     apart[:2, :4], apart[2:, 4:] = rng.normal(size=(2, 4)), rng.normal(size=(2, 4))
-    assert "these scenes" in crossed_effect(apart).method  # half the subjects saw other scenes than the rest
+    assert "Satterthwaite" in crossed_effect(apart).method  # half the subjects saw other scenes than the rest
+    assert "these scenes" in crossed_effect(np.where(np.eye(6, dtype=bool), table[:6, :6], np.nan)).method
 
 
 def test_the_rise_is_measured_where_the_line_misses_it() -> None:

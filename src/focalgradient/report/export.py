@@ -75,15 +75,17 @@ print(found, row.names = FALSE, digits = 6)
 
 HEADLINE = """# The headline test of the report: the rise of the ratings from the pinhole to the largest aperture, over
 # subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
-# The second part is base R, by mean squares. Before it, with the packages lme4 and lmerTest, the same by REML: it may
+# Complete tables: base R, by mean squares; before it, with the packages lme4 and lmerTest, the same by REML, which may
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
+# Tables with empty cells: REML by lmerTest, as in the report.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
 of <- all_rises(d)
 for (f in names(of)) {{
   cells <- of[[f]]
   cat("rise:", f, "\\n")
-  if (requireNamespace("lmerTest", quietly = TRUE) && length(unique(cells$scene)) >= {fewest}) {{
+  whole <- nrow(cells) == length(unique(cells$scene)) * length(unique(cells$participant_id))
+  if (whole && length(unique(cells$scene)) >= {fewest} && requireNamespace("lmerTest", quietly = TRUE)) {{
     fit <- lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene), cells)
     print(summary(fit)$coefficients)
   }}
@@ -225,10 +227,28 @@ all_rises <- function(d) {{  # of each object in focus, and the difference of ea
   }}
   of
 }}
-headline <- function(cells) {{  # complete tables of subjects by scenes
+by_lmertest <- function(cells) {{
+  nested <- max(table(cells$scene)) == 1; single <- max(table(cells$participant_id)) == 1
+  random <- c(if (!single) "(1 | participant_id)", if (!nested) "(1 | scene)")
+  fit <- suppressMessages(lmerTest::lmer(as.formula(paste("log_ratio ~ 1 +", paste(random, collapse = " + "))), cells))
+  found <- summary(fit)$coefficients[1, ]; half <- qt(.975, found[["df"]]) * found[["Std. Error"]]; m <- found[[1]]
+  c(log_ratio = m, low = m - half, high = m + half, t = found[["t value"]], df = found[["df"]],
+    p = found[["Pr(>|t|)"]], ratio = exp(m))
+}}
+headline <- function(cells) {{  # a table of subjects by scenes
   if (length(unique(cells$participant_id)) < 2) return("Fewer than two subjects have a ratio to the pinhole: no test.")
   y <- tapply(cells$log_ratio, list(cells$participant_id, cells$scene), mean)
-  if (anyNA(y)) return("Some subject has no answers to some scene: use lmerTest.")
+  if (anyNA(y)) {{
+    if (ncol(y) >= {fewest} && nrow(cells) > min(dim(y)) && requireNamespace("lmerTest", quietly = TRUE))
+      return(by_lmertest(cells))
+    if (ncol(y) >= {fewest}) cat("Some cells are empty: with lmerTest it generalises to scenes; over subjects only:\n")
+    of <- expand.grid(participant_id = rownames(y), scene = colnames(y), stringsAsFactors = FALSE)
+    filled <- suppressWarnings(predict(lm(log_ratio ~ participant_id + scene, cells), of))
+    y[is.na(y)] <- filled[is.na(y)]
+    t <- t.test(rowMeans(y))
+    return(c(log_ratio = t$estimate[[1]], low = t$conf.int[1], high = t$conf.int[2], t = t$statistic[[1]],
+             df = t$parameter[[1]], p = t$p.value, ratio = exp(t$estimate[[1]])))
+  }}
   s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
   ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
   v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)

@@ -3,8 +3,8 @@
 One number a subject and scene (a log ratio, a slope): value = mean + subject + scene + residual. The mean's variance
 comes from the mean squares of that table, its degrees of freedom from Satterthwaite's (1946) approximation: the
 quasi-F of Clark (1973). In a complete table this is what REML gives, as in lmerTest, but that the degrees of freedom do
-not fall below those of the fewer of subjects and scenes; gaps are filled by the additive
-model, a degree of freedom less for each (Yates 1933).
+not fall below those of the fewer of subjects and scenes. A table with gaps is fitted by REML
+(`focalgradient.statistics.reml`), also where scenes are nested in subjects.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse, stats
 
+from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
@@ -216,18 +217,19 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
     subjects, scenes = shared.shape
     gaps = int(np.isnan(shared).sum())
     own = over_subjects(shared)
-    if isinstance(own, NotComputed) or scenes < FEWEST_SCENES or not _connected(shared):
+    if isinstance(own, NotComputed) or scenes < FEWEST_SCENES:
         return own
-    found = moments(_filled(shared), gaps)
-    remarks = (f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the additive model fills them.",)
+    if gaps:
+        if shared.size - gaps == subjects == scenes:  # one cell each: nothing separates subjects from scenes
+            return own
+        left = reml.fit(shared)
+        remark = f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML."
+        return student_effect(
+            left.mean, left.standard_error, subjects, CROSSED, df=left.df, dz=own.dz, remarks=(remark,)
+        )
+    found = moments(shared)
     return student_effect(
-        float(found.mean),
-        float(found.standard_error),
-        subjects,
-        CROSSED,
-        df=float(found.df),
-        dz=own.dz,
-        remarks=remarks if gaps else (),
+        float(found.mean), float(found.standard_error), subjects, CROSSED, df=float(found.df), dz=own.dz
     )
 
 
@@ -311,21 +313,25 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     """
     shared = _used(cells)
     subjects, scenes = shared.shape
-    if subjects < 2 or scenes < 2 or not _connected(shared):
-        return NotComputed("Variance components need two or more subjects who share two or more scenes.")
-    whole = _filled(shared)
-    found = moments(whole, int(np.isnan(shared).sum()))
-    rows, columns = whole.mean(axis=1, keepdims=True), whole.mean(axis=0, keepdims=True)
-    left = (whole - rows - columns + whole.mean())[np.isfinite(shared)]
-    residual = math.sqrt(float(found.residual))
+    if subjects < 2 or scenes < 2 or np.isfinite(shared).sum() == subjects == scenes:
+        return NotComputed("Variance components need two or more subjects with two or more scenes.")
+    if np.isnan(shared).any():
+        fitted = reml.fit(shared)
+        left = fitted.residuals[np.isfinite(shared)]
+        of_subjects, of_scenes, residual = fitted.subjects, fitted.scenes, fitted.residual
+    else:
+        found = moments(shared)
+        rows, columns = shared.mean(axis=1, keepdims=True), shared.mean(axis=0, keepdims=True)
+        left = (shared - rows - columns + shared.mean()).ravel()
+        of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
+        of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
+        residual = math.sqrt(float(found.residual))
     if residual <= 1e-12 or len(left) < 4:  # Shapiro and Wilk need a few
         return NotComputed("Nothing is left beside subjects and scenes: there are no residuals to check.")
     w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
-    of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
-    of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
-    skewness = float(stats.skew(rows.ravel(), bias=False)) if subjects > 3 else None
+    skewness = float(stats.skew(_filled(shared).mean(axis=1), bias=False)) if subjects > 3 else None
     return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, skewness)
 
 

@@ -1,0 +1,192 @@
+"""Mean of an incomplete table of subjects by scenes, both random, by restricted maximum likelihood (REML).
+
+One number a cell: value = mean + subject + scene + residual. A complete table has a closed form
+(`focalgradient.statistics.crossed.moments`); one with gaps does not: cells weigh by what their subject and scene
+contribute elsewhere. The deviance is that of Bates et al. (2015, doi:10.18637/jss.v067.i01), in the relative standard
+deviations of subjects and scenes; degrees of freedom are Satterthwaite's, from the deviance's Hessian, as in lmerTest
+(Kuznetsova et al. 2017, doi:10.18637/jss.v082.i13).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize
+
+__all__ = ["Fit", "fit"]
+
+FloatArray = NDArray[np.float64]
+
+LARGEST = 1e3
+"""Upper limit on the standard deviation of subjects or scenes relative to the residual's: beyond it a table without
+residuals, which has no maximum, is flat to rounding."""
+
+STEP = 1e-3
+"""Relative step of the finite differences: second differences of a deviance known to 1e-12 are then right to 1e-5."""
+
+STARTS = ((1.0, 1.0), (0.2, 1.0), (1.0, 0.2), (0.1, 0.1))
+"""Relative standard deviations of subjects and scenes that the search begins from: the deviance may have two minima."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """The mean and the variance components of a table.
+
+    Parameters
+    ----------
+    mean, standard_error, df
+        The mean, its standard error, and Satterthwaite's degrees of freedom.
+    subjects, scenes, residual
+        Standard deviations. That of scenes is 0 where each scene has one cell (as where scenes are nested in subjects),
+        and that of subjects where each subject has: either is then part of the residual's.
+    residuals
+        Values less the mean and the conditional modes of subject and scene (subjects x scenes), NaN in gaps.
+    """
+
+    mean: float
+    standard_error: float
+    df: float
+    subjects: float
+    scenes: float
+    residual: float
+    residuals: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Solved:
+    """The generalised least squares of a table, for given relative standard deviations."""
+
+    log_determinant: float  # of the covariance over the residual variance
+    information: float  # about the mean, over the residual variance
+    mean: float
+    square: float  # residual quadratic form
+    residuals: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """A table as what its likelihood needs; NaN cells are 0 in `values` and False in `filled`."""
+
+    values: FloatArray
+    filled: NDArray[np.bool_]
+
+    def solve(self, subjects: float, scenes: float) -> _Solved:
+        """Solve for the mean. The covariance over the residual variance is I + subjects^2 Zs Zs' + scenes^2 Zc Zc'."""
+        counts = self.filled.astype(float)
+        shrink = subjects**2 / (1 + subjects**2 * counts.sum(axis=1))  # Woodbury, the subjects eliminated
+        of_scenes = np.diag(counts.sum(axis=0)) - counts.T @ (shrink[:, None] * counts)
+        system = np.eye(len(of_scenes)) + scenes**2 * of_scenes
+
+        def within(values: FloatArray) -> FloatArray:
+            """Apply the inverse for subjects alone, in the shape of the table."""
+            return counts * (values - (shrink * (counts * values).sum(axis=1))[:, None])
+
+        def inverse(values: FloatArray) -> FloatArray:
+            first = within(values)
+            pulled = np.linalg.solve(system, first.sum(axis=0))
+            return first - scenes**2 * within(counts * pulled)
+
+        weights = inverse(counts)
+        information = float(weights.sum())
+        mean = float((weights * self.values).sum()) / information
+        away = counts * (self.values - mean)
+        left = inverse(away)
+        log_determinant = float(np.log1p(subjects**2 * counts.sum(axis=1)).sum() + np.linalg.slogdet(system)[1])
+        return _Solved(log_determinant, information, mean, float((away * left).sum()), left)
+
+    def deviance(self, subjects: float, scenes: float, residual: float) -> float:
+        """Minus twice the restricted log likelihood, without its constant."""
+        solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
+        spread = 2 * free * math.log(residual) + solved.square / residual**2
+        return spread + solved.log_determinant + math.log(solved.information)
+
+    def profiled(self, subjects: float, scenes: float) -> float:
+        """The same at the residual variance that minimises it."""
+        solved, free = self.solve(subjects, scenes), int(self.filled.sum()) - 1
+        square = max(solved.square, np.finfo(float).tiny)
+        return free * math.log(square / free) + solved.log_determinant + math.log(solved.information)
+
+
+def fit(cells: ArrayLike) -> Fit:
+    """Fit the mean and the variance components of a table with gaps.
+
+    Parameters
+    ----------
+    cells
+        A row a subject, a column a scene; NaN where there is no value. Each row and each column has a value, and there
+        are three values or more.
+
+    Examples
+    --------
+    A complete table: as `focalgradient.statistics.crossed.moments`.
+
+    >>> found = fit([[0.1, 0.3, 0.2], [0.4, 0.6, 0.2], [0.2, 0.5, 0.1]])
+    >>> round(found.mean, 3), round(found.standard_error, 3), round(found.df, 2)
+    (0.289, 0.103, 2.82)
+    """
+    table = np.atleast_2d(np.asarray(cells, dtype=float))
+    filled = np.isfinite(table)
+    unit = float(table[filled].std()) or 1.0  # the search has no unit
+    one = _Table(np.where(filled, table, 0.0) / unit, filled)
+    # A term with one cell a level cannot be distinguished from the residual.
+    free = np.array([filled.sum(axis=1).max() > 1, filled.sum(axis=0).max() > 1])
+    theta = _minimum(one, free)
+    solved = one.solve(*theta)
+    residual = math.sqrt(max(solved.square, np.finfo(float).tiny) / (int(filled.sum()) - 1))
+    df = _satterthwaite(one, np.array([*theta, residual]), np.append(free, True))
+    error = residual / math.sqrt(solved.information)
+    of_subjects, of_scenes = theta * residual * unit
+    left = np.where(filled, solved.residuals * unit, np.nan)
+    return Fit(solved.mean * unit, error * unit, df, float(of_subjects), float(of_scenes), residual * unit, left)
+
+
+def _minimum(table: _Table, free: NDArray[np.bool_]) -> FloatArray:
+    """Find the relative standard deviations of subjects and scenes of least deviance; 0 for one that is not `free`."""
+    if not free.any():
+        return np.zeros(2)
+
+    def at(some: FloatArray) -> FloatArray:
+        theta = np.zeros(2)
+        theta[free] = some
+        return theta
+
+    tries = {tuple(np.array(start)[free]) for start in STARTS}
+    found = [
+        optimize.minimize(
+            lambda some: table.profiled(*at(some)),
+            start,
+            method="L-BFGS-B",
+            bounds=[(0.0, LARGEST)] * int(free.sum()),
+            options={"ftol": 1e-14, "gtol": 1e-8},
+        )
+        for start in sorted(tries)
+    ]
+    return at(min(found, key=lambda one: float(one.fun)).x)
+
+
+def _satterthwaite(table: _Table, point: FloatArray, free: NDArray[np.bool_]) -> float:
+    """Degrees of freedom of the mean's variance at (subjects, scenes, residual), by finite differences.
+
+    A standard deviation enters by its square, so that differences across 0 are those of an even function.
+    """
+
+    def variance(at: FloatArray) -> float:
+        return float(at[2]) ** 2 / table.solve(at[0], at[1]).information
+
+    used = np.flatnonzero(free)
+    sizes = STEP * np.array([*np.maximum(point[:2], 1.0), point[2]])
+    steps = np.diag(sizes)[used]
+    gradient = np.array([(variance(point + h) - variance(point - h)) / (2 * np.abs(h).sum()) for h in steps])
+    hessian = np.empty((len(used), len(used)))
+    for i, h in enumerate(steps):
+        for j, k in enumerate(steps):
+            ends = [table.deviance(*(point + a * h + b * k)) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+            hessian[i, j] = (ends[0] - ends[1] - ends[2] + ends[3]) / (4 * np.abs(h).sum() * np.abs(k).sum())
+    values, vectors = np.linalg.eigh((hessian + hessian.T) / 2)
+    kept = values > 1e-8 * max(values.max(), 1.0)  # a flat direction says nothing, as in lmerTest
+    along = vectors[:, kept].T @ gradient
+    uncertainty = float((2 * along**2 / values[kept]).sum())
+    return 2 * variance(point) ** 2 / uncertainty if uncertainty > 0 else math.inf
