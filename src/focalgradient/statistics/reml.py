@@ -157,7 +157,7 @@ def _minimum(table: _Table, free: NDArray[np.bool_]) -> FloatArray:
     found = [
         optimize.minimize(
             lambda some: table.profiled(*at(some)),
-            start,
+            np.array(start),
             method="L-BFGS-B",
             bounds=[(0.0, LARGEST)] * int(free.sum()),
             options={"ftol": 1e-14, "gtol": 1e-8},
