@@ -154,10 +154,14 @@ def _minimum(table: _Table, free: NDArray[np.bool_]) -> FloatArray:
         return theta
 
     tries = {tuple(np.array(start)[free]) for start in STARTS}
+
+    def deviance(some: FloatArray) -> float:
+        return table.profiled(*at(some))
+
     found = [
         optimize.minimize(
-            lambda some: table.profiled(*at(some)),
-            np.array(start),
+            deviance,
+            np.array(start, dtype=float),
             method="L-BFGS-B",
             bounds=[(0.0, LARGEST)] * int(free.sum()),
             options={"ftol": 1e-14, "gtol": 1e-8},
