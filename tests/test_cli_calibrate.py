@@ -189,6 +189,33 @@ def test_a_shaken_photograph_is_named(tmp_path):
     assert re.search(r"Warning: .*1\.png is \d+% more blurred than the others of its kind", result.stderr)
 
 
+@pytest.mark.parametrize(
+    ("one", "other", "named"),
+    [
+        ("distance_m = 0.7", "distance_m = 70", "0.7 m for the distance of 70 m"),
+        ("distance_m = 1.1", "distance_m = 0.5", "the distances 0.5 m and 1.1 m exchanged"),
+    ],
+)
+def test_slips_are_refused_and_named(tmp_path, one, other, named):
+    path = targets(tmp_path, (0.5, 0.7, 1.1))
+    text = path.read_text().replace(other, "distance_m = 3").replace(one, other).replace("distance_m = 3", one)
+    path.write_text(text)
+    result = run("calibrate", path, "--out", tmp_path / "camera.toml")
+    assert result.exit_code == 2
+    assert f"contradict what is stated of them: their blur fits better with {named}" in result.stderr
+    assert not (tmp_path / "camera.toml").exists()
+
+
+def test_photographs_of_one_distance_show_no_slips(tmp_path):
+    path = targets(tmp_path, (1.1,))
+    path.write_text(path.read_text().replace("distance_m = 1.1\n", "distance_m = 1.1\nfocus_distance_m = 0.3\n"))
+    result = run("calibrate", path, "--out", tmp_path / "camera.toml")
+    assert result.exit_code == 0, result.output
+    assert (
+        "cannot show whether their distances, f-numbers and pixel pitch are right, as all of them (2)" in result.stderr
+    )
+
+
 # --- What can be wrong -------------------------------------------------------------------------------------------
 
 

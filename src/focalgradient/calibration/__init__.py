@@ -14,7 +14,8 @@ share of each prior's variance that the views removed.
 from focalgradient.calibration.camera import Calibration, Field, Prediction, Reading, disc_radius
 from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
-from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur
+from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur, pair_priors
+from focalgradient.calibration.slips import Slip, likeliest_slips, prediction_errors
 from focalgradient.calibration.target import TargetBlur, measure_target, read_target
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Prediction",
     "Priors",
     "Reading",
+    "Slip",
     "TargetBlur",
     "apply_calibration",
     "calibrate",
@@ -34,7 +36,10 @@ __all__ = [
     "disc_radius",
     "fit_field",
     "likeliest_shape",
+    "likeliest_slips",
     "measure_target",
     "pair_blur",
+    "pair_priors",
+    "prediction_errors",
     "read_target",
 ]

@@ -15,7 +15,7 @@ from focalgradient.calibration.camera import Calibration, Prediction, Reading, d
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Lens
 
-__all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate"]
+__all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate", "improbability"]
 
 FloatArray = NDArray[np.float64]
 
@@ -25,6 +25,9 @@ EDGE_K = 0.546
 UNDECIDED = 6.0
 """Difference of chi-square between one side of focus and the other below which the target leaves the side open."""
 
+
+ROUGH = 1e-4
+"""Relative tolerance of fits that are only compared."""
 
 SAME = 0.1
 """Difference of vergence, as a share, up to which a target may lie on either side of a marked focus."""
@@ -135,6 +138,7 @@ class _Fit:
     width: FloatArray  # um
     width_sd: FloatArray  # um
     own_sd: float  # um^2
+    tolerance: float = 1e-8  # relative, at which the fit stops
 
     @classmethod
     def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> _Fit:
@@ -210,19 +214,7 @@ class _Fit:
                     "the views fit a target beyond the plane of focus as well as one nearer than it: add a view at "
                     "another distance, or give focus_distance_m as marked on the lens."
                 )
-        error, known = priors.model_error, self.width > self.width_sd
-        for _ in range(8):
-            _, theta, jacobian = self.converge(theta, error)
-            covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
-            fitted = jacobian[: len(self.width)]
-            freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
-            # A width that is not known from 0 says nothing of relative errors.
-            relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
-            left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
-            error = math.sqrt(
-                (priors.model_weight * priors.model_error**2 + float((left**2).sum()))
-                / (priors.model_weight + max(freedom, 0.0))
-            )
+        theta, error, covariance = self.refined(theta)
         marked = [
             math.inf if mark is None or math.isinf(mark) else priors.focus_sd * v
             for mark, v in zip(self.marks, theta[first:], strict=False)
@@ -244,6 +236,37 @@ class _Fit:
             informed=np.clip(1 - np.diag(covariance) / prior_sd**2, 0, 1),
             telecentric=priors.telecentric,
         )
+
+    def refined(self, theta: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+        """Parameters from the minimum at `theta`, the relative model error of the widths, and the covariance."""
+        priors, error, known = self.priors, self.priors.model_error, self.width > self.width_sd
+        for _ in range(8):
+            _, theta, jacobian = self.converge(theta, error)
+            covariance: FloatArray = np.linalg.inv(jacobian.T @ jacobian).astype(float)
+            fitted = jacobian[: len(self.width)]
+            freedom = len(self.width) - float(np.trace(fitted @ covariance @ fitted.T))
+            # A width that is not known from 0 says nothing of relative errors.
+            relative = np.divide(self.width_sd, self.width, out=np.zeros(len(known)), where=known)
+            left = self.residuals(theta, error)[: len(self.width)] * np.hypot(relative, error) * known
+            error = math.sqrt(
+                (priors.model_weight * priors.model_error**2 + float((left**2).sum()))
+                / (priors.model_weight + max(freedom, 0.0))
+            )
+        return theta, error, covariance
+
+    def improbability(self) -> float:
+        """Return minus twice the log posterior density of the most probable camera, over that of a perfect fit.
+
+        The density is that of the widths relative to those measured, so that readings of other units compare. The
+        model error has its prior (scaled inverse chi-square) and counts.
+        """
+        found = min(self.minima(self.priors.model_error), key=lambda minimum: minimum[0])
+        theta, error, _ = self.refined(found[1])
+        expected, weight = self.priors.model_error, self.priors.model_weight
+        known = self.width_sd / np.maximum(self.width, self.width_sd)
+        more = 2 * np.log(np.hypot(known, error) / np.hypot(known, expected)).sum()
+        more += weight * (2 * math.log(error / expected) + (expected / error) ** 2 - 1)
+        return float((self.residuals(theta, error) ** 2).sum()) + float(more)
 
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
         """Whether each cell lies beyond focus."""
@@ -298,8 +321,27 @@ class _Fit:
         lower, upper = np.full(start.size, -np.inf), np.full(start.size, np.inf)
         lower[focus], upper[focus] = 1e-4, 0.5 / self.focal_length
         start = np.clip(start, lower, upper)
-        fit = least_squares(self.residuals, start, bounds=(lower, upper), args=(model_error,), x_scale="jac")
+        fit = least_squares(
+            self.residuals,
+            start,
+            bounds=(lower, upper),
+            args=(model_error,),
+            x_scale="jac",
+            ftol=self.tolerance,
+            xtol=self.tolerance,
+        )
         return 2 * float(fit.cost), fit.x, np.asarray(fit.jac)
+
+
+def improbability(readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> float:
+    """Return minus twice the log posterior density of the most probable camera, over that of a perfect fit.
+
+    For readings of the same photographs: the lower, the likelier is what was stated of them.
+    """
+    for reading in readings:
+        _check(reading, focal_length)
+    fit = _Fit.of(readings, focal_length, pixel_pitch, priors)
+    return replace(fit, tolerance=ROUGH).improbability()
 
 
 def cross_validate(

@@ -25,7 +25,7 @@ from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, PsfName
 from focalgradient.view import View
 
-__all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur"]
+__all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur", "pair_priors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -95,17 +95,36 @@ def pair_blur(
     InputError
         If the f-numbers are too alike, or the views show no blur that equalising would find.
     """
+    if len(views) != 2 or max(f_numbers) < RATIO * min(f_numbers):
+        raise InputError(
+            f"f-numbers {', '.join(f'{number:g}' for number in f_numbers)} are given, but a pair needs two that differ "
+            "by half a stop or more: photograph the target at both of the f-numbers that are to be used."
+        )
+    found = _measured(views, f_numbers, psf, k, noise)
+    if found is not None:
+        return found
+    if _measured(views, f_numbers[::-1], psf, k, noise) is not None:
+        wide, narrow = min(f_numbers), max(f_numbers)
+        raise InputError(
+            f"the view at f/{narrow:g} is more blurred than that at f/{wide:g}, where the more open aperture blurs "
+            "more: their f-numbers seem to be exchanged, check f_number."
+        )
+    raise InputError(
+        "the target shows no difference of blur between its two views, or blur of more than 16 pixels: photograph "
+        "it farther from the plane of focus, or nearer to it, or reduce the pictures."
+    )
+
+
+def _measured(
+    views: Sequence[View], f_numbers: Sequence[float], psf: PsfName, k: float, noise: float | None
+) -> PairBlur | None:
+    """Measure a pair's blur as `pair_blur` does; None at either end of the blur that is searched."""
     from focalgradient.depth.equalise.likelihood import equalise
     from focalgradient.depth.noise import noise_from_residuals
     from focalgradient.depth.numerics import block_sum
     from focalgradient.depth.registration import RegisteredViews
     from focalgradient.depth.search import Search
 
-    if len(views) != 2 or max(f_numbers) < RATIO * min(f_numbers):
-        raise InputError(
-            f"f-numbers {', '.join(f'{number:g}' for number in f_numbers)} are given, but a pair needs two that differ "
-            "by half a stop or more: photograph the target at both of the f-numbers that are to be used."
-        )
     optics = [_Stop(2 * ANGLE * min(f_numbers) / number) for number in f_numbers]
     registered = RegisteredViews.of(
         [View(view.image, stop, ANGLE, mask=view.mask) for view, stop in zip(views, optics, strict=True)], True
@@ -134,10 +153,7 @@ def pair_blur(
     spread = math.sqrt((without.size - 1) / without.size * float(((without - without.mean()) ** 2).sum()))
     least, most = float(radius.min()), float(radius.max())
     if not least + 0.2 < best < most - 0.2:
-        raise InputError(
-            "the target shows no difference of blur between its two views, or blur of more than 16 pixels: photograph "
-            "it farther from the plane of focus, or nearer to it, or reduce the pictures."
-        )
+        return None
     return PairBlur(best, spread, least_cost, float(noise_sd[0]))
 
 
@@ -152,6 +168,12 @@ def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> 
         noise = min(pair_blur(views, numbers, *shapes[end]).noise for end in (0, -1))
         costs += [pair_blur(views, numbers, *shape, noise).cost for shape in shapes]
     return shapes[int(np.argmin(costs))]
+
+
+def pair_priors(priors: Priors, k: float) -> Priors:
+    """Return the priors of a fit to pairs: `k` stands for one scale of all apertures, later stated as f-numbers."""
+    spread = math.hypot(priors.f_number_sd, priors.k_sd)
+    return replace(priors, k=k, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4)
 
 
 def calibrate_pairs(
@@ -193,15 +215,7 @@ def calibrate_pairs(
     >>> [round(number, 1) for number in camera.f_numbers.values()], round(1 / camera.focus[None], 2)
     ([4.4, 17.5], 1.0)
     """
-    priors = priors or Priors()
-    # One scale for all apertures: k stands for it in the fit, and is then stated as f-numbers.
-    spread = math.hypot(priors.f_number_sd, priors.k_sd)
-    fitted = calibrate(
-        readings,
-        focal_length,
-        pixel_pitch,
-        replace(priors, k=k, k_sd=spread, own_sd=1e-3, f_number_sd=1e-4),
-    )
+    fitted = calibrate(readings, focal_length, pixel_pitch, pair_priors(priors or Priors(), k))
     marks = sorted(set(f_numbers))
     stops, foci = len(fitted.f_numbers), len(fitted.focus)
     # ln k and own become 0; each ln N becomes the mark's, less ln k; offset and foci stay.

@@ -31,6 +31,12 @@ AGREES = 0.1
 """Share by which the blur that a map gives may differ from the pair's own, beyond which the pair's is kept: twice
 `ODD`."""
 
+NAMED = 3
+"""Slips that the photographs cannot separate, of which so many are named."""
+
+BEYOND = 3.0
+"""Stated standard deviations from which predictions by a single distance contradict the one left out."""
+
 FROM_VIEWS = 0.5
 """Least share of a prior's variance that the views remove; below, a parameter is dominated by its prior."""
 
@@ -111,7 +117,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []
     found: FieldFit | None = None
-    with progress((2 if pairs else 1) * len(pairs or shots) + 1 + bool(pairs)) as say, warnings_given():
+    with progress((2 if pairs else 1) * len(pairs or shots) + 2 + bool(pairs)) as say, warnings_given():
         if pairs:
             say("comparing shapes of blur")
             psf, k = settings.shape(pairs)
@@ -126,6 +132,8 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
                 announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
         sensor = settings.camera
         known = (readings, sensor.focal_length_mm * 1e-3, sensor.pixel_pitch_um * 1e-6, settings.priors)
+        say("checking what is stated")
+        _refuse_slips(*known[:3], room.pair_priors(settings.priors, k) if pairs else settings.priors)
         camera = fit(*known)
         if pairs:
             camera = replace(camera, psf=psf)
@@ -135,6 +143,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
         by_distance = room.cross_validate(*known, fit=fit)
         by_view = room.cross_validate(*known, leave="view", fit=fit)
         _warn_of_the_odd(shots, readings)
+        _check_prediction(readings, by_distance, by_view, camera)
     text = camera_toml(Calibrated(sensor=sensor.only, calibration=camera))
     with replacing([out], out) as hidden:
         hidden[out].write_bytes(text.encode())
@@ -232,6 +241,52 @@ def _fit_pairs(
     from focalgradient.calibration import calibrate_pairs
 
     return calibrate_pairs(readings, f_numbers, focal_length, pixel_pitch, priors, k)
+
+
+def _refuse_slips(readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> None:
+    """Refuse readings that a likely slip in what is stated explains clearly better, and name the slip."""
+    from focalgradient.calibration import likeliest_slips
+
+    slips = likeliest_slips(readings, focal_length, pixel_pitch, priors)
+    if slips:
+        likely = "; or with ".join(slip.text for slip in slips[:NAMED])
+        raise InputError(f"the photographs contradict what is stated of them: their blur fits better with {likely}.")
+
+
+def _check_prediction(
+    readings: Sequence[Reading],
+    by_distance: Sequence[Prediction | None],
+    by_view: Sequence[Prediction | None],
+    camera: Calibration,
+) -> None:
+    """Refuse a calibration that predicts what was left out worse than no calibration; warn where nothing was."""
+    from focalgradient.calibration import prediction_errors
+
+    distances = len({reading.distance for reading in readings})
+    unknown = True
+    for predictions in (by_distance, by_view):
+        predicted, stated, by_mean = prediction_errors(readings, predictions, camera.offset)
+        unknown = unknown and math.isnan(predicted)
+        # From one distance alone little is known of another, which the stated sd includes.
+        if predicted > by_mean and (distances > 2 or predicted > BEYOND * stated):
+            raise InputError(
+                f"photographs left out are predicted worse than without a calibration (off by {predicted:.2g} D, by "
+                f"the mean vergence of the others by {by_mean:.2g} D), and no single slip explains it: check "
+                "distance_m, f_number and focus_distance_m of each photograph, focal_length_mm and pixel_pitch_um, and "
+                "that focus was not touched."
+            )
+    if unknown:
+        cause = (
+            f"all of them ({len(readings)}) show the target at one distance: add photographs at another"
+            if distances == 1
+            else "each one left out leaves its f-number or the side of focus unknown: add photographs at another "
+            "distance, at each f-number, or give focus_distance_m"
+        )
+        warnings.warn(
+            f"the photographs cannot show whether their distances, f-numbers and pixel pitch are right, as {cause}.",
+            FocalGradientWarning,
+            stacklevel=1,
+        )
 
 
 def _warn_of_the_odd(shots: Sequence[TargetShot], readings: Sequence[Reading]) -> None:

@@ -1,0 +1,237 @@
+"""Likely slips in what is stated of a target's photographs: units, and values that were exchanged.
+
+Distances, f-numbers and focus marks are typed by people. Where the law of blur does not fit the readings, each likely
+slip is mended in turn and the camera is fitted anew; the slip whose camera is clearly more probable is named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from focalgradient.calibration.camera import Prediction, Reading
+from focalgradient.calibration.fit import Priors, improbability
+from focalgradient.errors import InputError
+
+__all__ = ["Slip", "likeliest_slips", "prediction_errors"]
+
+UNITS = {"centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
+"""Metres to a unit in which a length may have been given where metres are expected."""
+
+DIGITS = (0.001, 0.01, 0.1, 10.0)
+"""Factors by which one distance among others may be off: another unit, or a decimal place."""
+
+LENGTHS = (0.5, 1 / 1.5, 1 / 1.6, 1.5, 1.6, 2.0)
+"""Factors by which a focal length may be off: full-frame equivalents of sensors of other sizes."""
+
+PITCHES = (0.5, 2.0)
+"""Factors by which a pixel pitch may be off: pictures reduced, or of half resolution."""
+
+UNRESOLVED = 0.5
+"""Width in pixels below which an edge counts as unresolved: it is then known to this only."""
+
+NEAREST = 3.0
+"""Focal lengths beyond which a mended distance must lie: nearer the target would be shown at half its size or more."""
+
+CLEARLY = 18.0
+"""Difference of minus twice the log posterior from which a slip is named: of 150 right cameras (simulated) none reaches it."""
+
+IMPOSSIBLE = 1e6
+"""The same where no camera fits at all."""
+
+SINGLE = 8.0
+"""What is subtracted for a slip of a single value, of which there are many: a choice, e^-4 as a prior."""
+
+AS_LIKELY = 6.0
+"""Difference up to which another slip explains the readings as well and is named too."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """What is stated of a camera and its target."""
+
+    readings: Sequence[Reading]
+    focal_length: float
+    pixel_pitch: float
+    priors: Priors
+
+    def improbability(self) -> float:
+        """Minus twice the log posterior density of the most probable camera; infinite where none is possible."""
+        least = UNRESOLVED * self.pixel_pitch
+        readings = [r if r.width > least else replace(r, width_sd=max(r.width_sd, least)) for r in self.readings]
+        with suppress(InputError), np.errstate(all="ignore"):
+            return improbability(readings, self.focal_length, self.pixel_pitch, self.priors)
+        return math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """A likely slip, with how much more probable than as stated the camera is once it is mended.
+
+    Parameters
+    ----------
+    text
+        What seems to have happened and what to check, to follow "the blur fits better with".
+    gain
+        Difference of minus twice the log posterior density.
+    """
+
+    text: str
+    gain: float
+
+
+def likeliest_slips(
+    readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors | None = None
+) -> list[Slip]:
+    """Return the slips that explain the `readings` clearly better than what is stated, the likeliest first.
+
+    Parameters
+    ----------
+    readings, focal_length, pixel_pitch, priors
+        As `calibrate` takes them.
+
+    Returns
+    -------
+    list of Slip
+        Empty where nothing is clearly better than what is stated. Slips that the readings cannot separate are all in
+        the list.
+
+    Examples
+    --------
+    >>> from focalgradient import Lens
+    >>> lens = Lens(0.05, 4.0, 1.0)
+    >>> width = lambda d: 0.546 * float(lens.blur_radius(d)) * lens.sensor_distance
+    >>> seen = [Reading(100 * d, 4.0, 1.0, width(d), 1e-7) for d in (1.4, 2.0, 3.0, 5.0)]
+    >>> likeliest_slips(seen, 0.05, 5e-6)[0].text
+    'distances in centimetres: give distance_m in metres'
+    """
+    stated = _Stated(readings, focal_length, pixel_pitch, priors or Priors())
+    before = min(stated.improbability(), IMPOSSIBLE)
+    if before < CLEARLY:  # no slip can explain the readings much better than perfectly
+        return []
+    found = []
+    for candidates, cost in ((_candidates(stated), 0.0), (_single_values(stated), SINGLE)):
+        for text, mended in candidates:
+            if min(reading.distance for reading in mended.readings) > NEAREST * mended.focal_length:
+                found.append(Slip(text, before - mended.improbability() - cost))
+    found = sorted((slip for slip in found if slip.gain > CLEARLY), key=lambda slip: -slip.gain)
+    return [slip for slip in found if slip.gain > found[0].gain - AS_LIKELY]
+
+
+def prediction_errors(
+    readings: Sequence[Reading], predictions: Sequence[Prediction | None], offset: float
+) -> tuple[float, float, float]:
+    """Return how far left-out targets are off (D, root mean square): as predicted, as stated, by the others' mean.
+
+    The second is the predictions' stated standard deviation, the third the error of the mean vergence of the targets at
+    other distances, which is what no calibration would give. All are NaN where nothing was predicted, or all targets
+    are at one distance. `offset` is that of the calibration (m).
+    """
+    vergence = np.array([1 / max(reading.distance + offset, 1e-3) for reading in readings])
+    distances = np.array([reading.distance for reading in readings])
+    errors = [
+        (prediction.vergence - true, prediction.vergence_sd, vergence[distances != distance].mean() - true)
+        for prediction, true, distance in zip(predictions, vergence, distances, strict=True)
+        if prediction is not None and (distances != distance).any()
+    ]
+    if not errors:
+        return math.nan, math.nan, math.nan
+    predicted, stated, by_mean = np.sqrt(np.mean(np.square(errors), axis=0))
+    return float(predicted), float(stated), float(by_mean)
+
+
+def _candidates(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
+    """Likely slips, in words, and what was meant."""
+    readings = stated.readings
+
+    def changed(change: Callable[[Reading], Reading]) -> _Stated:
+        return replace(stated, readings=[change(reading) for reading in readings])
+
+    for unit, metres in UNITS.items():
+        yield f"distances in {unit}: give distance_m in metres", changed(_scaled("distance", metres))
+        if any(reading.focus_distance for reading in readings):
+            text = f"focus marks in {unit}: give focus_distance_m in metres"
+            yield text, changed(_scaled("focus_distance", metres))
+            both = [_scaled("focus_distance", metres)(_scaled("distance", metres)(reading)) for reading in readings]
+            yield (
+                f"distances and focus marks in {unit}: give distance_m and focus_distance_m in metres",
+                replace(stated, readings=both),
+            )
+    for name, key, unit in (
+        ("distance", "distance_m", " m"),
+        ("f_number", "f_number", ""),
+        ("focus_distance", "focus_distance_m", " m"),
+    ):
+        values = sorted({getattr(reading, name) for reading in readings if getattr(reading, name) is not None})
+        words = {value: f"f/{value:g}" if name == "f_number" else f"{value:g}{unit}" for value in values}
+        what = name.replace("_", "-" if name == "f_number" else " ")
+        for one, other in combinations(values, 2):
+            text = f"the {what}s {words[one]} and {words[other]} exchanged: check {key} of these photographs"
+            yield text, changed(_exchanged(name, {one: other, other: one}))
+        if len(values) > 3:
+            turned = dict(zip(values, values[::-1], strict=True))
+            yield f"the {what}s in reverse order: check {key}", changed(_exchanged(name, turned))
+    for factor in PITCHES:
+        pitch = 1e6 * factor * stated.pixel_pitch
+        text = f"a pixel pitch of {pitch:.3g} um: check pixel_pitch_um, of the photographs as they are given"
+        yield (
+            text,
+            replace(
+                stated,
+                pixel_pitch=stated.pixel_pitch * factor,
+                readings=[replace(r, width=factor * r.width, width_sd=factor * r.width_sd) for r in readings],
+            ),
+        )
+    for factor in LENGTHS:
+        length = 1e3 * factor * stated.focal_length
+        text = f"a focal length of {length:.3g} mm: check focal_length_mm, which is not the full-frame equivalent"
+        yield text, replace(stated, focal_length=stated.focal_length * factor)
+
+
+def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
+    """Slips of one distance, or at one distance or f-number: a unit or decimal place, photographs exchanged."""
+    readings = stated.readings
+    distances, stops = (sorted({getattr(r, name) for r in readings}) for name in ("distance", "f_number"))
+    if len(distances) < 2:
+        return
+    for distance in distances:
+        for factor in DIGITS:
+            change = _exchanged("distance", {distance: factor * distance})
+            text = f"{factor * distance:g} m for the distance of {distance:g} m: measure it again"
+            yield text, replace(stated, readings=[change(reading) for reading in readings])
+        for one, other in combinations(stops, 2):
+            change = _exchanged("f_number", {one: other, other: one})
+            mended = [change(r) if r.distance == distance else r for r in readings]
+            text = f"f/{one:g} and f/{other:g} exchanged at {distance:g} m: check f_number of these photographs"
+            yield text, replace(stated, readings=mended)
+    for stop in stops if len(stops) > 1 else ():
+        for one, other in combinations(distances, 2):
+            change = _exchanged("distance", {one: other, other: one})
+            mended = [change(r) if r.f_number == stop else r for r in readings]
+            text = f"{one:g} m and {other:g} m exchanged at f/{stop:g}: check distance_m of these photographs"
+            yield text, replace(stated, readings=mended)
+
+
+def _scaled(name: str, factor: float) -> Callable[[Reading], Reading]:
+    """Multiply the field `name` of a reading, where it is known."""
+
+    def change(reading: Reading) -> Reading:
+        value = getattr(reading, name)
+        return reading if value is None else replace(reading, **{name: factor * value})
+
+    return change
+
+
+def _exchanged(name: str, values: dict[float, float]) -> Callable[[Reading], Reading]:
+    """Give the field `name` of a reading the value that `values` names for it."""
+
+    def change(reading: Reading) -> Reading:
+        value = getattr(reading, name)
+        return replace(reading, **{name: values.get(value, value)})
+
+    return change
