@@ -23,7 +23,7 @@ def _demo() -> tempfile.TemporaryDirectory[str]:
 
 
 def _calibrated(changes: dict[str, str]) -> str:
-    """What `calibrate` makes of the demonstration's target, with lines of its settings changed (regular expressions)."""
+    """What `calibrate` makes of the demonstration's target, with settings changed (regular expressions)."""
     folder = Path(_demo().name)
     text = (folder / "targets.toml").read_text()
     names = {old: f"@{number}@" for number, old in enumerate(changes)}

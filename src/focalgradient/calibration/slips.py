@@ -39,7 +39,7 @@ NEAREST = 3.0
 """Focal lengths beyond which a mended distance must lie: nearer the target would be shown at half its size or more."""
 
 CLEARLY = 18.0
-"""Difference of minus twice the log posterior from which a slip is named: of 150 right cameras (simulated) none reaches it."""
+"""Difference of minus twice the log posterior that names a slip: none of 150 right (simulated) cameras reaches it."""
 
 IMPOSSIBLE = 1e6
 """The same where no camera fits at all."""
