@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from reruns import Lines
 
+from focalgradient.errors import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import Quality, quality, read_ratings
 
@@ -99,6 +100,101 @@ def _claimed_rules() -> str:
     text = report(ratings(6, 0))["report.md"].decode()
     applied = text[text.index("By rules that do not look") :].split("Rules that could not be applied")[0]
     return str(sum(words in applied for words in ("catch trials", "answered too fast", "first key")))
+
+
+def notices(rows: list[list[str]], **settings: object) -> str:
+    """Notices at the top of the report of a table, subjects and primary result; or the refusal."""
+    try:
+        files = report(rows, **settings)
+    except InputError as error:
+        return f"refused: {str(error)[:70]}..."
+    top = files["report.md"].decode().split("## Depth ratings")[0]
+    rise = first_rise(files)
+    return f"{top.count('> **')} noted, {rise['subjects']} subjects, {float(rise['value']):.2f}"
+
+
+def honest(people: int = 8, seed: int = 3) -> list[list[str]]:
+    """Rows with ratings to two decimals, of people who differ."""
+    rows = ratings(people, 0, noise=0.0)
+    rng = np.random.default_rng(seed)
+    away = rng.normal(0, 0.1, people)
+    size = (len(rows) - 1) // people
+    for number, row in enumerate(rows[1:]):
+        mm = dict(APERTURES)[row[2]]
+        row[4] = f"{math.exp((0.3 + away[number // size]) * mm / 8.93 + rng.normal(0, 0.1)):.2f}"
+    return rows
+
+
+@TABLE.line("3.4.1", "8 people, half of the rows spelt 'P01 ', 'p01', 'P1'", "0 noted, 24 subjects, 1.31")
+def _spelt() -> str:
+    head, *rows = honest()
+    spell = (str, str.lower, lambda name: f"{name} ", lambda name: name.replace("P0", "P"))
+    return notices([head, *([spell[number % 4](row[0]), *row[1:]] for number, row in enumerate(rows))])
+
+
+@TABLE.line("3.4.2", "8 people and rows called Mean, Mittelwert", "0 noted, 10 subjects, 1.34")
+def _summaries() -> str:
+    head, *rows = honest()
+    more = [[name, *row[1:]] for name in ("Mean", "Mittelwert") for row in rows[: len(rows) // 8]]
+    return notices([head, *rows, *more])
+
+
+@TABLE.line("3.4.3", "8 people, one pasted twice, once more under another name", "0 noted, 9 subjects, 1.32")
+def _pasted() -> str:
+    head, *rows = honest()
+    block = rows[: len(rows) // 8]
+    return notices([head, *rows, *block, *(["P77", *row[1:]] for row in block)])
+
+
+def millimetres(sizes: dict[str, str]) -> str:
+    """Notices where the column of apertures holds diameters."""
+    head, *rows = honest()
+    return notices([head, *([*row[:2], sizes[row[2]], *row[3:]] for row in rows)])
+
+
+@TABLE.line("3.4.4", "diameters 0, 2.27, 4.55, 8.93 mm in a column aperture", "0 noted, 1.02 for 1.36")
+def _millimetres() -> str:
+    return millimetres({name: str(mm) for name, mm in APERTURES})
+
+
+@TABLE.line("3.4.5", "the same of 0, 2, 4, 8 mm, which are f-numbers of lenses, too", "0 noted, 8 subjects, 1.06")
+def _doubtful_millimetres() -> str:
+    return millimetres(dict(zip((name for name, _ in APERTURES), "0248", strict=True)))
+
+
+@TABLE.line("3.4.6", "whole numbers 1 to 7 taken as ratios", "0 noted, 8 subjects, 1.00")
+def _whole() -> str:
+    head, *rows = honest()
+    return notices([head, *([*row[:4], str(1 + number % 7)] for number, row in enumerate(rows))])
+
+
+@TABLE.line("3.4.7", "999 for two missing answers", "0 noted, 7 subjects, 1.26")
+def _codes() -> str:
+    head, *rows = honest()
+    rows[3][4] = rows[70][4] = "999"
+    return notices([head, *rows])
+
+
+@TABLE.line("3.4.8", "--conditions near=near, far=hinten2", "0 noted, 8 subjects, 1.29")
+def _nowhere() -> str:
+    return notices(honest(), conditions={"near": "near", "far": "hinten2"})
+
+
+@TABLE.line("3.4.9", "four unknown words: how many one message names", "1")
+def _unknown() -> str:
+    head, *rows = honest()
+    words = {"pinhole": "zu", "f/22": "halb", "near": "vorn", "far": "hinten"}
+    try:
+        report([head, *([words.get(cell, cell) for cell in row] for row in rows)])
+    except InputError as error:
+        return str(sum(repr(word) in str(error) for word in words.values()))
+    return "none"
+
+
+@TABLE.line("3.4.10", "response times in milliseconds", "0 noted, all 8 left out")
+def _milliseconds() -> str:
+    head, *rows = honest()
+    return notices([[*head, "rt"], *([*row, "1500"] for row in rows)])
 
 
 if __name__ == "__main__":

@@ -82,7 +82,7 @@ def test_steps_and_comparisons_have_any_number_too(table: pd.DataFrame) -> None:
 def test_a_table_of_ones_own_names_them_in_its_conditions(table: pd.DataFrame, tmp_path) -> None:
     path = tmp_path / "ratings.csv"
     table.drop(columns=["catch", "aperture_mm"]).to_csv(path, index=False)
-    with pytest.raises(InputError, match="fixation is 'gate', but must be near or far"):
+    with pytest.raises(InputError, match=r"fixation is 'gate'.*fixation is 'tree'.*must be near or far"):
         read_ratings(path)
     own = read_ratings(path, conditions={name: name for name in NAMES})
     assert set(own.table["fixation"]) == {*NAMES}

@@ -15,15 +15,16 @@ from focalgradient.files import printable, refuse_overwriting, replace_set
 __all__ = ["report"]
 
 
-def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict[str, str]:
+def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
     """Names as "participant=subject,aperture=fstop"; a comma within a name is no separator unless "=" follows."""
     pairs: dict[str, str] = {}
-    for part in re.split(r",(?=[^,]*=)", given) if given else ():
+    for part in (part for one in given if one for part in re.split(r",(?=[^,]*=)", one)):
         name, equals, value = (text.strip() for text in part.partition("="))
         if not (name and equals and value):
             like = "participant=subject,rating=resp" if "--columns" in option.opts else "front=nearest,open=f/5.6"
-            raise InputError(f"{option.opts[0]} is {given}, but must be pairs like {like}.")
-        pairs[name] = value
+            raise InputError(f"{option.opts[0]} is {','.join(given)}, but must be pairs like {like}.")
+        if pairs.setdefault(name, value) != value:
+            raise InputError(f"{option.opts[0]} gives {name} as {pairs[name]} and as {value}: give it once.")
     return pairs
 
 
@@ -45,6 +46,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict
 @click.option(
     "--columns",
     metavar="OURS=YOURS,...",
+    multiple=True,
     callback=_pairs,
     help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp; of reports on "
     "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds.",
@@ -52,8 +54,9 @@ def _pairs(_: click.Context, option: click.Parameter, given: str | None) -> dict
 @click.option(
     "--conditions",
     metavar="YOURS=OURS,...",
+    multiple=True,
     callback=_pairs,
-    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid.",
+    help="Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.",
 )
 @click.option(
     "--focal-length",
@@ -145,8 +148,9 @@ def report(
         )
     refuse_overwriting(inputs, [out / name for name in made.files])
     replace_set(out, made.files, "report.html")
-    for problem in made.problems:
-        click.echo(f"Problem: {' '.join(problem.split())}", err=True)
+    for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
+        for sentence in sentences:
+            click.echo(f"{kind}: {' '.join(sentence.split())}", err=True)
     written = [printable(out / name) for name in made.files]
-    summary = {"problems": list(made.problems), "results": list(made.results), "written": written}
-    show(summary, f"Done: open {printable(out / 'report.html')}")
+    summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
+    show(summary | {"written": written}, f"Done: open {printable(out / 'report.html')}")

@@ -126,11 +126,14 @@ class Report:
     results
         Main results with and without exclusions, as in ``results.json``; `value` and its interval are in the unit that
         `what` names, `estimate` and the other fields are those of `Effect`.
+    notices
+        What was taken otherwise than it stands in a table of one's own, a sentence each.
     """
 
     files: Mapping[str, bytes]
     problems: tuple[str, ...]
     results: tuple[Mapping[str, Any], ...] = ()
+    notices: tuple[str, ...] = ()
 
 
 def make_report(
@@ -190,14 +193,15 @@ def make_report(
             )
         read = read_reports(root, columns, conditions)
         reports = analyse_report_table(read.table, rules=stated.rules)
-        found = _Analysed(root.stem, reports=reports, notes=[*read.notes])
+        found = _Analysed(root.stem, reports=reports, notes=[*read.notes], notices=[*read.notices])
     else:
-        own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm)
+        own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm, steps=scale == "ordinal")
         ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
-        found = _Analysed(root.stem, ratings, notes=[*own.notes], problems=[*own.problems])
+        found = _Analysed(root.stem, ratings, notes=[*own.notes], problems=[*own.problems], notices=[*own.notices])
     sheets: list[Sheet] = []
     figures: dict[str, bytes] = {}
     body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]
+    body += map(Notice, found.notices)
     if any(part.simulated for part in found.parts):
         body = [Notice("Simulated observers, not people: every answer was computed by a model."), *body]
     methods: list[str] = []
@@ -220,9 +224,10 @@ def make_report(
     files["rules.toml"] = as_toml(stated.rules, used).encode()
     results = main_results(sheets)
     simulated = any(part.simulated for part in found.parts)
-    told = {"simulated": simulated, "problems": [_local(one, root) for one in found.problems], "results": results}
+    problems = [_local(one, root) for one in found.problems]
+    told = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
     files["results.json"] = (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
-    return Report(files, tuple(found.problems), tuple(results))
+    return Report(files, tuple(found.problems), tuple(results), tuple(found.notices))
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +240,7 @@ class _Analysed:
     thresholds: Thresholds | None = None
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
 
     @property
     def parts(self) -> list[Ratings | Reports | Thresholds]:

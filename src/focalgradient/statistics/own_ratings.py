@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -13,12 +12,13 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.statistics.own_names import rows_named
+from focalgradient.statistics.own_rows import in_seconds, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     answered,
     catch_trials,
     columns_like,
-    conditions_like,
     few,
     found_columns,
     numbers,
@@ -27,6 +27,7 @@ from focalgradient.statistics.own_tables import (
     unused,
     with_participants,
 )
+from focalgradient.statistics.own_words import FIXED, SHARP, Words, given_words, meant, whole_steps, with_diameters
 from focalgradient.statistics.tables import PINHOLE, rating_table
 
 __all__ = ["OwnRatings", "read_ratings"]
@@ -37,39 +38,21 @@ FOCAL_LENGTH_MM = 50.0
 ROLES = {
     "participant_id": PARTICIPANT,
     "aperture": ("f_number", "fnumber", "fstop", "f-stop"),
-    "aperture_mm": (),
+    "aperture_mm": ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
     "fixation": ("focus", "fixated"),
     "rating": ("answer", "response", "resp"),
     "scene": ("picture", "image", "item", "stimulus"),
     "trial": (),
     "session": (),
     "catch": (),
-    "response_time": ("rt",),
+    "response_time": ("rt", "reaction_time", "response_time_ms", "rt_ms", "reaction_time_ms", "rt (ms)", "rt [ms]"),
     "repetition": (),
     "dropped_frames": (),
     "kind": (),
 }
 """Our columns, and the names by which they are found where the caller does not give them."""
 
-FIXED = {
-    "near": "nearest",
-    "nearest": "nearest",
-    "front": "nearest",
-    "foreground": "nearest",
-    "far": "farthest",
-    "farthest": "farthest",
-    "back": "farthest",
-    "background": "farthest",
-}
-FASTEST = 0.5
-"""Least f-number of a lens in air, by Abbe's sine condition."""
-
-OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-"""Name of a fixation of one's own."""
-
-SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
 PARTS = re.compile(r"[\s_,;.:()\-]+")
-F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
 WITHIN = re.compile(r"pinhole|f/?(?:(?:1_[248]|2_[58]|3_[25]|4_5|5_6|6_3|7_1)(?!\d)|\d+(?:[.,]\d+)?)", re.IGNORECASE)
 """An aperture within a column's name; "f5_6" where names may not hold a point."""
 
@@ -89,11 +72,14 @@ class OwnRatings:
         What was assumed, left out or changed, a sentence each.
     problems
         What was left out though it may be ratings, a sentence each.
+    notices
+        What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
     """
 
     table: pd.DataFrame
     notes: tuple[str, ...]
     problems: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
 
 def read_ratings(
@@ -102,6 +88,7 @@ def read_ratings(
     conditions: Mapping[str, str] | None = None,
     *,
     focal_length_mm: float | None = None,
+    steps: bool = False,
 ) -> OwnRatings:
     r"""Read depth ratings from a CSV or TSV file, a row a trial (long) or a column a condition (wide).
 
@@ -118,6 +105,8 @@ def read_ratings(
         "near", "far", "f5.6", "5.6", "0" are understood without.
     focal_length_mm
         Of the lens in millimetres: the aperture's diameter is this over the f-number. 50 without, and a note states it.
+    steps
+        Whether ratings are known to be steps of a scale: else whole numbers from 1 to few are noted.
 
     Raises
     ------
@@ -136,8 +125,11 @@ def read_ratings(
     """
     path = Path(path)
     table = read_table(path)
+    headers = list(table)
     notes: list[str] = []
     problems: list[str] = []
+    notices: list[str] = []
+    words = given_words(conditions or {})
     theirs = found_columns(path, table, ROLES, columns or {})
     if "rating" not in theirs:
         others = [str(name) for name in table if name not in theirs.values()]
@@ -146,14 +138,25 @@ def read_ratings(
     else:
         notes += unused([str(name) for name in table if name not in theirs.values()])
         table = _renamed(table, theirs)
-    table = _checked_cells(path, table, dict(conditions or {}), focal_length_mm, notes)
+    table = with_participants(path, table, theirs, notes, notices)
+    if "aperture" in table and "aperture_mm" not in table:
+        table = with_diameters(table, theirs.get("aperture", ""), words, notices)
+    table = _checked_cells(path, table, words, focal_length_mm, notes)
+    table = _answers(path, table, theirs, notes, notices)
+    table = meant(table, words, " ".join(map(str, headers)), notices)
+    if not steps:
+        notices += whole_steps(table["rating"])
+    if "scene" not in table:
+        table["scene"] = "all"
+        notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
+    table = _trials(without_copies(catch_trials(table, notes), notices, notes), notes)
     lens = FOCAL_LENGTH_MM if focal_length_mm is None else focal_length_mm
     if "aperture_mm" not in table:
         if focal_length_mm is None:
             notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    return OwnRatings(rating_table(table), tuple(notes), tuple(problems))
+    return OwnRatings(rating_table(table), tuple(notes), tuple(problems), tuple(notices))
 
 
 def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
@@ -235,10 +238,13 @@ def _named(name: str, conditions: Mapping[str, str]) -> tuple[str | None, str, s
 
 
 def _checked_cells(
-    path: Path, table: pd.DataFrame, conditions: dict[str, str], lens: float | None, notes: list[str]
+    path: Path,
+    table: pd.DataFrame,
+    words: Words,
+    lens: float | None,
+    notes: list[str],
 ) -> pd.DataFrame:
-    """Cells as what they stand for; what was assumed goes into the notes."""
-    table = with_participants(path, table, notes)
+    """The table with a column of apertures and one of fixations; what was assumed goes into the notes."""
     if "aperture" not in table and "aperture_mm" in table:
         diameters = numbers(table, "aperture_mm", table["aperture_mm"].str.strip())
         table["aperture"] = [f"{(lens or FOCAL_LENGTH_MM) / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
@@ -249,17 +255,29 @@ def _checked_cells(
                 f"{printable(path)} has no column for {role}: {columns_like(role)}, or add one that says "
                 f"{add} in each row."
             )
+    return table
+
+
+LONGEST_RESPONSE_S = 60.0
+"""Median response time (s) from which times are not in seconds: the longest that `Rules` keep."""
+
+
+def _answers(
+    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
+) -> pd.DataFrame:
+    """The rows with a rating, numbers as numbers and times in seconds."""
+    table = without_codes(table, "rating", notices)
     table = answered(path, table, "rating", "rating", notes)
-    table["rating"] = numbers(table, "rating", table["rating"].str.strip())
-    table["aperture"] = [_aperture(cell, table, row, conditions) for row, cell in enumerate(table["aperture"])]
-    table["fixation"] = [_fixation(cell, table, row, conditions) for row, cell in enumerate(table["fixation"])]
+    table["rating"] = numbers(table, "rating", table["rating"])
+    table = without_codes(table, "response_time", notices)
     for role in ("aperture_mm", "response_time", "dropped_frames"):
         if role in table:
-            table[role] = numbers(table, role, table[role].str.strip(), empty=role != "aperture_mm")
-    if "scene" not in table:
-        table["scene"] = "all"
-        notes.append("There is no column of scenes: all ratings count as of one scene, and results hold for it only.")
-    return _trials(catch_trials(table, notes), notes)
+            table[role] = numbers(table, role, table[role], empty=role != "aperture_mm")
+    return in_seconds(table, "response_time", theirs.get("response_time", ""), LONGEST_RESPONSE_S, notices)
+
+
+RENUMBERED = 0.3
+"""Share of trials with the number of another from which numbers count within blocks; below, some trial stands twice."""
 
 
 def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
@@ -271,43 +289,14 @@ def _trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
             return table
         if same.equals(again):
             raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
+        shown = table.duplicated([*by, "trial", "scene", "aperture", "fixation"])
+        if shown.any() and again.mean() < RENUMBERED:
+            raise InputError(
+                f"{place(table, shown)}: trial {printable(str(table['trial'][shown].iloc[0]))} of participant "
+                f"{table['participant_id'][shown].iloc[0]} stands in a row above with another answer: leave one of "
+                f"them out ({rows_named(table, shown)})."
+            )
         notes.append("The column of trials does not tell all trials apart and was not used.")
     table["trial"] = table.groupby(by, sort=False).cumcount() + 1
     notes.append("Trials are numbered as they stand in the file.")
     return table
-
-
-def _aperture(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:
-    text = conditions.get(cell.strip(), cell.strip())
-    if text.lower() in SHARP:
-        return PINHOLE
-    found = F_NUMBER.fullmatch(text)
-    number = float(found[1].replace(",", ".")) if found else 0.0
-    if found and 0 < number < FASTEST:
-        raise InputError(
-            f"{_row(table, row)}: aperture is {printable(cell)!r}, but no lens has an f-number below {FASTEST:g}: give "
-            "the f-number, or name the column aperture_mm if these are diameters."
-        )
-    if not 0 < number < math.inf:
-        raise InputError(
-            f"{_row(table, row)}: aperture is {printable(cell)!r}, but must be a pinhole or an f-number like f/5.6: "
-            f"{conditions_like('f/5.6')}."
-        )
-    return f"f/{number:g}"
-
-
-def _fixation(cell: str, table: pd.DataFrame, row: int, conditions: Mapping[str, str]) -> str:
-    text = conditions.get(cell.strip(), cell.strip())
-    fixed = FIXED.get(text.lower())
-    if fixed is None and cell.strip() in conditions and OWN.fullmatch(text):
-        return text
-    if fixed is None:
-        raise InputError(
-            f"{_row(table, row)}: fixation is {printable(cell)!r}, but must be near or far: "
-            f"{conditions_like('near')}, or its own name for a fixation of your own."
-        )
-    return fixed
-
-
-def _row(table: pd.DataFrame, row: int) -> str:
-    return place(table, pd.Series(range(len(table))) == row)

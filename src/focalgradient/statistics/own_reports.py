@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.statistics.own_names import rows_named
+from focalgradient.statistics.own_rows import in_seconds
 from focalgradient.statistics.own_tables import (
     ABSENT,
     PARTICIPANT,
@@ -36,12 +39,12 @@ ROLES = {
     "percept": ("reading", "report", "reported", "seen", "state"),
     "gradient": ("condition", "blur"),
     "strength": ("strength_mm", "aperture_mm"),
-    "onset": ("onset_s", "start"),
-    "duration": ("duration_s", "lasted", "dur"),
-    "end": ("offset",),
+    "onset": ("onset_s", "start", "onset_ms"),
+    "duration": ("duration_s", "lasted", "dur", "duration_ms", "dur_ms"),
+    "end": ("offset", "end_ms", "offset_ms"),
     "trial": (),
     "session": (),
-    "trial_duration": ("trial_duration_s", "trial_s"),
+    "trial_duration": ("trial_duration_s", "trial_s", "trial_duration_ms", "trial_ms"),
     "censored": ("cut_off",),
     "catch": (),
     "kind": (),
@@ -72,10 +75,13 @@ class OwnReports:
         One row a report: see `focalgradient.statistics.tables.report_table`. The index gives file and row.
     notes
         What was assumed, left out or changed, a sentence each.
+    notices
+        What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
     """
 
     table: pd.DataFrame
     notes: tuple[str, ...]
+    notices: tuple[str, ...] = ()
 
 
 def holds_reports(path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> bool:
@@ -120,38 +126,43 @@ def read_reports(
     >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
     """
-    path, words = Path(path), dict(conditions or {})
+    path, words = Path(path), {word.strip().casefold(): meaning for word, meaning in (conditions or {}).items()}
     notes: list[str] = []
+    notices: list[str] = []
     table = read_table(path)
     theirs = found_columns(path, table, ROLES, columns or {})
     notes += unused([str(name) for name in table if name not in theirs.values()])
     table = pd.DataFrame({role: table[name] for role, name in theirs.items()}, index=table.index)
-    table = with_participants(path, table, notes)
+    table = with_participants(path, table, theirs, notes, notices)
     for role in ("percept", "gradient"):
         if role not in table:
             raise InputError(f"{printable(path)} has no column for {role}: {columns_like(role)}.")
     table = answered(path, table, "percept", "report", notes, ABSENT - {"none"})
-    for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
-        table[role] = _meant(table, role, known, words)
+    table = _meant(table, words)
     table["strength"] = _strengths(table, notes)
-    table = _timed(path, table, notes)
+    table = _timed(path, table, theirs, notes, notices)
     table = _ended(catch_trials(table, notes), notes)
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
     if "dropped_frames" in table:
         table["dropped_frames"] = numbers(table, "dropped_frames", table["dropped_frames"].str.strip(), empty=True)
-    return OwnReports(report_table(table), tuple(notes))
+    return OwnReports(report_table(table), tuple(notes), tuple(notices))
 
 
-def _meant(table: pd.DataFrame, role: str, known: tuple[str, ...], words: Mapping[str, str]) -> pd.Series[str]:
-    texts = table[role].str.strip().map(lambda cell: words.get(cell, cell)).str.lower()
-    meant = texts.map(lambda text: WORDS.get(text, text))
-    wrong = ~meant.isin(known)
-    if wrong.any():
-        raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be one of "
-            f"{', '.join(known)}: {conditions_like(known[0])}."
-        )
-    return meant
+def _meant(table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+    """The table with percepts and gradients as we name them; all words that are not understood are one error."""
+    wrong: list[str] = []
+    for role, known in (("percept", PERCEPTS), ("gradient", GRADIENTS)):
+        texts = table[role].map(lambda cell: words.get(cell.casefold(), cell)).str.casefold()
+        found = texts.map(lambda text: WORDS.get(text, text))
+        for cell in table[role][~found.isin(known)].unique():
+            rows = table[role] == cell
+            where = rows_named(table, rows) if wrong else place(table, rows)
+            wrong.append(f"{where}: {role} is {printable(cell)!r}, but must be one of {', '.join(known)}")
+        table = table.assign(**{role: found})
+    if wrong:
+        more = f"; and {len(wrong) - 20} more" if len(wrong) > 20 else ""
+        raise InputError(f"{'; '.join(wrong[:20])}{more}: {conditions_like(PERCEPTS[0])}.")
+    return table
 
 
 def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
@@ -168,7 +179,13 @@ def _strengths(table: pd.DataFrame, notes: list[str]) -> pd.Series[float]:
     return numbers(table, "strength", texts.mask(plain & texts.str.lower().isin(ABSENT), "0"))
 
 
-def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+LONGEST_REPORT_S = 200.0
+"""Median time (s) from which times are not in seconds: readings last some 5 s, and trials of one reading a minute."""
+
+
+def _timed(
+    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
+) -> pd.DataFrame:
     """Trials, onsets and durations, each from the others where it is missing."""
     if "duration" not in table and not {"onset", "end"} <= set(table):
         raise InputError(
@@ -179,11 +196,14 @@ def _timed(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
             f"{printable(path)} has no column for trial: {columns_like('trial')}, or give the onset of each report "
             "within its trial."
         )
-    for role in ("onset", "duration", "end"):
+    for role in ("onset", "duration", "end", "trial_duration"):
         if role in table:
-            table[role] = numbers(table, role, table[role].str.strip())
+            table[role] = numbers(table, role, table[role])
+            header, most = theirs.get(role, ""), LONGEST_REPORT_S if role == "duration" else math.inf
+            table = in_seconds(table, role, header, most, notices)
     if "duration" not in table:
         table["duration"] = table["end"] - table["onset"]
+        table = in_seconds(table, "duration", "", LONGEST_REPORT_S, notices)
     table = _lasting(path, table, notes)
     people = [name for name in ("participant_id", "session") if name in table]
     condition = ["gradient", "strength"]
@@ -221,9 +241,7 @@ def _lasting(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
 def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """How long trials lasted, and which reports their end cut off."""
     ends = table["onset"] + table["duration"]
-    if "trial_duration" in table:
-        table["trial_duration"] = numbers(table, "trial_duration", table["trial_duration"].str.strip())
-    else:
+    if "trial_duration" not in table:
         table["trial_duration"] = float(np.max(ends))
         notes.append(
             f"There is no column trial_duration: all trials count as of {float(np.max(ends)):g} s, the latest end of a "

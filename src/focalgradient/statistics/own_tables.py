@@ -14,6 +14,8 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
+from focalgradient.statistics.own_names import clean, united
+from focalgradient.statistics.own_rows import without_headers, without_summaries
 
 __all__ = [
     "ABSENT",
@@ -25,6 +27,7 @@ __all__ = [
     "few",
     "found_columns",
     "numbers",
+    "others",
     "place",
     "read_table",
     "rows_of",
@@ -120,17 +123,23 @@ def found_columns(
 ) -> dict[str, str]:
     """The file's column for each of ours: as `columns` gives it, else by our name or one of `roles`."""
     header = [str(name) for name in table.columns]
-    found = {}
+    by_name = {clean(name).casefold(): name for name in header} | {name: name for name in header}
+    found: dict[str, str] = {}
+    wrong = []
     for given, name in columns.items():
         role = "participant_id" if given == "participant" else given
+        theirs = by_name.get(name, by_name.get(clean(name).casefold()))
         if role not in roles:
-            raise InputError(
-                f"columns: {given} is not known: use {', '.join(['participant', *list(roles)[1:]])} = the file's name."
-            )
-        if name not in header:
-            raise InputError(f"{printable(path)} has no column {name} for {given}: it has {', '.join(header)}.")
-        found[role] = name
-    lower = {name.lower(): name for name in header if name not in found.values()}
+            wrong.append(f"{given} is not known: use {', '.join(['participant', *list(roles)[1:]])} = the file's name")
+        elif theirs is None:
+            wrong.append(f"{printable(path)} has no column {name} for {given}: it has {few(header)}")
+        elif theirs in found.values():
+            wrong.append(f"{name} is given for {given}, but for another column, too: give each a column of its own")
+        else:
+            found[role] = theirs
+    if wrong:
+        raise InputError(f"columns: {'; '.join(wrong)}.")
+    lower = {clean(name).casefold(): name for name in header if name not in found.values()}
     for role, others in roles.items():
         if role not in found:
             near = next((lower[name] for name in (role, *others) if name in lower), None)
@@ -139,15 +148,24 @@ def found_columns(
     return found
 
 
-def with_participants(path: Path, table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
-    """The table with the participants' names trimmed; a missing column or name is an error."""
+NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"}
+"""Roles that hold names, whose spellings are united, and what is named."""
+
+
+def with_participants(
+    path: Path, table: pd.DataFrame, theirs: Mapping[str, str], notes: list[str], notices: list[str]
+) -> pd.DataFrame:
+    """The rows of participants, each in one spelling, and all cells cleaned; a missing column or name is an error."""
     if "participant_id" not in table:
         raise InputError(f"{printable(path)} has no column for participant: {columns_like('participant')}.")
+    table = without_summaries(without_headers(table, theirs, notices), notices)
     if any(table["participant_id"] != table["participant_id"].str.strip()):
         notes.append("Spaces at the ends of participants’ names were removed.")
-    for role in ("participant_id", "session", "scene"):
-        if role in table:
-            table[role] = table[role].str.strip()
+    for role in table:
+        if role in NAMED:
+            table = united(table, str(role), NAMED[str(role)], notices)
+        else:
+            table[role] = table[role].map({cell: clean(cell) for cell in table[role].unique()})
     unnamed = table["participant_id"].str.lower().isin(ABSENT)
     if unnamed.any():
         raise InputError(f"{place(table, unnamed)}: the participant is missing: name it.")
@@ -218,6 +236,13 @@ def numbers(table: pd.DataFrame, role: str, texts: pd.Series[str], *, empty: boo
         wrong &= ~absent
     if wrong.any():
         raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(texts[wrong].iloc[0])!r}, but must be a number, like 1.4."
+            f"{place(table, wrong)}: {role} is {printable(texts[wrong].iloc[0])!r}, but must be a number, like 1.4"
+            f"{others(texts[wrong])}."
         )
     return values
+
+
+def others(cells: pd.Series[str]) -> str:
+    """What else is wrong, for the end of a sentence about the first of some cells."""
+    more = [repr(printable(one)) for one in cells.unique()[1:]]
+    return f" (and so are {few(more)}, {len(cells):,} cells)" if more else ""

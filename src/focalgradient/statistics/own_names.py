@@ -1,0 +1,151 @@
+"""Names in a table of one's own: spellings of one name are united, and rows that name nobody are found.
+
+Two spellings are one name where they differ only in case, in spaces (also unbreakable and invisible ones), hyphens and
+underscores between a letter and a digit, in leading zeros, in a prefix "sub-", in a final ".0", or in letters of other
+alphabets that look alike. "S1" and "S10", "1-1" and "11" stay two. Where it is wrong, uniting makes tests less
+powerful; keeping the spellings apart would count one subject twice.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+
+import pandas as pd
+
+__all__ = ["clean", "is_summary", "maybe_summary", "rows_named", "same_name", "united"]
+
+LOOKALIKES = str.maketrans(
+    "аеорсухіјѕԁһԛԝвкмнт" + "αβεικνορτυχ" + "ıℓ",
+    "aeopcyxijsdhqwbkmht" + "abeikvoptux" + "il",
+)
+"""Small Cyrillic, Greek and other letters that look like Latin ones (Unicode Technical Standard 39, confusables)."""
+
+DASHES = str.maketrans(dict.fromkeys("‐‑‒–—―−﹣－", "-"))
+
+_SUMMARIES = (
+    "mean|means|average|avg|total|totals|grand total|subtotal|median|std dev|stdev|st dev|standard deviation|"
+    "standard error|std error|grand mean|overall|overall mean|variance|"
+    "mittel|mittelwert|mittelwerte|mw|durchschnitt|summe|gesamt|gesamtergebnis|gesamtsumme|teilergebnis|ergebnis|"
+    "standardabweichung|standardfehler|stabw|varianz|"
+    "moyenne|moyennes|somme|total général|sous-total|écart type|écart-type|ecart type|ecart-type|médiane|"
+    "media|promedio|suma|suma total|total general|desviación|desviación estándar|desviación típica|mediana|"
+    "totale|somma|deviazione standard|gemiddelde|totaal|eindtotaal|standaarddeviatie|standaardafwijking|mediaan|"
+    "média|soma|total geral|desvio padrão|medelvärde|medel|summa|totalt|standardavvikelse|"
+    "gjennomsnitt|gennemsnit|snit|standardafvigelse|standardavvik|keskiarvo|keskihajonta|mediaani|yhteensä|"
+    "średnia|suma końcowa|odchylenie standardowe|průměr|součet|celkem|směrodatná odchylka|átlag|összesen|szórás|"
+    "ortalama|toplam|standart sapma|среднее|среднее значение|итого|всего|сумма|общий итог|медиана|"
+    "стандартное отклонение|μέσος όρος|σύνολο|τυπική απόκλιση|"
+    "平均|平均值|平均値|合计|合計|总计|總計|总和|標準偏差|标准差|標準差|中央値|中位数|평균|합계|총합계|표준편차|중앙값|"
+    "المتوسط|المجموع|ממוצע|סך הכל"
+)
+SUMMARIES = frozenset(unicodedata.normalize("NFKC", one).casefold() for one in _SUMMARIES.split("|"))
+"""Names that spreadsheets and people give to rows of means, sums and spreads."""
+
+MAYBE = frozenset(
+    ("sum", "som", "min", "max", "n", "m", "sd", "se", "sem", "std", "count", "all", "var", "mode", "med")
+)
+"""The same, but that people may be called so, or have such initials."""
+
+
+def clean(text: str) -> str:
+    r"""Text in Unicode's compatible form, without invisible characters, each run of spaces as one.
+
+    >>> clean("\u200bＰ０１\u00a0 "), clean("\u22121,5")
+    ('P01', '-1,5')
+    """
+    if text.isascii() and "  " not in text and text == text.strip():
+        return text
+    plain = unicodedata.normalize("NFKC", text)
+    visible = "".join(one for one in plain if unicodedata.category(one) not in ("Cf", "Cc") or one.isspace())
+    return " ".join(visible.split()).translate(DASHES)
+
+
+def same_name(name: str) -> str:
+    """What all spellings of a name have in common.
+
+    >>> {same_name(one) for one in ("SUB-01 ", "sub-01", "1", "01", "1.0", "Sub_1")}
+    {'1'}
+    >>> [same_name(one) for one in ("S1", "S10", "s-01", "1-1", "0.5", "Аnna")]
+    ['s1', 's10', 's1', '1-1', '0.5', 'anna']
+    """
+    found = clean(name).casefold().translate(LOOKALIKES)
+    found = re.sub(r"[\s_\-]+", "-", found).strip("-")
+    found = re.sub(r"^sub-(?=.)", "", found)
+    found = re.sub(r"^(\d+)[.,]0+$", r"\1", found)
+    found = re.sub(r"(?<![\d.,])0+(?=\d)(?!0[.,])", "", found)
+    return re.sub(r"(?<=[^\W\d_])-(?=\d)", "", found) or found
+
+
+def _bare(name: str) -> str:
+    """A name in small letters, without brackets, colons and equals signs about it."""
+    return re.sub(r"\(.*?\)|[:=.,*]", " ", clean(name).casefold()).strip()
+
+
+def is_summary(name: str, others: Iterable[str] = ()) -> bool:
+    """Whether a name is that of a row of means or sums, alone or with one of the `others` (bare) as its subject.
+
+    >>> is_summary("Mittelwert:"), is_summary("01 Total", ["01", "02"]), is_summary("Max"), is_summary("Total recall")
+    (True, True, False, False)
+    """
+    bare = _bare(name)
+    if bare in SUMMARIES:
+        return True
+    first, _, rest = bare.partition(" ")
+    start, _, last = bare.rpartition(" ")
+    known = {same_name(one) for one in others}
+    return (first in SUMMARIES and same_name(rest) in known) or (last in SUMMARIES and same_name(start) in known)
+
+
+def maybe_summary(name: str) -> bool:
+    """Whether a name is that of a summary, or of somebody called so.
+
+    >>> maybe_summary("SD"), maybe_summary("Max"), maybe_summary("Mia")
+    (True, True, False)
+    """
+    return _bare(name) in MAYBE
+
+
+def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
+    """Rows of the file, for a sentence: "row 3", "rows 2 to 9", "rows 2, 5, 8 and 4 more".
+
+    >>> index = pd.MultiIndex.from_tuples([("a.csv", row) for row in range(2, 9)])
+    >>> rows_named(pd.DataFrame(index=index), pd.Series([True] * 3 + [False] * 4))
+    'rows 2 to 4'
+    """
+    numbers = sorted({int(label[1]) for label in table.index[chosen.to_numpy(bool)]})
+    if len(numbers) == 1:
+        return f"row {numbers[0]}"
+    if numbers[-1] - numbers[0] == len(numbers) - 1:
+        return f"rows {numbers[0]} to {numbers[-1]}"
+    more = f" and {len(numbers) - 3:,} more" if len(numbers) > 3 else ""
+    return f"rows {', '.join(str(one) for one in numbers[:3])}{more}"
+
+
+def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.DataFrame:
+    """The table with each name in its most frequent spelling; what was united is noted with its rows."""
+    names = table[role]
+    spelt = names.map({one: clean(one) for one in names.unique()})
+    by_name: dict[str, list[str]] = {}
+    for spelling in names.value_counts(sort=False).index:
+        by_name.setdefault(same_name(spelling), []).append(str(spelling))
+    counted = spelt.value_counts()
+    chosen = {
+        one: max((clean(spelling) for spelling in spellings), key=lambda text: (counted[text], text))
+        for spellings in by_name.values()
+        for one in spellings
+    }
+    several = [spellings for spellings in by_name.values() if len(spellings) > 1]
+    if several:
+        told = [
+            f"{' and '.join(f'“{one}” ({rows_named(table, names == one)})' for one in group)} as {chosen[group[0]]}"
+            for group in several
+        ]
+        more = f"; and {len(told) - 5} more" if len(told) > 5 else ""
+        notices.append(
+            f"Spellings of one {noun} were united, {sum(map(len, several))} to {len(several)}: {'; '.join(told[:5])}"
+            f"{more}. They differ only in case, spaces, hyphens, leading zeros or look-alike letters: give names that "
+            "differ otherwise where they are not one."
+        )
+    return table.assign(**{role: names.map(chosen)})

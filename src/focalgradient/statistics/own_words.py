@@ -1,0 +1,279 @@
+"""Words of conditions in a table of one's own: apertures and fixations, as the table or the caller gives them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.statistics.own_names import clean, rows_named
+from focalgradient.statistics.own_tables import conditions_like, few, place
+from focalgradient.statistics.tables import PINHOLE
+
+__all__ = ["FIXED", "SHARP", "given_words", "meant", "whole_steps", "with_diameters"]
+
+FIXED = {
+    "near": "nearest",
+    "nearest": "nearest",
+    "front": "nearest",
+    "foreground": "nearest",
+    "far": "farthest",
+    "farthest": "farthest",
+    "back": "farthest",
+    "background": "farthest",
+}
+FASTEST = 0.5
+"""Least f-number of a lens in air, by Abbe's sine condition."""
+
+OWN = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""Name of a fixation of one's own."""
+
+SHARP = {"pinhole", "ph", "sharp", "0", "inf", "f/inf", "none"}
+F_NUMBER = re.compile(r"f?\s*/?\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+MILLIMETRES = re.compile(r"(\d+(?:[.,]\d+)?)\s*mm", re.IGNORECASE)
+
+STOPS = frozenset(
+    (
+        *(
+            0.7,
+            0.8,
+            0.85,
+            0.9,
+            0.95,
+            1.0,
+            1.1,
+            1.2,
+            1.25,
+            1.3,
+            1.4,
+            1.5,
+            1.6,
+            1.7,
+            1.8,
+            1.9,
+            2.0,
+            2.2,
+            2.4,
+            2.5,
+            2.7,
+            2.8,
+        ),
+        *(
+            3.2,
+            3.3,
+            3.5,
+            3.6,
+            4.0,
+            4.5,
+            4.8,
+            5.0,
+            5.6,
+            6.3,
+            6.7,
+            7.1,
+            8.0,
+            9.0,
+            9.5,
+            10.0,
+            11.0,
+            12.7,
+            13.0,
+            14.0,
+            16.0,
+        ),
+        *(18.0, 19.0, 20.0, 22.0, 25.0, 27.0, 29.0, 32.0, 36.0, 38.0, 40.0, 45.0, 50.0, 54.0, 57.0, 64.0, 90.0, 128.0),
+    )
+)
+"""f-numbers as lenses name them: full, half and third stops, and the openest of lenses."""
+
+STEPS = 21
+"""Maximum number of steps of a scale, as in designs."""
+
+Words = Mapping[str, tuple[str, str]]
+
+
+def _fold(word: str) -> str:
+    return clean(word).casefold()
+
+
+def given_words(conditions: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    """The caller's words by how they are compared: case and spaces do not count.
+
+    Returns
+    -------
+    dict
+        Of each folded word the word itself and its meaning.
+
+    Raises
+    ------
+    InputError
+        If a word has two meanings, or a meaning is itself a word with another meaning.
+
+    Examples
+    --------
+    >>> given_words({"Vorn": "nearest"})
+    {'vorn': ('Vorn', 'nearest')}
+    """
+    words: dict[str, tuple[str, str]] = {}
+    for word, meaning in conditions.items():
+        before = words.setdefault(_fold(word), (word, meaning))
+        if before[1] != meaning:
+            raise InputError(f"conditions: {word} is given as {before[1]} and as {meaning}: give it once.")
+    for folded, (word, meaning) in words.items():
+        other = words.get(_fold(meaning))
+        if other and _fold(meaning) != folded and not _known(meaning):
+            raise InputError(
+                f"conditions: {word} is given as {meaning}, which is itself given as {other[1]}: give each word its "
+                "meaning, like near, pinhole or f/5.6."
+            )
+    return words
+
+
+def _known(meaning: str) -> bool:
+    folded = _fold(meaning)
+    return folded in FIXED or folded in SHARP or bool(F_NUMBER.fullmatch(folded))
+
+
+def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -> pd.DataFrame:
+    """The table with apertures and fixations as we name them.
+
+    Parameters
+    ----------
+    table
+        Its cells as text.
+    words
+        What the caller gave: see `given_words`.
+    headers
+        Names of all columns: of a wide table they hold the words.
+    notices
+        Fixations of one's own, and words that were given but do not occur, are noted.
+
+    Raises
+    ------
+    InputError
+        For all words that are not understood, at once.
+    """
+    wrong: list[tuple[str, str, str]] = []
+    used: set[str] = set()
+    for role, read in (("aperture", _aperture), ("fixation", _fixation)):
+        meanings = {}
+        for cell in table[role].unique():
+            folded = _fold(cell)
+            used |= {folded} & set(words)
+            found, expected = read(words[folded][1] if folded in words else cell, folded in words)
+            meanings[cell] = found
+            if found is None:
+                wrong.append((role, cell, expected))
+            elif role == "fixation" and found not in FIXED.values():
+                rows = rows_named(table, table[role] == cell)
+                notices.append(
+                    f"“{found}” is taken for a fixation of its own, neither near nor far: it was given for "
+                    f"“{printable(cell)}” ({rows})."
+                )
+        if None not in meanings.values():
+            table = table.assign(**{role: table[role].map(meanings)})
+    if wrong:
+        raise InputError(_not_understood(table, wrong))
+    absent = [word for folded, (word, _) in words.items() if folded not in used and folded not in _fold(headers)]
+    if absent:
+        notices.append(f"The conditions name words that do not occur in the table: {few(absent)}.")
+    return table
+
+
+def _not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]]) -> str:
+    """All words that were not understood in one sentence, with the first row of each."""
+    parts = [
+        f"{place(table, table[role] == cell) if number == 0 else rows_named(table, table[role] == cell)}: "
+        f"{role} is {printable(cell)!r}"
+        for number, (role, cell, _) in enumerate(wrong[:20])
+    ]
+    expected = list(dict.fromkeys(f"{role} {text}" if len(wrong) > 1 else text for role, _, text in wrong))
+    more = f"; and {len(wrong) - 20} more" if len(wrong) > 20 else ""
+    return f"{'; '.join(parts)}{more}, but {'; '.join(expected)}."
+
+
+def _aperture(text: str, given: bool) -> tuple[str | None, str]:
+    """Our name of an aperture, and what is expected where there is none."""
+    if _fold(text) in SHARP or _is_zero(text):
+        return PINHOLE, ""
+    found = F_NUMBER.fullmatch(text)
+    number = float(found[1].replace(",", ".")) if found else 0.0
+    if found and 0 < number < FASTEST:
+        return None, (
+            f"no lens has an f-number below {FASTEST:g}: give the f-number, or name the column aperture_mm if these "
+            "are diameters"
+        )
+    if not 0 < number < math.inf:
+        return None, f"must be a pinhole or an f-number like f/5.6: {conditions_like('f/5.6')}"
+    return f"f/{number:g}", ""
+
+
+def _fixation(text: str, given: bool) -> tuple[str | None, str]:
+    """Our name of a fixation, and what is expected where there is none."""
+    fixed = FIXED.get(_fold(text))
+    if fixed is None and given and OWN.fullmatch(text):
+        return text, ""
+    return fixed, f"must be near or far: {conditions_like('near')}, or its own name for a fixation of your own"
+
+
+def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list[str]) -> pd.DataFrame:
+    """The table with diameters in a column of their own, where the cells or the header state millimetres.
+
+    The `header` is that of the column in the file. Bare numbers that no lens names, and cells that state millimetres
+    beside others, are refused; other bare numbers are taken for f-numbers, and noted.
+    """
+    folded = _fold(header)
+    cells = {cell: _fold(cell) for cell in table["aperture"].unique() if _fold(cell) not in words}
+    open_cells = {cell: text for cell, text in cells.items() if text not in SHARP and not _is_zero(text)}
+    sizes = {cell: found[1] for cell, text in open_cells.items() if (found := MILLIMETRES.fullmatch(text))}
+    stated = "mm" in re.split(r"[^a-z]+", folded) or "diameter" in folded
+    if stated:
+        sizes |= {cell: text for cell, text in open_cells.items() if NUMBER.fullmatch(text)}
+    if sizes:
+        if others := [repr(printable(cell)) for cell in open_cells if cell not in sizes]:
+            raise InputError(
+                f"aperture is given in millimetres in some rows, but as {few(others)} in others: give all alike."
+            )
+        notices.append(f"Apertures are diameters in millimetres: {few(sorted(sizes))}.")
+        return table.assign(aperture_mm=table["aperture"].map(lambda cell: sizes.get(cell, "0"))).drop(
+            columns="aperture"
+        )
+    bare = sorted(text for text in open_cells.values() if NUMBER.fullmatch(text))
+    if not bare or re.search(r"stop|number|blende|^f\W*$|^f/", folded):
+        return table
+    unknown = [text for text in bare if float(text.replace(",", ".")) not in STOPS]
+    if unknown:
+        raise InputError(
+            f"aperture holds numbers that no lens has as its f-number, {few(unknown)}: name the column aperture_mm "
+            "where they are diameters in millimetres, or write f/ before f-numbers."
+        )
+    notices.append(
+        f"The numbers {few(bare)} in the column of apertures were taken for f-numbers: name the column aperture_mm "
+        "where they are diameters in millimetres."
+    )
+    return table
+
+
+def _is_zero(text: str) -> bool:
+    return bool(NUMBER.fullmatch(text)) and float(text.replace(",", ".")) == 0
+
+
+def whole_steps(ratings: pd.Series[float]) -> list[str]:
+    """A notice where ratings look like steps of a scale: whole numbers, three or more of them, from 1 to few.
+
+    >>> whole_steps(pd.Series([1.0, 4.0, 7.0]))[0].split(":")[0]
+    'All ratings are whole numbers from 1 to 7, as answers in steps are'
+    >>> whole_steps(pd.Series([1.0, 1.4, 2.0]))
+    []
+    """
+    if (ratings % 1 != 0).any() or ratings.min() < 1 or not 3 <= ratings.max() <= STEPS or ratings.nunique() < 3:
+        return []
+    return [
+        f"All ratings are whole numbers from {ratings.min():g} to {ratings.max():g}, as answers in steps are: they "
+        "were taken for ratios to a standard of 1. State the scale (ordinal) where they are steps."
+    ]

@@ -1,0 +1,324 @@
+"""Slips in tables of one's own: noted with their rows for the top of the report, or refused; sound tables are not."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from focalgradient import InputError
+from focalgradient.cli import main
+from focalgradient.report import make_report
+from focalgradient.statistics import OwnRatings, read_ratings, read_reports
+from focalgradient.statistics.own_names import same_name
+
+APERTURES = (("pinhole", 0.0), ("f/22", 2.27), ("f/11", 4.55), ("f/5.6", 8.93))
+HEAD = ["participant", "scene", "aperture", "fixation", "rating"]
+Row = list[str]
+
+
+def rows(people: Iterable[str] = ("P01", "P02", "P03", "P10"), seed: int = 1, places: int = 2) -> list[Row]:
+    rng = np.random.default_rng(seed)
+    return [
+        [who, scene, name, fixation, f"{math.exp(0.3 * mm / 8.93 + rng.normal(0, 0.2)):.{places}f}"]
+        for who in people
+        for scene in ("room", "tree")
+        for fixation in ("near", "far")
+        for name, mm in APERTURES
+    ]
+
+
+def read(folder: Path, own: list[Row], head: Row | None = None, delimiter: str = ",", **settings: object) -> OwnRatings:
+    path = folder / "own.csv"
+    text = io.StringIO()
+    csv.writer(text, delimiter=delimiter).writerows([head or HEAD, *own])
+    path.write_text(text.getvalue(), encoding="utf-8")
+    return read_ratings(path, **settings)  # type: ignore[arg-type]
+
+
+def people(own: OwnRatings) -> list[str]:
+    return sorted(own.table["participant_id"].unique())
+
+
+def test_a_plain_table_needs_no_notice(tmp_path: Path) -> None:
+    own = read(tmp_path, rows())
+    assert own.notices == own.problems == ()
+    assert people(own) == ["P01", "P02", "P03", "P10"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    ["p01", "P01 ", "P01\u00a0", "P\u200b01", "P1", "P001", "P-01", "P_01", "P 01", "Ｐ01", "Р01", "sub-P01"],
+)
+def test_spellings_of_one_name_are_one_person(tmp_path: Path, other: str) -> None:
+    own = rows()
+    for row in own[4:10]:
+        row[0] = other
+    found = read(tmp_path, own)
+    assert people(found) == ["P01", "P02", "P03", "P10"]
+    (said,) = found.notices
+    assert "rows 6 to 11" in said
+    assert "Spellings of one participant were united" in said
+
+
+@pytest.mark.parametrize("names", [("1", "1.0", "01"), ("sub-01", "SUB-01 ", "1"), ("Åsa", "A\u030asa", "ÅSA ")])
+def test_numbers_prefixes_and_accents_are_spelt_alike(tmp_path: Path, names: tuple[str, ...]) -> None:
+    own = rows([names[0], "02", "03"])
+    for number, row in enumerate(own[:16]):
+        row[0] = names[number % 3]
+    assert len(people(read(tmp_path, own))) == 3
+
+
+@pytest.mark.parametrize(
+    "names", [("S1", "S10", "S11"), ("1-1", "11", "1-11"), ("Anna", "Anne", "Ann"), ("a", "b", "c")]
+)
+def test_different_names_are_different_people(tmp_path: Path, names: tuple[str, ...]) -> None:
+    found = read(tmp_path, rows(names))
+    assert people(found) == sorted(names)
+    assert found.notices == ()
+
+
+def test_uniting_is_stated_and_changes_the_test(tmp_path: Path) -> None:
+    """Eight people spelt in two ways were sixteen, and p was too small."""
+    own = rows([f"sub-{who:02}" for who in range(1, 9)])
+    for number, row in enumerate(own):
+        row[0] = f"SUB-{row[0][4:]} " if number % 16 >= 8 else row[0]
+    path = tmp_path / "own.csv"
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([HEAD, *own])
+    made = make_report(path)
+    text = made.files["report.md"].decode()
+    assert "8 subjects with" in text
+    assert text.index("16 to 8") < text.index("## Depth ratings")
+    assert "SUB-01 " in made.notices[0]
+
+
+def test_scenes_in_capitals_are_one(tmp_path: Path) -> None:
+    own = rows()
+    for row in own[::3]:
+        row[1] = row[1].upper() + " "
+    found = read(tmp_path, own)
+    assert set(found.table["scene"]) == {"room", "tree"}
+    assert "Spellings of one scene" in found.notices[0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Mean", "mean:", "TOTAL", "Mittelwert", "Gesamtergebnis", "Moyenne", "Promedio", "Среднее", "平均", "P01 Total"],
+)
+def test_rows_of_summaries_are_left_out(tmp_path: Path, name: str) -> None:
+    own = [*rows(), *([name, *row[1:]] for row in rows(["x"], 5))]
+    found = read(tmp_path, own)
+    assert people(found) == ["P01", "P02", "P03", "P10"]
+    assert "Rows of summaries were left out" in found.notices[0]
+    assert "rows 66 to 81" in found.notices[0]
+
+
+def test_summaries_of_scenes_and_spreads_beside_means_are_left_out(tmp_path: Path) -> None:
+    own = [*rows(), *([name, *row[1:]] for name in ("Mean", "SD") for row in rows(["x"], 5))]
+    own += [[row[0], "Average", *row[2:]] for row in rows()]
+    found = read(tmp_path, own)
+    assert people(found) == ["P01", "P02", "P03", "P10"]
+    assert set(found.table["scene"]) == {"room", "tree"}
+
+
+def test_people_called_max_stay(tmp_path: Path) -> None:
+    found = read(tmp_path, rows(["Max", "SD", "Anna"]))
+    assert people(found) == ["Anna", "Max", "SD"]
+    assert "is taken for the name of a participant" in found.notices[0]
+
+
+def test_a_scene_called_mean_alone_stays(tmp_path: Path) -> None:
+    own = [[row[0], "mean", *row[2:]] for row in rows() if row[1] == "room"]
+    assert set(read(tmp_path, own).table["scene"]) == {"mean"}
+
+
+def test_a_header_in_the_middle_is_left_out(tmp_path: Path) -> None:
+    own = rows()
+    own.insert(32, [name.upper() for name in HEAD])
+    found = read(tmp_path, own)
+    assert len(found.table) == 64
+    assert found.notices == ("The header stands again in row 34: left out.",)
+
+
+def test_a_block_pasted_twice_counts_once(tmp_path: Path) -> None:
+    own = rows()
+    found = read(tmp_path, [*own, *own[16:32]])
+    assert len(found.table) == 64
+    assert "P02 stands twice" in found.notices[0]
+    assert "rows 66 to 81" in found.notices[0]
+
+
+def test_the_answers_of_one_under_another_name_count_once(tmp_path: Path) -> None:
+    own = rows()
+    found = read(tmp_path, [*own, *(["P11", *row[1:]] for row in own[16:32])])
+    assert people(found) == ["P01", "P02", "P03", "P10"]
+    assert "P02, P11 have the same answer in every row" in found.notices[0]
+
+
+def test_coarse_answers_may_be_the_same(tmp_path: Path) -> None:
+    """Steady people who round to .1 may all answer alike, and repeat themselves."""
+    own = [
+        [*row[:4], f"{1 + 0.1 * number:.1f}"] for row in rows() for number in [[n for n, _ in APERTURES].index(row[2])]
+    ]
+    found = read(tmp_path, [*own, *own])
+    assert len(found.table) == 128
+    assert found.notices == ()
+    assert any("as coarse answers may" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("code", ["999", "-99", "9999", "-9", "999.0", "-999,0"])
+def test_codes_for_missing_answers_are_no_ratings(tmp_path: Path, code: str) -> None:
+    own = rows()
+    own[3][4] = own[40][4] = code
+    found = read(tmp_path, own, delimiter=";")
+    assert len(found.table) == 62
+    assert found.table["rating"].max() < 10
+    assert "missing value: rows 5, 42" in found.notices[0]
+
+
+def test_99_on_a_scale_to_100_is_an_answer(tmp_path: Path) -> None:
+    own = [[*row[:4], str(60 + number % 41)] for number, row in enumerate(rows())]
+    own[3][4] = "99"
+    found = read(tmp_path, own)
+    assert len(found.table) == 64
+    assert found.notices == ()
+
+
+def test_whole_numbers_are_noted_but_where_they_are_declared_steps(tmp_path: Path) -> None:
+    own = [[*row[:4], str(1 + number % 7)] for number, row in enumerate(rows())]
+    assert "whole numbers from 1 to 7" in read(tmp_path, own).notices[0]
+    assert read(tmp_path, own, steps=True).notices == ()
+
+
+def test_diameters_named_apertures_are_refused_or_noted(tmp_path: Path) -> None:
+    own = [[*row[:2], str(dict(APERTURES)[row[2]]), *row[3:]] for row in rows()]
+    with pytest.raises(
+        InputError, match=r"no lens has as its f-number, 2\.27, 4\.55, 8\.93: name the column aperture_mm"
+    ):
+        read(tmp_path, own)
+    named = {"aperture_mm": "aperture"}
+    assert sorted(read(tmp_path, own, columns=named).table["aperture_mm"].unique()) == [0, 2.27, 4.55, 8.93]
+    doubtful = [[*row[:2], {"2.27": "2", "4.55": "4", "8.93": "8"}.get(row[2], "0"), *row[3:]] for row in own]
+    assert "2, 4, 8 in the column of apertures were taken for f-numbers" in read(tmp_path, doubtful).notices[0]
+    assert read(tmp_path, doubtful, ["participant", "scene", "f_number", "fixation", "rating"]).notices == ()
+
+
+@pytest.mark.parametrize("head", ["aperture (mm)", "diameter_mm", "diameter"])
+def test_a_header_may_state_millimetres(tmp_path: Path, head: str) -> None:
+    own = [[*row[:2], str(dict(APERTURES)[row[2]]), *row[3:]] for row in rows()]
+    found = read(tmp_path, own, ["participant", "scene", head, "fixation", "rating"])
+    assert sorted(found.table["aperture_mm"].unique()) == [0, 2.27, 4.55, 8.93]
+
+
+def test_cells_may_state_millimetres(tmp_path: Path) -> None:
+    own = [[*row[:2], f"{dict(APERTURES)[row[2]]} mm", *row[3:]] for row in rows()]
+    assert sorted(read(tmp_path, own).table["aperture_mm"].unique()) == [0, 2.27, 4.55, 8.93]
+    own[5][2] = "f/8"
+    with pytest.raises(InputError, match="in millimetres in some rows, but as 'f/8' in others"):
+        read(tmp_path, own)
+
+
+def test_times_in_milliseconds_are_refused_or_converted(tmp_path: Path) -> None:
+    own = [[*row, str(800 + 10 * number)] for number, row in enumerate(rows())]
+    with pytest.raises(InputError, match="the median of response_time is 1115, but must be a time in seconds"):
+        read(tmp_path, own, [*HEAD, "rt"])
+    found = read(tmp_path, own, [*HEAD, "rt_ms"])
+    assert found.table["response_time"].max() == pytest.approx(1.43)
+    assert "in milliseconds: divided by 1000" in found.notices[0]
+
+
+def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) -> None:
+    named = {"pinhole": "zu", "f/22": "halb"}
+    own = [
+        [row[0], row[1], named.get(row[2], row[2]), {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()
+    ]
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, own)
+    for word in ("'zu'", "'halb'", "'vorn'", "'hinten'"):
+        assert word in str(caught.value)
+    words = {"ZU": "pinhole", "halb ": "f/22", "Vorn": "near", "hinten": "far"}
+    assert read(tmp_path, own, conditions=words).notices == ()
+
+
+def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> None:
+    own = [[*row[:3], {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()]
+    found = read(tmp_path, own, conditions={"vorn": "near", "hinten": "hinten2"})
+    assert "“hinten2” is taken for a fixation of its own, neither near nor far" in found.notices[0]
+    with pytest.raises(InputError, match="vorn is given as hinten, which is itself given as vorn"):
+        read(tmp_path, own, conditions={"vorn": "hinten", "hinten": "vorn"})
+    found = read(tmp_path, own, conditions={"vorn": "near", "hinten": "far", "mitte": "far"})
+    assert found.notices == ("The conditions name words that do not occur in the table: mitte.",)
+    with pytest.raises(InputError, match=r"no column vp for participant.*colour is not known"):
+        read(tmp_path, own, columns={"participant": "vp", "colour": "x"})
+    with pytest.raises(InputError, match="rating is given for scene, but for another column, too"):
+        read(tmp_path, own, columns={"rating": "rating", "scene": "rating"})
+
+
+def test_one_trial_with_two_answers_is_refused(tmp_path: Path) -> None:
+    own = [[*row, str(number % 16 + 1)] for number, row in enumerate(rows())]
+    read(tmp_path, own, [*HEAD, "trial"])
+    own.append([*own[5][:4], "3.21", own[5][5]])
+    with pytest.raises(
+        InputError, match="row 66: trial 6 of participant P01 stands in a row above with another answer"
+    ):
+        read(tmp_path, own, [*HEAD, "trial"])
+
+
+def test_trials_may_be_counted_within_blocks(tmp_path: Path) -> None:
+    own = [[*row, str(number % 8 + 1)] for number, row in enumerate(rows())]
+    assert len(read(tmp_path, own, [*HEAD, "trial"]).table) == 64
+
+
+CUBE = ["A,1,none,rigid,6000", "A,1,none,nonrigid,4000", "A,2,nonrigid,nonrigid,9000", "A,2,nonrigid,rigid,1000"]
+
+
+def test_reports_in_milliseconds_and_unknown_words(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["subject,trial,gradient,percept,dur", *CUBE]))
+    with pytest.raises(InputError, match="the median of duration is 5000, but must be a time in seconds"):
+        read_reports(path)
+    path.write_text("\n".join(["subject,trial,gradient,percept,duration_ms", *CUBE]))
+    found = read_reports(path)
+    assert found.table["duration"].tolist() == [6, 4, 9, 1]
+    assert "in milliseconds" in found.notices[0]
+    path.write_text("\n".join(["subject,trial,gradient,percept,dur", "A,1,ohne,starr,6", "a ,1,ohne,weich,4"]))
+    with pytest.raises(InputError, match=r"'starr'.*'weich'.*'ohne'"):
+        read_reports(path)
+    found = read_reports(path, conditions={"Ohne": "none", "starr": "rigid", "weich": "nonrigid"})
+    assert found.table["participant_id"].nunique() == 1
+
+
+def test_conditions_may_be_repeated_at_the_command_line(tmp_path: Path) -> None:
+    own = [[*row[:3], {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()]
+    read(tmp_path, own, conditions={"vorn": "near", "hinten": "far"})
+    words = ["report", str(tmp_path / "own.csv"), "--out", str(tmp_path / "report"), "--conditions", "vorn=near"]
+    ran = CliRunner().invoke(main, [*words, "--conditions", "hinten=far"])
+    assert ran.exit_code == 0, ran.output
+    ran = CliRunner().invoke(main, [*words, "--conditions", "vorn=far,hinten=far"])
+    assert ran.exit_code == 2
+    assert "--conditions gives vorn as near and as far" in ran.output
+
+
+@pytest.mark.parametrize(
+    "write", [lambda text: text, lambda text: text.replace(",", "\t"), lambda text: text.replace(",", ";")]
+)
+def test_any_delimiter_gives_the_same_notices(tmp_path: Path, write: Callable[[str], str]) -> None:
+    own = rows()
+    own[3][0], own[5][4] = "p01 ", "999"
+    path = tmp_path / "own.csv"
+    path.write_text(write("\n".join(",".join(row) for row in [HEAD, *own])))
+    assert len(read_ratings(path).notices) == 2
+
+
+def test_names_that_are_one_are_so_both_ways() -> None:
+    groups = [("S1", "s01", "S-1 ", "S1"), ("S10", "S010"), ("1.5", "1,5"), ("0.5",), ("sub-1", "01", "1.0")]
+    for group in groups[:2] + groups[4:]:
+        assert len({same_name(one) for one in group}) == 1
+    assert len({same_name(group[0]) for group in groups}) == len(groups)
