@@ -165,7 +165,8 @@ def _doubtful_millimetres() -> str:
 @TABLE.line("3.4.6", "whole numbers 1 to 7 taken as ratios", "0 noted, 8 subjects, 1.00")
 def _whole() -> str:
     head, *rows = honest()
-    return notices([head, *([*row[:4], str(1 + number % 7)] for number, row in enumerate(rows))])
+    steps = np.random.default_rng(1).integers(1, 8, len(rows))
+    return notices([head, *([*row[:4], str(step)] for row, step in zip(rows, steps, strict=True))])
 
 
 @TABLE.line("3.4.7", "999 for two missing answers", "0 noted, 7 subjects, 1.26")

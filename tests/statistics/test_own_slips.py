@@ -173,6 +173,26 @@ def test_coarse_answers_may_be_the_same(tmp_path: Path) -> None:
     assert any("as coarse answers may" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("scenes", [0.0, 0.3])
+@pytest.mark.parametrize("repetitions", [1, 2])
+def test_steady_people_who_see_no_effect_are_not_copies(tmp_path: Path, scenes: float, repetitions: int) -> None:
+    """Five of twelve answer alike, since blur does nothing for them and they round to .1."""
+    rng = np.random.default_rng(1)
+    levels = {f"s{number}": rng.normal(0, scenes) for number in range(6)}
+    own = [
+        [f"P{who:02}", scene, name, fixation, f"{math.exp(level + (who > 4) * 0.03 * mm + rng.normal(0, 0.02)):.1f}"]
+        for who in range(12)
+        for scene, level in levels.items()
+        for fixation in ("near", "far")
+        for name, mm in APERTURES
+        for _ in range(repetitions)
+    ]
+    found = read(tmp_path, own)
+    assert len(people(found)) == 12
+    assert len(found.table) == len(own)
+    assert found.notices == ()
+
+
 @pytest.mark.parametrize("code", ["999", "-99", "9999", "-9", "999.0", "-999,0"])
 def test_codes_for_missing_answers_are_no_ratings(tmp_path: Path, code: str) -> None:
     own = rows()

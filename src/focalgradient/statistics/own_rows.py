@@ -28,6 +28,9 @@ ALIKE = 0.7
 FEW = 4
 """Minimum number of rows of a copied block."""
 
+CHANCE = 1e-6
+"""Probability of the same answers by chance, by how steady a subject is, below which they are a copy: our choice."""
+
 
 def without_headers(table: pd.DataFrame, theirs: Mapping[str, str], notices: list[str]) -> pd.DataFrame:
     """The table, its columns by role, without rows that repeat the header."""
@@ -123,14 +126,30 @@ def without_copies(table: pd.DataFrame, notices: list[str], notes: list[str]) ->
         half = len(rows) // 2
         if len(rows) % 2 or half < FEW or not (cells[rows[:half]] == cells[rows[half:]]).all():
             continue
-        ratings = table["rating"].iloc[rows[:half]]
-        if sizes.count(half) * 2 > len(sizes) or ratings.nunique() > max(6, half / 2):
+        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]]) < CHANCE:
             left_out[rows[half:]] = True
             who = " ".join(str(one) for one in np.atleast_1d(np.array(key, dtype=object))).strip()
             again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
             notices.append(f"{who} stands twice, with the same answers: {rows_named(table, again)} were left out.")
     table = table[~left_out]
     return _without_other_names(table, conditions, notices, notes)
+
+
+def _by_chance(rows: pd.DataFrame) -> float:
+    """Probability that another with the same impressions gives the same answers in all rows of a subject.
+
+    Estimated by how often the subject's answers to one picture differ; without repetitions, those to one condition. A
+    steady subject who rounds may well be like another.
+    """
+    for about in (["scene", "aperture", "fixation"], ["aperture", "fixation"]):
+        same = pairs = 0.0
+        for _, answers in rows.groupby(about)["rating"]:
+            counts = answers.value_counts().to_numpy(float)
+            same += float((counts * (counts - 1)).sum())
+            pairs += float(counts.sum() * (counts.sum() - 1))
+        if pairs >= 2 * FEW:
+            return (same / pairs) ** len(rows)
+    return 1.0
 
 
 def _without_other_names(
@@ -155,7 +174,9 @@ def _without_other_names(
             agree = (others == values[same[0]]).mean(axis=1)
             whose = [names[one] for one in same]
             copied = table["participant_id"].isin(whose[1:])
-            if len(others) and agree.max() < ALIKE:
+            rows = table[table["participant_id"] == whose[0]]
+            pairs = len(values) * (len(values) - 1) / 2
+            if len(others) and agree.max() < ALIKE and pairs * _by_chance(rows) < CHANCE:
                 notices.append(
                     f"{', '.join(whose)} have the same answer in every row: {rows_named(table, copied)} were left out "
                     f"as copies of {whose[0]}."
