@@ -186,7 +186,7 @@ def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     assert first.end() == -signal.SIGKILL
     journal = next(tmp_path.glob("data/sourcedata/sub-a7/beh/*.jsonl"))
     assert len(read_journal(journal).of("trial")) == rater.recorded == 1
-    assert rater.events[:5] == ["form", "consent", "consent", "sitting", "instructions"]
+    assert rater.events[:5] == ["consent", "consent", "form", "sitting", "instructions"]
 
     again = ("--participant", "a7", "--resume")
     second = rater.take_part(*again, stop=("picture", 2))

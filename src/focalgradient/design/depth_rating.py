@@ -254,6 +254,15 @@ class DepthRatingDesign(Plan):
         """Whether the standard counts as 1 (or as alike), and is shown again and again."""
         return self.scale in ("ratio", "bipolar") and self.reference == "standard"
 
+    @property
+    def shows_drawings(self) -> bool:
+        """Whether practice or catch trials show the drawings.
+
+        >>> DepthRatingDesign().shows_drawings, DepthRatingDesign(catch_trials=0, practice_trials=0).shows_drawings
+        (True, False)
+        """
+        return any(trial.scene in EXAMPLES.values() for trial in self.trials("01"))
+
     def reference_of(self, trial: DepthTrial) -> tuple[str, str, Fixation]:
         """Name the picture that a trial's picture is compared with: its scene, aperture and fixation."""
         own = self.reference == "same-scene" and trial.scene not in EXAMPLES.values()

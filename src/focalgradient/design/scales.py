@@ -81,6 +81,11 @@ class Steps:
         """All steps, from the least to the most."""
         return list(range(self.least, self.most + 1))
 
+    @property
+    def has_digits(self) -> bool:
+        """Whether a digit key chooses each step."""
+        return self.least >= 0 and self.most <= 9
+
     def labelled(self) -> list[tuple[int, str]]:
         """Which steps have a label, and which.
 

@@ -74,14 +74,6 @@ def answers(recorded: Sequence[Mapping[str, Any]]) -> list[tuple[float, bool]]:
     return [(one["level"], one["correct"]) for one in recorded if one["phase"] == "main" and not one["catch"]]
 
 
-def _instructions(sitting: Sitting) -> Sequence[str]:
-    words = sitting.words
-    return [
-        words(f"blur.instructions_{sitting.design.judged}"),
-        words("blur.trial", escape=words("common.escape")),
-    ]
-
-
 def _pictures(design: BlurThresholdDesign) -> Sequence[tuple[str, str, str, dict[str, str]]]:
     """All that the design can show."""
     return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
@@ -146,12 +138,10 @@ def _trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
 BLUR_THRESHOLD = Experiment(
     task="blurthreshold",
     about=__doc__,
-    instructions=_instructions,
     trial=_trial,
     pictures=_pictures,
     check=_check,
     background=GREY,
     before=_before,
     right=lambda sitting, trial, answer: answer.correct,
-    words="blur",
 )

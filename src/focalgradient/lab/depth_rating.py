@@ -6,44 +6,22 @@ ratio to the standard, a pinhole picture that counts as 1 and is shown now and t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
-from focalgradient.design.rating_pages import instructions, scale_of, standard_text
+from focalgradient.design.rating_pages import scale_of, standard_text
 from focalgradient.design.scales import Scale
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
-from focalgradient.lab.questions import Given, ask, ask_which, explain
+from focalgradient.lab.questions import Given, ask, ask_which
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 __all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
 
 Shown = tuple[str, str, str]
-
-
-def _instructions(sitting: Sitting) -> Sequence[str]:
-    """Pages that the participant reads."""
-    return instructions(sitting.design, sitting.words, sitting.words("common.escape"))
-
-
-def _before(sitting: Sitting) -> None:
-    """Explain the scale by an example, and show the standard where it counts."""
-    design: DepthRatingDesign = sitting.design
-    if design.scale != "choice":
-        words = sitting.words
-        scale = scale_of(design, words)
-        example = {"ratio": 1.5, "steps": round(0.7 * design.steps), "bipolar": 1.0}[design.scale]
-        examples = {"least": design.bounds[0], "most": design.bounds[1], "example": example}
-        form = "+g" if design.scale == "bipolar" else "g"
-        numbers = {name: words.number(one, form) for name, one in examples.items()}
-        text = words(f"depth.example_{design.scale}", **numbers)
-        explain(sitting.screen, scale, text, example)
-    if design.has_standard and not sitting.next.standard_before:
-        show_standard(sitting)
 
 
 def show_standard(sitting: Sitting) -> None:
@@ -185,11 +163,9 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
 DEPTH_RATING = Experiment(
     task="depthrating",
     about=__doc__,
-    instructions=_instructions,
     trial=_trial,
     pictures=DepthRatingDesign.pictures,
     background=GREY,
-    before=_before,
+    standard=show_standard,
     right=lambda sitting, trial, answer: sitting.design.right(trial, answer.rating),
-    words="depth",
 )

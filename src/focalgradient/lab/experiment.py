@@ -75,8 +75,6 @@ class Experiment:
         Of its design.
     about
         What it does, for the help of the command line.
-    instructions
-        Pages to read, the first line of each its title.
     trial
         Runs one and gives its answer; it is called again for one that was interrupted.
     pictures
@@ -87,25 +85,27 @@ class Experiment:
         Raises InputError where a design cannot be shown with a set of pictures.
     background
         Of the screen, from -1, black, to 1, white.
+    instructions
+        Pages to read instead of the task's own, the first line of each its title.
     before
-        Is shown at the start of a sitting, after the instructions.
+        Is done at the start of a sitting, after the instructions.
+    standard
+        Shows the standard, after its page.
     right
         Whether an answer in practice is right, of a trial and its answer; None where none can be.
-    words
-        Section of the words file with the page for repeated practice and that at the end.
     """
 
     task: str
     about: str
-    instructions: Callable[[Sitting], Sequence[str]]
     trial: Callable[[Sitting, Any], Answer]
     pictures: Callable[[Any], Sequence[tuple[str, str, str, Mapping[str, str]]]] = lambda design: ()
     check: Callable[[Any, Display, tuple[int, int]], None] = lambda design, display, room: None
     check_pictures: Callable[[Any, Display, StimulusSet | None], None] = lambda design, display, stimuli: None
     background: float = -1.0
+    instructions: Callable[[Sitting], Sequence[str]] | None = None
     before: Callable[[Sitting], None] = lambda sitting: None
+    standard: Callable[[Sitting], None] = lambda sitting: None
     right: Callable[[Sitting, Any, Any], bool | None] = lambda sitting, trial, answer: None
-    words: str = ""
 
 
 @dataclass

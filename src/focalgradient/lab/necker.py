@@ -6,13 +6,14 @@ is what the table says.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.design.cube_pages import CubePages
 from focalgradient.design.necker import HELD
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -23,18 +24,6 @@ from focalgradient.stimuli.cube_frames import LEVEL, frame_count, frames_of, sha
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
 SHARE = 0.88  # of the window's height that the cube may take: the keys stand below
-
-
-def _instructions(sitting: Sitting) -> Sequence[str]:
-    """Pages that the participant reads."""
-    design: NeckerDesign = sitting.design
-    keys = design.keys_of(sitting.participant)
-    return sitting.words.pages(
-        "necker.instructions",
-        rigid_key=keys["rigid"].upper(),
-        nonrigid_key=keys["nonrigid"].upper(),
-        escape=sitting.words("common.escape"),
-    )
 
 
 def _check(design: NeckerDesign, display: Display, room: tuple[int, int]) -> None:
@@ -91,14 +80,18 @@ def _reminder(sitting: Sitting) -> list[Any]:
     ]
 
 
+def _pages(sitting: Sitting) -> CubePages:
+    return CubePages(sitting.design, sitting.words, sitting.participant)
+
+
 def ready(sitting: Sitting, trial: NeckerTrial) -> None:
     """Say which key is for what, and wait for the space bar."""
     screen = sitting.screen
-    title = sitting.words("necker.practice" if trial.phase == "practice" else "necker.ready")
+    title, hold, start = _pages(sitting).ready(trial)
     parts = [
         screen.text(title, height=0.05, y=0.1, bold=True),
-        screen.text(sitting.words("necker.hold"), y=0.0),
-        screen.text(sitting.words("necker.start"), y=-0.1),
+        screen.text(hold, y=0.0),
+        screen.text(start, y=-0.1),
         *_reminder(sitting),
     ]
     screen.wait(lambda: [part.draw() for part in parts], ["space"], "ready")
@@ -128,16 +121,9 @@ def show_cube(sitting: Sitting, trial: NeckerTrial, before: Callable[[], object]
 
 def feedback(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> None:
     """After practice: how long the right key was held."""
-    if trial.shape == "ambiguous":
-        return
-    keys, right = sitting.design.keys_of(sitting.participant), _share(sitting, trial, watched)
-    text = sitting.words(
-        "necker.feedback",
-        shape=sitting.words(f"necker.{trial.shape}"),
-        key=keys[trial.shape].upper(),
-        share=f"{100 * right:.0f}",
-    )
-    pages(sitting.screen, [text], "feedback")
+    for page in _pages(sitting).after(trial):
+        text = page.text.replace("{share}", f"{100 * _share(sitting, trial, watched):.0f}")
+        pages(sitting.screen, [text], page.event)
 
 
 def _trial(sitting: Sitting, trial: NeckerTrial) -> Watched:
@@ -161,9 +147,7 @@ def _right(sitting: Sitting, trial: NeckerTrial, watched: Watched) -> bool | Non
 NECKER = Experiment(
     task="necker",
     about=__doc__,
-    instructions=_instructions,
     trial=_trial,
     check=_check,
     right=_right,
-    words="necker",
 )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from focalgradient.dataset import Rated
 from focalgradient.design import Pinhole, PinholeTrial
+from focalgradient.design.pinhole_pages import BLOCKS
 from focalgradient.design.scales import Scale
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -40,18 +41,7 @@ __all__ = [
 FIXATION = "nearest"  # in focus in the pictures, and marked before them
 MARK_S = 1.0
 
-BLOCKS = {"real": "pinhole.block_real", "picture": "pinhole.block_picture"}
 WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
-
-
-def _instructions(sitting: Sitting) -> Sequence[str]:
-    """Pages that the participant reads."""
-    design: Pinhole = sitting.design
-    words = sitting.words
-    texts = [words("pinhole.instructions", escape=words("common.escape"))]
-    if "real" in design.forms:
-        texts.append(words("pinhole.needed", seconds=words.number(design.look_s, "g")))
-    return texts
 
 
 def _pictures(design: Pinhole) -> Sequence[tuple[str, str, str, dict[str, str]]]:
@@ -185,7 +175,6 @@ def _trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
 PINHOLE = Experiment(
     task="pinhole",
     about=__doc__,
-    instructions=_instructions,
     trial=_trial,
     pictures=_pictures,
     check=_check,

@@ -51,8 +51,6 @@ def ask(screen: Screen, scale: Scale | Steps, event: str = "question") -> Given:
         return _steps(screen, scale, event)
     if scale.typed:
         return _typed(screen, scale, event)
-    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale: it is to suggest nothing
-    screen.window.mouseVisible = True
     try:
         return _slider(screen, scale, event)
     finally:
@@ -170,8 +168,10 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
     screen.wait_out()
     screen.keys.clear()
     screen.mouse.clickReset()
+    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale: it is to suggest nothing
     draw()
     asked = before = screen.frame()
+    screen.window.mouseVisible = True  # not before: the blank after a picture shows no pointer
     screen.on_event(event, asked)
     while True:
         # Before the keys: who clicks and then confirms is to be understood, even if both come within one frame.
@@ -262,7 +262,7 @@ def _signed(scale: Steps, value: int) -> str:
 
 
 def _steps(screen: Screen, scale: Steps, event: str) -> Given:
-    keys = screen.words("scale.steps_keys" if scale.least >= 0 else "scale.arrow_keys")
+    keys = screen.words("scale.steps_keys" if scale.has_digits else "scale.arrow_keys")
     still = _head(screen, scale.question, scale.below, keys)
     boxes, places = _boxes(screen, scale)
     frame, unit, values = screen.box(0.075 * screen.size[1]), screen.size[1], scale.values
@@ -294,7 +294,7 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
                     start = float(values[at])
                 else:
                     at = min(max(at + (1 if key == "right" else -1), 0), len(values) - 1)
-            elif scale.least >= 0 and key.isdigit() and int(key) in values:
+            elif scale.has_digits and key.isdigit() and int(key) in values:
                 at = values.index(int(key))
             elif press.key in ("return", "num_enter") and at is not None:
                 return Given(float(values[at]), press.time - asked, start)

@@ -1,7 +1,7 @@
 """A session from its first screen to its last, whatever the experiment.
 
-The participant is asked for, consent is taken, trials follow each other in their order, each answer is safe on the disk
-before the next begins, and escape asks before it quits.
+Consent is taken, the participant is asked for, and the steps of `design.sequence` follow each other; each answer is on
+the disk before the next trial begins, and escape asks before it quits.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ import numpy as np
 
 from focalgradient.dataset import Answer, Apparatus, Session
 from focalgradient.design import Trial
+from focalgradient.design.pages import pages_of
+from focalgradient.design.rating_pages import scale_of
+from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError
 from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import EVENTS, Again, Experiment, Quit, Sitting
@@ -26,6 +29,7 @@ from focalgradient.lab.forms import pages, rest
 from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Hook, Prepared, prepare
+from focalgradient.lab.questions import explain
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -131,10 +135,10 @@ def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], Non
 
 def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     window, options = sitting.screen, ready.options
-    about = _uninterrupted(lambda: ask_participant(sitting, options))
     consent = ready.consent
     if consent is not None:
         _uninterrupted(lambda: agree(window, consent))
+    about = _uninterrupted(lambda: ask_participant(sitting, options))
     with _opened(ready, sitting, about) as session:
         window.on_event("sitting", window.now())
         session.note(
@@ -145,21 +149,26 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
             words={"language": ready.words.language, "sha256": ready.words.sha256},
         )
         sitting.next = next(iter(session.remaining()), None)
+        texts = pages_of(ready.design, ready.words, sitting.participant)
+        done = len(session.trials) - len(session.remaining())
+        steps = sequence(ready.design, ready.words, texts, session.trials, done)
+        walk = _Walk(experiment, sitting, session)
         try:
-            _uninterrupted(lambda: pages(window, experiment.instructions(sitting), "instructions"))
-            _calibrate(sitting, session)
-            _uninterrupted(lambda: experiment.before(sitting))
-            _trials(experiment, sitting, session)
+            for step in steps:
+                if not _is_last(step):
+                    walk.show(step)
         except Quit:
             print(f"Stopped; {len(session.remaining())} trials are left: go on with --resume.", file=sys.stderr)
             _may_keep(window, session, sitting)
             raise
     window.on_event("end", window.now())
-    words = ready.words
-    if experiment.words:
-        _uninterrupted(lambda: pages(window, words.pages(f"{experiment.words}.debriefing"), "debriefing"))
-    thanks = [words("session.thanks")]
-    _uninterrupted(lambda: pages(window, thanks, "thanks", foot=words("session.thanks_keys")))
+    for step in filter(_is_last, steps):  # the data are safe by now
+        walk.show(step)
+
+
+def _is_last(step: Step) -> bool:
+    """Whether a step comes after the last answer."""
+    return isinstance(step, Page) and step.event in ("debriefing", "thanks")
 
 
 def _calibrate(sitting: Sitting, session: Session) -> None:
@@ -211,70 +220,90 @@ def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Sess
     return Session.begin(options.data, ready.design, *whose, apparatus=apparatus, stimuli=options.stimuli, about=about)
 
 
-def _trials(experiment: Experiment, sitting: Sitting, session: Session) -> None:
-    """Run what is left of the list, each answer recorded before the next trial begins."""
-    window, words = sitting.screen, sitting.words
-    began, counted = window.now(), 0
-    practised: list[tuple[Trial, Answer]] = []
-    for trial in session.remaining():
+class _Walk:
+    """The steps of a sitting, shown one after the other; each answer is recorded before the next trial begins."""
+
+    def __init__(self, experiment: Experiment, sitting: Sitting, session: Session):
+        self._experiment, self._sitting, self._session = experiment, sitting, session
+        self._began, self._counted = sitting.screen.now(), 0
+        self._practised: list[tuple[Trial, Answer]] = []
+        self._prepared = False
+
+    def show(self, step: Step) -> None:
+        """Show a step, again from its start where escape came between and was taken back."""
+        instructions = isinstance(step, Page) and step.event == "instructions"
+        if not (self._prepared or instructions):
+            self._prepare()
+        if isinstance(step, Turn):
+            self._turn(step.trial)
+        elif isinstance(step, Repeat):
+            self._repeat(step)
+        elif isinstance(step, Standard):
+            _uninterrupted(lambda: self._experiment.standard(self._sitting))
+        elif not (instructions and self._experiment.instructions is not None):
+            _uninterrupted(partial(self._page, step))
+
+    def _prepare(self) -> None:
+        """Do what comes between the instructions and all else."""
+        sitting, own = self._sitting, self._experiment.instructions
+        self._prepared = True
+        if own is not None:
+            _uninterrupted(lambda: pages(sitting.screen, own(sitting), "instructions"))
+        _calibrate(sitting, self._session)
+        _uninterrupted(lambda: self._experiment.before(sitting))
+
+    def _page(self, page: Page) -> None:
+        screen, words = self._sitting.screen, self._sitting.words
+        if page.at is not None:
+            explain(screen, scale_of(self._sitting.design, words), page.text, page.at)
+        elif page.event == "break":
+            rest(screen, page.text.replace("{minutes}", str(self._minutes())), page.least_s)
+            if self._practised:
+                self._practised, self._began = [], screen.now()
+        else:
+            foot = words("session.thanks_keys") if page.event == "thanks" else ""
+            pages(screen, [page.text], page.event, foot=foot)
+
+    def _minutes(self) -> int:
+        """Minutes that the trials left will take at the pace so far; ten seconds each where there is none yet."""
+        sitting = self._sitting
+        left = sum(one.phase == "main" for one in self._session.remaining())
+        each = (sitting.screen.now() - self._began) / self._counted if self._counted else 10.0
+        return max(1, round(left * each / 60))
+
+    def _turn(self, trial: Trial) -> None:
+        sitting, session = self._sitting, self._session
         sitting.next, sitting.recorded = trial, session.recorded
-        if practised and trial.phase == "main":
-            _practise_again(experiment, sitting, session, practised)
-            _uninterrupted(lambda: pages(window, [words("session.practice_over")], "break"))
-            practised, began = [], window.now()
-        _uninterrupted(
-            partial(_between, sitting, session, trial, (window.now() - began) / counted if counted else None)
-        )
-        answer = _timed(experiment, sitting, session, trial)
+        answer = _timed(self._experiment, sitting, session, trial)
         session.note("events", phase=trial.phase, trial=trial.trial, events=sitting.events, failures=sitting.failures)
         _note_gaze(sitting, session, trial)
         session.record(trial, answer)
         sitting.events, sitting.failures = [], []
         if trial.phase == "practice":
-            practised.append((trial, answer))
+            self._practised.append((trial, answer))
         else:
-            counted += 1
-        window.on_event("recorded", window.now())
+            self._counted += 1
+        sitting.screen.on_event("recorded", sitting.screen.now())
 
-
-def _between(sitting: Sitting, session: Session, trial: Trial, each_s: float | None) -> None:
-    """What comes before a trial: a page where a block begins, a break with how far it is and how long it will take."""
-    words = sitting.words
-    if trial.break_before:
-        main = [one for one in session.trials if one.phase == "main"]
-        left = len(main) - trial.trial + 1
-        # Of a sitting that begins with a break nothing is known yet: ten seconds a trial.
-        minutes = max(1, round(left * (10.0 if each_s is None else each_s) / 60))
-        text = words("session.rest", done=trial.trial - 1, total=len(main), minutes=minutes)
-        rest(sitting.screen, text, sitting.design.least_break_s)
-    for name, factor in getattr(sitting.design, "factors", {}).items():
-        level = trial.factors[name]  # type: ignore[attr-defined]
-        if factor.order == "blocked" and sitting.levels.get(name) != level:
-            sitting.levels[name] = level
-            pages(sitting.screen, [words("session.block", factor=name, level=level)], "ready")
-
-
-def _practise_again(
-    experiment: Experiment, sitting: Sitting, session: Session, practised: Sequence[tuple[Trial, Answer]]
-) -> None:
-    """Repeat practice until it meets the design's criterion; what was answered in it stays in the journal."""
-    design, words = sitting.design, sitting.words
-    for number in range(1, design.practice_rounds + 1):
-        right = [experiment.right(sitting, trial, answer) for trial, answer in practised]
-        known = [one for one in right if one is not None]
-        passed = not known or sum(known) >= design.practice_right * len(known)
-        session.note("practice", round=number, right=sum(known), of=len(known), passed=passed)
-        if passed or number == design.practice_rounds:
-            return
-        again = words(f"{experiment.words}.practice_again")
-        _uninterrupted(partial(pages, sitting.screen, [again], "feedback"))
-        repeated = []
-        for trial, _ in practised:
-            answer = _timed(experiment, sitting, session, trial)
-            session.note("practice again", round=number + 1, trial=asdict(trial), answer=asdict(answer))
-            sitting.events, sitting.failures = [], []
-            repeated.append((trial, answer))
-        practised = repeated
+    def _repeat(self, repeat: Repeat) -> None:
+        """Repeat practice until it meets the design's criterion; what was answered in it stays in the journal."""
+        experiment, sitting, session = self._experiment, self._sitting, self._session
+        design, practised = sitting.design, self._practised
+        for number in range(1, design.practice_rounds + 1):
+            right = [experiment.right(sitting, trial, answer) for trial, answer in practised]
+            known = [one for one in right if one is not None]
+            passed = not known or sum(known) >= design.practice_right * len(known)
+            session.note("practice", round=number, right=sum(known), of=len(known), passed=passed)
+            if passed or number == design.practice_rounds:
+                return
+            _uninterrupted(partial(self._page, repeat.again))
+            repeated = []
+            for turn in repeat.turns:
+                answer = _timed(experiment, sitting, session, turn.trial)
+                session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=asdict(answer))
+                sitting.events, sitting.failures = [], []
+                repeated.append((turn.trial, answer))
+            practised = repeated
 
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:

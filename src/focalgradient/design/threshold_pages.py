@@ -1,0 +1,50 @@
+"""The pages of the thresholds of blur."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial
+from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
+from focalgradient.design.words import Words
+
+__all__ = ["ThresholdPages"]
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdPages:
+    """The pages that one participant reads, in the laboratory or in a browser."""
+
+    design: BlurThresholdDesign
+    words: Words
+    participant: str
+    browser: bool = False
+
+    def opening(self) -> tuple[Page, ...]:
+        """Give the instructions."""
+        texts = [
+            self.words(f"blur.instructions_{self.design.judged}"),
+            self.words("blur.trial", escape=escape_text(self.words, browser=self.browser)),
+        ]
+        return tuple(Page("instructions", text.strip()) for text in texts)
+
+    def reminder(self, first: BlurTrial) -> tuple[Standard, ...]:
+        """Give nothing: there is no standard."""
+        return ()
+
+    def lead(self, trial: BlurTrial, previous: BlurTrial | None) -> tuple[Page, ...]:
+        """Give nothing."""
+        return ()
+
+    def after(self, trial: BlurTrial) -> tuple[Page, ...]:
+        """Give nothing."""
+        return ()
+
+    def again(self) -> Page:
+        """Give the page before repeated practice."""
+        return Page("feedback", self.words("blur.practice_again"))
+
+    def closing(self) -> tuple[Page, ...]:
+        """Give the debriefing."""
+        asked = questions_text(self.words, browser=self.browser)
+        return tuple(Page("debriefing", text) for text in self.words.pages("blur.debriefing", questions=asked))
