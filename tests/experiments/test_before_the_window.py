@@ -56,7 +56,7 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
         ("--participant 01 --design short.toml", "short.toml is a design of 'depthrating', but 'necker' is to be run"),
         (
             "--participant 01 --consent no.txt",
-            "no.txt cannot be read (No such file or directory): give the path of the text that --consent shows",
+            "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
         ),
         ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds)"),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
 from focalgradient.web import Lists, People, Study, application
+from focalgradient.web.study import Clock
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
@@ -56,8 +58,23 @@ SITTING: dict[str, Any] = {
 }
 """What a page sends when a session begins or goes on."""
 
+SECONDS_EACH = 10.0
+"""Between two answers of a `Participant`."""
+
 DATABASE: list[str] = []
 """Address of the PostgreSQL in which studies are kept; empty where they are kept in their folder."""
+
+
+class Hurried(Clock):
+    """A clock that a test turns on: a participant's trials take no time, and the server sees the time that they say."""
+
+    ahead = 0.0
+
+    def now(self) -> datetime:
+        return super().now() + timedelta(seconds=self.ahead)
+
+    def since(self) -> float:
+        return super().since() + self.ahead
 
 
 def kept_in(address: str, folder: Path, **options: Any) -> Study:
@@ -68,7 +85,9 @@ def kept_in(address: str, folder: Path, **options: Any) -> Study:
     manifest = Lists(design, options.get("stimuli")).manifest
     own = next(one for one in (folder / "data", *(folder / f"data-{n}" for n in range(2, 99))) if not one.exists())
     store = Postgres(address, own, design, manifest)
-    return Study(design, own, SharedPeople(store.database), store=store, **options)
+    made = Study(design, own, SharedPeople(store.database), store=store, **options)
+    made.clock = Hurried()
+    return made
 
 
 def study(folder: Path, design: str = NECKER, **options: Any) -> Study:
@@ -80,12 +99,15 @@ def study(folder: Path, design: str = NECKER, **options: Any) -> Study:
             make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
         options["stimuli"] = folder / "set"
     if DATABASE:
-        return kept_in(DATABASE[0], folder, **options)
-    return Study(load_design(path), folder / "data", People(folder / "links.jsonl"), **options)
+        made = kept_in(DATABASE[0], folder, **options)
+    else:
+        made = Study(load_design(path), folder / "data", People(folder / "links.jsonl"), **options)
+    made.clock = Hurried()
+    return made
 
 
 class Participant:
-    """Somebody with a link and a tab."""
+    """Somebody with a link and a tab, who waits for as long as the answers say that the trials took."""
 
     def __init__(self, client: TestClient, token: str | None = None, tab: str = "tab-1"):
         self.client, self.tab = client, tab
@@ -94,6 +116,8 @@ class Participant:
 
     def ask(self, path: str, **message: Any) -> Any:
         """Ask for something; gives the answer, whatever its status."""
+        if path == "answer":
+            Hurried.ahead += SECONDS_EACH
         return self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
 
     def begin(self, **changed: Any) -> Any:
@@ -106,12 +130,12 @@ class Participant:
     def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
         """An answer to a trial, the `number`-th of the session."""
         frames = {"shown": [{"event": "picture", "stamps": [0.0, 16.7, 33.3]}]}
-        told: dict[str, Any] = {"onset": 10.0 * number, "dropped_frames": 0, "frames": frames}
+        told: dict[str, Any] = {"onset": SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:
             seconds = trial["cube"]["seconds"]
             told |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
         else:
-            told |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * number, "start": 0.5}
+            told |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}
         return {**key, "answer": told}
 

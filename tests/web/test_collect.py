@@ -63,7 +63,7 @@ def session(folder: Path, label: str = "002", name: str = "s-1", hour: int = 9, 
         "sitting": SITTING,
     }
     lines = [begun]
-    for number, trial in enumerate(lists.shown(trials, trials)):
+    for number, trial in enumerate(lists.shown(label, trials)):
         frames = {"shown": [{"event": "picture", "stamps": [0.0, 16.7, 33.3]}]}
         answer: Line = {"onset": 10.0 * number, "dropped_frames": 0, "frames": frames}
         if "cube" in trial:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from participant import DEPTH, Participant, client_of
+from participant import DEPTH, Hurried, Participant, client_of
 from PIL import Image
 
 from focalgradient import InputError
@@ -54,7 +54,9 @@ def written(folder: Path, *, factor: str = FACTOR) -> tuple[Path, Path]:
 
 def made(folder: Path, factor: str = FACTOR) -> Study:
     design, stimuli = written(folder, factor=factor)
-    return Study(load_design(design), folder / "data", People(folder / "links.jsonl"), stimuli=stimuli)
+    study = Study(load_design(design), folder / "data", People(folder / "links.jsonl"), stimuli=stimuli)
+    study.clock = Hurried()
+    return study
 
 
 def rating(shown: dict[str, Any], catch: bool) -> float:
@@ -95,7 +97,8 @@ def test_a_block_of_a_factor_begins_with_its_page(tmp_path: Path) -> None:
     with client_of(study) as client:
         someone = Participant(client)
         someone.begin()
-        pages = [shown.get("break", "") for shown in someone.trials]
+        around = [shown["before" if number else "first"] for number, shown in enumerate(someone.trials)]
+        pages = ["".join(step["text"] for step in steps) for steps in around]
         levels = [trial.factors["weather"] for trial in study.design.trials("001")]
     named = [f"weather: {level}" in page for page, level in zip(pages, levels, strict=True)]
     assert named == [True, *(now != before for before, now in pairwise(levels))]

@@ -262,7 +262,7 @@ def test_a_stopped_session_stays_stopped(tmp_path: Path) -> None:
 
 def test_consent_is_to_the_text_in_force(tmp_path: Path) -> None:
     text = "Do you agree?"
-    consent = Consent(text, hashlib.sha256(text.encode()).hexdigest())
+    consent = Consent("consent.txt", "", hashlib.sha256(text.encode()).hexdigest(), (text,))
     with client_of(study(tmp_path, consent=consent)) as client:
         someone = Participant(client)
         assert someone.begin().status_code == 403
@@ -270,7 +270,7 @@ def test_consent_is_to_the_text_in_force(tmp_path: Path) -> None:
         assert not (tmp_path / "data" / "sourcedata").exists()
         assert someone.begin(consent=consent.sha256).status_code == 200
     told = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "sitting"]
-    assert told[0]["consent"] == consent.sha256
+    assert told[0]["consent"]["sha256"] == consent.sha256
 
 
 @pytest.mark.parametrize("store", ["folder"], indirect=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import secrets
@@ -15,7 +14,7 @@ import click
 
 from focalgradient.cli.options import SERVER, STORE
 from focalgradient.errors import InputError, check_installed
-from focalgradient.files import read_text, refuse_overwriting
+from focalgradient.files import refuse_overwriting
 
 if TYPE_CHECKING:
     from focalgradient.design import Design
@@ -181,14 +180,11 @@ def _serve(study: Study, password: str, host: str, port: int, public: str | None
 
 
 def _consent(path: Path | None, completion: str | None) -> Consent | None:
-    from focalgradient.web import Consent
+    from focalgradient.design.consent import read_consent
 
     if completion is not None and not completion.startswith(("https://", "http://")):
         raise InputError(f"--completion is {completion!r}, but must be an address that begins with https://.")
-    if path is None:
-        return None
-    text = read_text(path, "a text to agree to").strip()
-    return Consent(text, hashlib.sha256(text.encode()).hexdigest())
+    return None if path is None else read_consent(path)
 
 
 def _refuse_serving(*given: object, no_open_link: bool) -> None:

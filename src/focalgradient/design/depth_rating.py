@@ -288,6 +288,22 @@ class DepthRatingDesign(Plan):
         once = self.picture_s + mask + self.blank_s
         return 2 * once if self.scale == "choice" else once
 
+    def least_s(self, trial: DepthTrial) -> float:
+        """Return the shortest time in seconds from one answer to the next question, the standard included.
+
+        >>> design = DepthRatingDesign()
+        >>> design.least_s(design.trials("01")[-1])
+        5.0
+        """
+        mask = self.mask_s if self.mask != "none" else 0.0
+        each = self.mark_s + mask + self.blank_s
+        before = self.standard_s if trial.standard_before else 0.0
+        if self.scale == "choice":
+            before += each + self.picture_s
+        elif self.reference == "same-scene":
+            before += each + self.reference_s
+        return self.pause_s + before + each + self.picture_s
+
     def trials(self, participant: str, session: str | None = None) -> tuple[DepthTrial, ...]:
         """Make the list of one participant: practice first, then all else.
 

@@ -135,6 +135,10 @@ class NeckerDesign(Plan):
         rigid, nonrigid = reversed(self.keys) if self.place(participant).swapped else self.keys
         return {"rigid": rigid, "nonrigid": nonrigid}
 
+    def least_s(self, trial: NeckerTrial) -> float:
+        """Return the time in seconds for which a cube is shown."""
+        return trial.trial_s
+
     def trials(self, participant: str, session: str | None = None) -> tuple[NeckerTrial, ...]:
         """Make the list of one participant: practice first, then all else.
 

@@ -22,10 +22,10 @@ import numpy as np
 
 from focalgradient.dataset import Session
 from focalgradient.design import DESIGNS, NAMES, DepthRatingDesign, Design, check_label, design_text, load_design
+from focalgradient.design.consent import Consent, read_consent
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.consent import Consent, read_consent
 from focalgradient.lab.experiment import Experiment
 from focalgradient.lab.gaze import add_tracker, tracker_settings
 from focalgradient.luminance import UNEQUAL

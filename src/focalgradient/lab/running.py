@@ -136,15 +136,14 @@ def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], Non
 def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     window, options = sitting.screen, ready.options
     consent = ready.consent
-    if consent is not None:
-        _uninterrupted(lambda: agree(window, consent))
+    agreed = None if consent is None else consent.stated(_uninterrupted(lambda: agree(window, consent)))
     about = _uninterrupted(lambda: ask_participant(sitting, options))
     with _opened(ready, sitting, about) as session:
         window.on_event("sitting", window.now())
         session.note(
             "sitting",
             pilot=options.pilot,
-            consent=None if consent is None else consent.stated(),
+            consent=agreed,
             warnings=ready.warnings,
             words={"language": ready.words.language, "sha256": ready.words.sha256},
         )

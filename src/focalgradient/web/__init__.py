@@ -4,11 +4,12 @@ A server hands out the trial list of a design and writes the same journals; the 
 is the only room that imports the server's libraries (extra `web`).
 """
 
+from focalgradient.design.consent import Consent
 from focalgradient.web.application import application, page_is_built, run
 from focalgradient.web.collect import Collected, LeftOut, collect
 from focalgradient.web.export import export
 from focalgradient.web.guard import Limits
-from focalgradient.web.lists import Consent, Lists
+from focalgradient.web.lists import Lists
 from focalgradient.web.people import People
 from focalgradient.web.study import Study
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import datetime
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -15,11 +16,13 @@ from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
+from focalgradient.web.possible import check_possible
 from focalgradient.web.screen import gamma_of, measure
 
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
 CLOCK = "seconds from when the page of this sitting was ready, of the browser's performance.now()"
+UNKNOWN_RATE = "; the browser does not show its refresh rate, so that late frames were not counted"
 
 
 def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
@@ -34,7 +37,7 @@ def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
         size_sd = (css[0] * found.pixel_sd_m, css[1] * found.pixel_sd_m)
         distance, distance_sd = found.distance_m, found.distance_sd_m
     return Apparatus(
-        clock=CLOCK,
+        clock=CLOCK if given.refresh_hz is not None else CLOCK + UNKNOWN_RATE,
         screen_px=(wide, high),
         screen_m=size,
         screen_sd_m=size_sd,
@@ -50,6 +53,8 @@ def apparatus_of(given: Sitting, **versions: str) -> Apparatus:
 def about_sitting(given: Sitting) -> dict[str, Any]:
     """What a journal keeps of a sitting beside the apparatus: its raw measurements, so that it can be made anew."""
     about: dict[str, Any] = {"browser": given.browser, "pixel_ratio": given.pixel_ratio}
+    if given.waited_ms:
+        about["waited_s"] = given.waited_ms / 1000
     if given.card_px is not None:
         about |= {"card_px": given.card_px, "blind_spot_px": given.blind_spot_px}
     if given.gamma_matches:
@@ -93,8 +98,23 @@ def read_answer(
     return rated, frames
 
 
-def record(session: Session, pictures: StimulusSet | None, given: Answer) -> dict[str, Any]:
+def record(
+    session: Session,
+    pictures: StimulusSet | None,
+    given: Answer,
+    received: datetime | None = None,
+    elapsed_s: float | None = None,
+) -> dict[str, Any]:
     """Record the answer of the trial that is next, and what was found in practice before it; gives the frames' notes.
+
+    Parameters
+    ----------
+    session, pictures, given
+        What is recorded, with which pictures, and the answer.
+    received
+        When it came, by the server's clock; None where a platform took it.
+    elapsed_s
+        Seconds since the page got its trials, by the same clock; None where that is not known.
 
     Raises
     ------
@@ -104,6 +124,7 @@ def record(session: Session, pictures: StimulusSet | None, given: Answer) -> dic
     trial = session.remaining()[0]
     answer, frames = read_answer(pictures, trial, given.answer)
     session.check_answer(trial, answer)
+    check_possible(session.design, trial, answer, elapsed_s)
     practised = {one.trial: one for one in session.trials if one.phase == "practice"}
     notes: list[tuple[str, dict[str, Any]]] = []
     for found in given.practice:
@@ -112,11 +133,13 @@ def record(session: Session, pictures: StimulusSet | None, given: Answer) -> dic
                 raise InputError(f"There is no trial {one.trial} of practice.")
             shown = practised[one.trial]
             repeated, _ = read_answer(pictures, shown, one.answer)
+            check_possible(session.design, shown, repeated, elapsed_s)
             content = {"round": found.round, "trial": asdict(shown), "answer": asdict(repeated)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
     notes.append(("frames", {"phase": given.phase, "trial": given.trial, **frames}))
-    session.record(trial, answer, notes=notes, attempt=given.attempt)
+    came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
+    session.record(trial, answer, notes=notes, attempt=given.attempt, **came)
     return frames
 
 

@@ -142,6 +142,9 @@ class _Pages:
             _static("index.html"), media_type="text/html; charset=utf-8", headers={"Cache-Control": "no-store"}
         )
 
+    async def opening(self, _: Request) -> Response:
+        return JSONResponse(self._study.opening(), headers={"Cache-Control": "no-store"})
+
     async def static(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name not in STATIC:
@@ -234,6 +237,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
             Route("/static/{name:str}", pages.static),
             Route("/pictures/{name:path}", pages.picture),
             Route("/api/join", pages.join, methods=["POST"]),
+            Route("/api/opening", pages.opening),
             post("/api/state", Who, study.state),
             post("/api/begin", Begin, study.begin),
             post("/api/answer", Given, study.answer),

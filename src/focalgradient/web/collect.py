@@ -21,6 +21,7 @@ from focalgradient.dataset.bids import add_participant, begin_dataset, check_fol
 from focalgradient.dataset.journal import create_whole, make_folder, whole_lines, writing
 from focalgradient.dataset.withdrawal import has_withdrawn, record_of
 from focalgradient.design import DepthRatingDesign, Design, NeckerDesign, Trial, recorded_design
+from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.stimuli import StimulusSet, read_set
@@ -122,8 +123,10 @@ class _Study:
         begun = given.begun
         self.trials(begun)
         shared: dict[str, Any] = {"stimuli": self.manifest, "durable": False}
+        about = begun.sitting.about
+        check_about(about, self.design.ask)
         session = Session.begin(
-            root, self.design, begun.participant, apparatus=_apparatus(begun), time=begun.time, **shared
+            *(root, self.design, begun.participant), apparatus=_apparatus(begun), time=begun.time, about=about, **shared
         )
         _note_sitting(session, begun)
         try:
@@ -296,7 +299,7 @@ def _written(study: _Study, given: _Given, files: Files, made: Path, there: int)
             with Journal.take(files.journal):
                 old = read_journal(files.journal).events
                 create_whole(files.journal, whole_lines([*old, *new[there:]]), replace=True)
-        add_participant(files.root, participant, {"kind": "human"})
+        add_participant(files.root, participant, {"kind": "human", **given.begun.sitting.about})
     if there < len(new) or not files.table.exists():
         export(files.journal)
     added = sum(event["event"] == "trial" for event in new[there:])

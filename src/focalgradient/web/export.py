@@ -101,7 +101,7 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
     shown: set[str] = set()
     for label in labels:
         trials = lists.design.trials(label)
-        entries = lists.shown(trials, trials)
+        entries = lists.shown(label, trials)
         for interval in _intervals(entries):
             name = interval["url"].removeprefix("/pictures/")
             shown.add(name)
@@ -114,8 +114,8 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
 def _intervals(entries: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     for entry in entries:
         yield from entry.get("intervals", ())
-        if "standard" in entry:
-            yield entry["standard"]
+        for steps in (entry["first"], entry["before"], entry["lead"]):
+            yield from (step["standard"] for step in steps if step.get("standard"))
 
 
 def _write_pictures(lists: Lists, bundle: Path, shown: set[str]) -> None:

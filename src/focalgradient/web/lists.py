@@ -4,31 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Manifest, check_stimuli
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
+from focalgradient.design.consent import Consent
 from focalgradient.design.necker import HELD
+from focalgradient.design.pages import pages_of
+from focalgradient.design.sequence import Page, Pages, Standard, breaks
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.stimuli.drawings import DRAWINGS
 from focalgradient.web import texts
-from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png
+from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png, standard
 
-__all__ = ["Consent", "Lists", "digest_of"]
-
-
-@dataclass(frozen=True, slots=True)
-class Consent:
-    """A text to agree to, and its digest, which a journal keeps."""
-
-    text: str
-    sha256: str
+__all__ = ["Lists", "digest_of"]
 
 
 class Lists:
@@ -77,45 +72,59 @@ class Lists:
         self._display = self.pictures.display if self.pictures else Display()
 
     def opening(self) -> dict[str, Any]:
-        """What the page needs before a session begins: words, consent, and what is to be measured."""
+        """What the page needs before a session begins: words, consent, what is asked, and what is to be measured."""
+        consent = self.consent and {"pages": list(self.consent.texts), "sha256": self.consent.sha256}
         return {
             "language": self.words.language if len(self.words.language) == 2 else "en",
             "words": {name: entry for name, entry in self.words.entries.items() if isinstance(entry, str)},
-            "consent": self.consent and {"text": self.consent.text, "sha256": self.consent.sha256},
+            "consent": consent,
+            "ask": list(self.design.ask),
             "gamma": self.gamma,
             "dark": isinstance(self.design, NeckerDesign),
         }
 
     def session(self, participant: str) -> dict[str, Any]:
-        """What all trials of a participant share: instructions, scale or keys, sizes."""
+        """What all trials of a participant share: first and last pages, scale or keys, sizes."""
         design: Any = self.design
         if isinstance(design, DepthRatingDesign):
             assert self.pictures is not None
-            content = depth_session(design, self.pictures) | texts.depth(design, self.words)
+            content = depth_session(design, self.pictures) | {"scale": texts.scale(design, self.words)}
         else:
-            content = cube_session(design, self._display) | texts.necker(design, self.words, participant)
-        again = self.words("depth.practice_again" if design.task == "depthrating" else "necker.practice_again")
+            content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
+        pages = self._pages(participant)
+        again = pages.again()
+        assert again is not None
         return content | {
-            "practice": {"share": design.practice_right, "rounds": design.practice_rounds, "again": again}
+            "opening": [self._step(page) for page in pages.opening()],
+            "closing": self.closing(participant),
+            "practice": {"share": design.practice_right, "rounds": design.practice_rounds, "again": self._step(again)},
         }
 
-    def shown(self, trials: Sequence[Trial], remaining: Iterable[Trial]) -> list[dict[str, Any]]:
-        """What the trials of a session that remain show, each with the page of its break where it has one."""
-        total = sum(trial.phase == "main" for trial in trials)
-        entries, practised = [], False
-        block: dict[str, str] = {}
-        for trial in remaining:
+    def closing(self, participant: str) -> list[dict[str, Any]]:
+        """Return the debriefing."""
+        return [self._step(page) for page in self._pages(participant).closing()]
+
+    def _pages(self, participant: str) -> Pages:
+        return pages_of(self.design, self.words, participant, browser=True)
+
+    def _step(self, step: Page | Standard) -> dict[str, Any]:
+        shown = isinstance(step, Standard) and self.pictures is not None
+        return texts.step(step, standard(self.design, self.pictures) if shown else None)  # type: ignore[arg-type]
+
+    def shown(self, participant: str, trials: Sequence[Trial], done: int = 0) -> list[dict[str, Any]]:
+        """What the trials of a session that remain show, each with the steps around it.
+
+        "first" stands before a trial that is the first of its sitting, "before" before any other; "lead" and "after"
+        come with it each time that it is shown.
+        """
+        entries = []
+        for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, done):
+            trial = turn.trial
             entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
             if trial.phase == "practice":
                 entry["right"] = self._right(trial)
-            if practised and trial.phase == "main":
-                entry["break"] = self.words("session.practice_over")
-            elif trial.break_before:
-                entry["break"] = texts.rest(self.words, trial, total)
-            if new := texts.block(self.design, self.words, trial, block):
-                entry["break"] = "\n\n".join([*([entry["break"]] if "break" in entry else []), new])
-            practised = trial.phase == "practice"
-            entries.append(entry)
+            around = {"first": first, "before": before, "lead": turn.lead, "after": turn.after}
+            entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries
 
     def _right(self, trial: Trial) -> dict[str, Any] | None:

@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
+from focalgradient.design.form import ABOUT, LONGEST_ABOUT
+
 __all__ = [
     "Answer",
     "Answered",
@@ -25,6 +27,7 @@ __all__ = [
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
 Milliseconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
+About = Annotated[str, Field(min_length=1, max_length=LONGEST_ABOUT, pattern=ABOUT)]
 Seconds = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
 
@@ -52,6 +55,8 @@ class Sitting(Message):
     """The participant agrees, the screen is measured.
 
     Its size and distance by `card_px` and `blind_spot_px`, or given in metres; its gamma by matches of greys.
+    `refresh_hz` is None where the browser does not show how often it draws. `now_ms` is the page's clock when the
+    measurement ended, `waited_ms` the time from then to this message. `about` is what the form asked for.
     """
 
     consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
@@ -69,9 +74,11 @@ class Sitting(Message):
         list[tuple[Annotated[float, Field(gt=0, lt=1)], Annotated[int, Field(ge=1, le=254)]]], Field(max_length=100)
     ] = []
     pixel_ratio: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)]
-    refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)]
+    refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)] | None = None
     browser: Annotated[str, Field(max_length=500)]
     now_ms: Milliseconds
+    waited_ms: Milliseconds = 0.0
+    about: Annotated[dict[Label, About], Field(max_length=20)] = {}
 
 
 class Begin(Sitting, Who):

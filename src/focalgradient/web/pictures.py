@@ -16,7 +16,7 @@ from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, sha
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 from focalgradient.stimuli.sets import png
 
-__all__ = ["cube_session", "cube_trial", "depth_session", "depth_trial", "drawing_png", "picture_file"]
+__all__ = ["cube_session", "cube_trial", "depth_session", "depth_trial", "drawing_png", "picture_file", "standard"]
 
 MARK_DEG = 0.3
 """Radius of the mark, in degrees of the pictures' display."""
@@ -65,13 +65,13 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
         intervals = [_interval(design, stimuli, compared, levels, design.reference_s, "reference"), picture]
-    content: dict[str, Any] = {"intervals": intervals, "interval": trial.interval}
-    if trial.standard_before:
-        standard = (design.standard_scene, "pinhole", design.fixations[0])
-        content["standard"] = _interval(design, stimuli, standard, {}, design.standard_s, "standard") | {
-            "mark_seconds": 0.0
-        }
-    return content
+    return {"intervals": intervals, "interval": trial.interval}
+
+
+def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
+    """What shows the standard."""
+    shown = (design.standard_scene, "pinhole", design.fixations[0])
+    return _interval(design, stimuli, shown, {}, design.standard_s, "standard") | {"mark_seconds": 0.0}
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:

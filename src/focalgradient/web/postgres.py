@@ -348,7 +348,7 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
             with writing(root):
                 make_folder(place.parent)
                 create_whole(place, content.encode())
-        add_participant(root, participant, {"kind": head["kind"]})
+        add_participant(root, participant, {"kind": head["kind"], **head.get("about", {})})
         export(files.journal)
         added[participant] = added_lines
     return added

@@ -53,7 +53,7 @@ class Measured:
     distance_sd_m: float | None
 
 
-def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float) -> Measured:
+def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float | None) -> Measured:
     """Estimate the pitch of the pixels and the viewing distance from what a participant did.
 
     The ball moves on until the key is pressed, the farther the more frames a second there are: that way is taken back.
@@ -67,7 +67,7 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float) -
     blind_spot_px
         From the square to the ball at each press, in CSS pixels.
     refresh_hz
-        Frames a second.
+        Frames a second; None where it is not known, and with it the distance.
 
     Examples
     --------
@@ -77,6 +77,8 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float) -
     """
     pixel = CARD[0] / card_px
     card = CARD_SD_M / CARD[0]
+    if refresh_hz is None:
+        return Measured(pixel, card * pixel, None, None)
     presses = np.asarray(blind_spot_px, float) - REACTION_S * STEP_PX * refresh_hz
     presses = presses[presses > 0]
     if len(presses) == 0:

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -21,9 +22,11 @@ from pydantic import ValidationError
 from focalgradient.dataset import Apparatus, Files, Journal, Session, read_journal
 from focalgradient.dataset.withdrawal import remove_participant
 from focalgradient.design import Design, recorded_design
+from focalgradient.design.consent import Consent
+from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
-from focalgradient.web.lists import Consent, Lists
+from focalgradient.web.lists import Lists
 from focalgradient.web.messages import Begin, Given, Join, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
@@ -36,6 +39,18 @@ WITHDRAWN_S = 60.0
 """Time between two looks for people who have withdrawn at another server (s)."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
+
+
+class Clock:
+    """The time of day, and the time that passes: also while the computer sleeps, which `time.monotonic` leaves out."""
+
+    def now(self) -> datetime:
+        """Return the date and time."""
+        return datetime.now(UTC)
+
+    def since(self) -> float:
+        """Return seconds since an arbitrary moment."""
+        return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.time()
 
 
 class Study:
@@ -86,7 +101,9 @@ class Study:
         self.store: Store = Local(data) if store is None else store
         self.lists = Lists(design, stimuli, consent, gamma=gamma)
         self._trials = cache(design.trials)  # asked for at each look at the experimenter's page
+        self.clock = Clock()
         self._places: dict[str, Place] = {}
+        self._handed: dict[str, float] = {}
         self._guard = threading.Lock()
         self._looked = time.monotonic()
 
@@ -142,6 +159,10 @@ class Study:
             raise Refused(403, "This study is by invitation: follow the link that you were given.")
         return {"token": self.people.join(given.platform, given.secret)}
 
+    def opening(self) -> dict[str, Any]:
+        """Give what a page needs to check the device, and to ask for consent, before it has a session."""
+        return self.lists.opening()
+
     def state(self, who: Who) -> dict[str, Any]:
         """Give what the page needs before the session begins or goes on."""
         place = self._place(who.token)
@@ -149,11 +170,7 @@ class Study:
             status, done = self._progress(place)
             if status in ("new", "begun") and place.held_by_another(who.tab):
                 status = "busy"
-        return {
-            "status": status,
-            "done": done,
-            **self.lists.opening(),
-        }
+        return {"status": status, "done": done, **self.lists.opening()}
 
     def begin(self, given: Begin) -> dict[str, Any]:
         """Begin a session, or go on with one: give all trials that are left."""
@@ -173,17 +190,35 @@ class Study:
                 "durable": not self.store.shared,  # it is the store that keeps it then
             }
             if status == "new":
-                session = Session.begin(self.data, self.design, place.participant, **how)
+                session = Session.begin(
+                    self.data, self.design, place.participant, about=self._about(given), time=self.clock.now(), **how
+                )
             else:
-                session = Session.resume(self.data, self.design.task, place.participant, **how)
+                session = Session.resume(self.data, self.design.task, place.participant, time=self.clock.now(), **how)
             place.session = session
+            self._handed[place.participant] = self.clock.since() - given.waited_ms / 1000
+            agreed = self.lists.consent and self.lists.consent.stated(self.clock.now().isoformat(timespec="seconds"))
             # A random number, by which a copy of the session is known after it was removed.
             record = {"record": secrets.token_hex(16)} if status == "new" else {}
-            session.note("sitting", **about_sitting(given), consent=consent, **record)
+            session.note("sitting", **about_sitting(given), consent=agreed, **record)
             if status == "new" and place.participant in self.people.sharing_identifiers():
                 session.note("same identifier")
-            shown = self.lists.shown(session.trials, session.remaining())
+            done = len(session.trials) - len(session.remaining())
+            shown = self.lists.shown(place.participant, session.trials, done)
             return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": shown}
+
+    def _about(self, given: Begin) -> dict[str, str]:
+        """What the form asked for, of which nothing else is taken."""
+        try:
+            check_about(given.about, self.design.ask)
+        except InputError as error:
+            raise Refused(400, str(error)) from error
+        return dict(given.about)
+
+    def _elapsed(self, place: Place) -> float | None:
+        """Seconds since the page got its trials; None where another server, or this one before, gave them."""
+        handed = self._handed.get(place.participant)
+        return None if handed is None else self.clock.since() - handed
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record an answer, and say so when it is on the disk."""
@@ -201,7 +236,8 @@ class Study:
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next.", done=done)
             try:
-                frames = record(session, self.lists.pictures, given)
+                elapsed = self._elapsed(place)
+                frames = record(session, self.lists.pictures, given, self.clock.now(), elapsed)
             except ValidationError as error:
                 raise Refused(400, f"The answer is not one: {first_problem(error)}.") from error
             except InputError as error:
@@ -272,7 +308,8 @@ class Study:
             if place.session is None:  # a server that was killed after the last answer has not made the table
                 self._rejoined(place)
             place.close()
-        return {"completion": self.completion, "done": done}
+        closing = self.lists.closing(place.participant)
+        return {"completion": self.completion, "done": done, "closing": closing}
 
     def stop(self, participant: str) -> None:
         """Stop a participant's session: what was recorded stays, nothing more is taken."""

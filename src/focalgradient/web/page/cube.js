@@ -242,7 +242,7 @@ export default class CubePlugin {
       trial: { type: ParameterType.OBJECT, default: {} },
       keys: { type: ParameterType.KEYS, array: true, default: [] },
       foot: { type: ParameterType.HTML_STRING, default: "" },
-      frame: { type: ParameterType.FLOAT, default: 1000 / 60 },
+      frame: { type: ParameterType.FLOAT, default: null },
     },
     data: {
       presses: { type: ParameterType.COMPLEX },

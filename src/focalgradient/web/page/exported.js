@@ -35,6 +35,13 @@ export class Exported {
     return this.database.transaction(name).objectStore(name);
   }
 
+  // A list is taken when the participant has agreed.
+  known = false;
+
+  async opening() {
+    return this.study.opening;
+  }
+
   // The session that this browser has begun and not finished, or a new one. Gives its name.
   async join() {
     const place = `focalgradient ${this.study.id}`;
@@ -138,7 +145,8 @@ export class Exported {
     this.waiting(0);
     await this.put({ ...this.session, finished: true });
     const kept = this.platform.kept ?? [];
-    return { completion: this.study.completion, done: this.session.done, file: kept.length ? this.file(kept) : null };
+    const { closing } = this.list.session;
+    return { completion: this.study.completion, done: this.session.done, closing, file: kept.length ? this.file(kept) : null };
   }
 
   async offered(error) {

@@ -4,16 +4,23 @@ export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(re
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 
-// Milliseconds from one frame to the next, as the display is found to do it.
+const SHORTEST_MS = 1; // from one frame to the next: 1000 Hz
+const LONGEST_MS = 500;
+const USUAL_MS = 1000 / 60; // where it is not known
+
+// Milliseconds from one frame to the next; null where the browser hides them, as by rounding its clock.
 export async function measureFrame(count = 60) {
   const stamps = [];
   for (let n = 0; n <= count; n++) stamps.push(await nextFrame());
-  return median(stamps.slice(1).map((stamp, n) => stamp - stamps[n]));
+  const steps = stamps.slice(1).map((stamp, n) => stamp - stamps[n]);
+  const usual = median(steps);
+  return steps.every((step) => step > 0) && usual >= SHORTEST_MS && usual <= LONGEST_MS ? usual : null;
 }
 
-// Frames that came late: how many refreshes of the display passed without one.
+// Frames that came late: how many refreshes of the display passed without one; 0 where its rate is not known.
 export function late(stamps, frame) {
   let count = 0;
+  if (!frame) return count;
   for (let n = 1; n < stamps.length; n++) count += Math.max(0, Math.round((stamps[n] - stamps[n - 1]) / frame) - 1);
   return count;
 }
@@ -47,7 +54,7 @@ export async function play(draw, seconds, frame) {
   for (;;) {
     const now = await nextFrame();
     stamps.push(now);
-    if (now - begin >= 1000 * seconds - frame / 2) return stamps;
+    if (now - begin >= 1000 * seconds - (frame ?? USUAL_MS) / 2) return stamps;
     draw((now - begin) / 1000);
   }
 }

@@ -7,44 +7,30 @@ import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import Keyboard from "@jspsych/plugin-html-keyboard-response";
 import CubePlugin, { Cube } from "./cube.js";
+import { mayLackKeys, missing, spacePressed } from "./device.js";
 import { measurement } from "./distance.js";
+import { exampleScale } from "./example.js";
 import { Exported } from "./exported.js";
+import FormPlugin from "./form.js";
 import { measureFrame } from "./frames.js";
 import { gammaMatches } from "./gamma.js";
 import { significant } from "./numbers.js";
-import { Outbox, post, Refused } from "./outbox.js";
+import { Outbox, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
+import { Server } from "./server.js";
 import { ratioSlider } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
 import { stopButton } from "./stopping.js";
+import { escaped, filled, html, turned } from "./texts.js";
 
 const BEAT_MS = 5000; // between two signs of life, by which the server knows that this tab still shows the session
 const AWAY_MS = 1000; // between two attempts to reach a server that is away
-const FORGOTTEN_MS = 3600e3; // after which instructions are shown again
-const OF_PERSON = ["PROLIFIC_PID", "survey_code", "workerId", "id"]; // identifiers of a person, as people.py lists them
-
-const escaped = (text) => {
-  const span = document.createElement("span");
-  span.textContent = text;
-  return span.innerHTML;
-};
-
-// A text of the session's words, its {names} filled in.
-function filled(text, values = {}) {
-  return text.replace(/\{(\w+)\}/g, (whole, name) => values[name] ?? whole);
-}
-
-// The first line of a page is its title, an empty line a new paragraph.
-function html(text) {
-  const [title, ...rest] = text.split("\n");
-  const body = rest.join("\n").trim().split(/\n\s*\n/);
-  return `<h1>${escaped(title)}</h1>` + body.map((part) => `<p>${escaped(part).replaceAll("\n", "<br>")}</p>`).join("");
-}
 
 class Page {
-  constructor(token, study) {
-    Object.assign(this, { token, study });
+  constructor(study) {
+    this.study = study;
+    this.shown = []; // events and texts, in order
     // The tab's own name outlives a reload, and nothing else.
     this.tab = sessionStorage.getItem("tab") ?? crypto.randomUUID();
     sessionStorage.setItem("tab", this.tab);
@@ -52,13 +38,47 @@ class Page {
     this.note = Object.assign(document.createElement("p"), { id: "waiting", hidden: true });
     this.note.setAttribute("role", "status");
     document.documentElement.append(this.note);
-    this.outbox = new Outbox(token, this.tab, {
-      post: (path, message) => study.post(path, message),
+  }
+
+  // What the study needs is checked, and agreed to, before a new participant is counted.
+  async join() {
+    this.state = await this.until(() => this.study.opening());
+    document.documentElement.lang = this.state.language;
+    document.title = this.words("web.title");
+    const lacks = missing(this.state);
+    if (lacks) {
+      this.say(this.words(...lacks));
+      return false;
+    }
+    if (mayLackKeys()) {
+      this.say(this.words("web.needs_keyboard"));
+      await spacePressed();
+    }
+    if (!this.study.known && !(await this.agreed())) return false;
+    this.token = await this.study.join();
+    this.outbox = new Outbox(this.token, this.tab, {
+      post: (path, message) => this.study.post(path, message),
       waiting: (count) => this.showWaiting(count),
       refused: (error) => this.lost(error),
       // A server that was started anew takes answers when the sitting goes on, on the same clock.
-      again: () => this.ask("/api/begin", this.beginning),
+      again: () => this.ask("/api/begin", this.begun()),
     });
+    return true;
+  }
+
+  // Consent, once a page: read page by page, and agreed to on the last.
+  async agreed() {
+    const pages = this.consented ? [] : (this.state.consent?.pages ?? []);
+    for (const [number, text] of pages.entries()) {
+      this.shown.push(["consent", text]);
+      const last = number === pages.length - 1;
+      const labels = last ? [this.words("web.agree"), this.words("web.disagree")] : [this.words("web.go_on")];
+      if ((await turned(text, labels)) === 0) continue;
+      this.say(this.words("web.no_consent"));
+      return false;
+    }
+    this.consented = true;
+    return true;
   }
 
   words(name, values) {
@@ -73,11 +93,16 @@ class Page {
     return this.study.post(path, { token: this.token, tab: this.tab, ...message });
   }
 
-  // The same, until there is an answer: a network or a server that is away is waited for.
-  async insist(path, message) {
+  // The same, until there is an answer.
+  insist(path, message = () => ({})) {
+    return this.until(() => this.ask(path, message()));
+  }
+
+  // A network or a server that is away is waited for.
+  async until(asked) {
     for (;;) {
       try {
-        const answer = await this.ask(path, message);
+        const answer = await asked();
         this.back();
         return answer;
       } catch (error) {
@@ -118,10 +143,9 @@ class Page {
   }
 
   async run() {
+    if (!(await this.join())) return;
     await this.outbox.open();
     this.state = await this.insist("/api/state");
-    document.documentElement.lang = this.state.language;
-    document.title = this.words("web.title");
     // Until the other window is closed, or, where it crashed, the server has missed its signs of life.
     while (this.state.status === "busy") {
       this.say(this.words("web.other_tab"));
@@ -131,6 +155,7 @@ class Page {
     document.getElementById("stage").replaceChildren();
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
+    if (!(await this.agreed())) return;
     // Answers that an earlier page could not send are of its sitting, and of its clock: they come before the next one.
     if (this.state.status === "begun") await this.outbox.send();
     this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
@@ -146,7 +171,8 @@ class Page {
     if (this.over || !(error instanceof Refused)) return;
     clearInterval(this.beat);
     this.jsPsych?.abortExperiment();
-    this.say(this.words([404, 410].includes(error.status) ? "web.stopped" : "web.other_tab"));
+    const known = { 409: "web.other_tab", 404: "web.stopped", 410: "web.stopped" }[error.status] ?? "web.wrong";
+    this.say(this.words(known, { reason: error.message }));
   }
 
   // Not while there is something to look at.
@@ -187,6 +213,12 @@ class Page {
   async finish() {
     const result = await this.insist("/api/finish");
     if (document.fullscreenElement) await document.exitFullscreen();
+    this.stopping?.remove();
+    for (const { event, text } of result.error ? [] : result.closing) {
+      this.shown.push([event, text]);
+      await turned(text, [this.words("web.go_on")]);
+    }
+    this.shown.push(["thanks", this.words("session.thanks")]);
     this.say(result.error ?? this.words("session.thanks"));
     const page = document.getElementById("stage").firstChild;
     page.id = result.error ? "undelivered" : "complete";
@@ -200,7 +232,11 @@ class Page {
     this.jsPsych = initJsPsych({
       display_element: "stage",
       on_close: () => {},
-      on_trial_start: ({ type }) => this.stopping && (this.stopping.hidden = type === PicturePlugin || type === CubePlugin),
+      on_trial_start: ({ type }) => {
+        const shows = type === PicturePlugin || type === CubePlugin;
+        if (this.stopping) this.stopping.hidden = shows;
+        document.body.classList.toggle("watching", shows || type === Call); // no pointer, until the question
+      },
     });
     const { trials: left, ...session } = await this.prepared();
     this.session = session;
@@ -209,17 +245,18 @@ class Page {
     Object.assign(this, { left, began: performance.now(), stopping: this.offerToStop() });
     const practised = left.filter(({ phase }) => phase === "practice");
     this.practice = new Practice(session, practised.length);
-    const nodes = (phase) => left.filter((trial) => trial.phase === phase).flatMap((trial) => this.nodes(trial));
+    const nodes = (phase) =>
+      left.flatMap((trial, n) => (trial.phase === phase ? [...this.steps(n ? trial.before : trial.first, trial), ...this.turn(trial)] : []));
     const again = {
-      timeline: [this.page(session.practice.again), ...nodes("practice")],
+      timeline: [...this.steps([session.practice.again]), ...practised.flatMap((trial) => this.turn(trial))],
       conditional_function: () => this.practice.repeat,
       loop_function: () => this.practice.repeat,
     };
-    const recent = Date.now() - Number(localStorage.getItem(this.token) ?? 0) < FORGOTTEN_MS;
-    await this.jsPsych.run([...(recent ? [] : this.opening()), ...nodes("practice"), ...(practised.length ? [again] : []), ...nodes("main")]);
+    await this.jsPsych.run([...this.steps(session.opening), ...nodes("practice"), ...(practised.length ? [again] : []), ...nodes("main")]);
+    document.body.classList.remove("watching");
   }
 
-  // Consent, screen and distance; then the session is begun or resumed on the server.
+  // Form, screen and distance; then the session is begun or resumed on the server.
   async prepared() {
     const about = {};
     const timeline = [
@@ -230,14 +267,17 @@ class Page {
         window_resize_message: () => `<p>${escaped(this.words("web.enlarge"))}</p>`,
       },
     ];
-    if (this.state.consent) timeline.push(this.consent());
+    const words = (name, values) => this.words(name, values);
+    if (this.state.status === "new" && this.state.ask.length) {
+      const on_load = () => this.shown.push(["form", this.words("web.about")]);
+      timeline.push({ type: FormPlugin, ask: this.state.ask, words, on_load, on_finish: (data) => (about.form = data.about) });
+    }
     timeline.push({
       type: Fullscreen,
       fullscreen_mode: true,
       message: `<div class="page">${html(this.words("web.full_screen"))}</div>`,
       button_label: this.words("web.go_on"),
     });
-    const words = (name, values) => this.words(name, values);
     timeline.push(measurement(about, words, html));
     const matches = [];
     if (this.state.gamma) timeline.push(gammaMatches(matches, words, html));
@@ -251,45 +291,75 @@ class Page {
       blind_spot_px: about.pressed.map((place) => Math.round(10 * place) / 10),
       gamma_matches: matches,
       pixel_ratio: devicePixelRatio,
-      refresh_hz: 1000 / this.frame,
+      refresh_hz: this.frame && 1000 / this.frame,
       browser: navigator.userAgent,
       now_ms: performance.now(),
+      about: about.form ?? {},
     };
-    return this.insist("/api/begin", this.beginning);
+    return this.insist("/api/begin", () => this.begun());
   }
 
-  consent() {
+  // What begins a sitting; how long that has waited for the network tells when the page's clock began.
+  begun() {
+    return { ...this.beginning, waited_ms: Math.max(0, performance.now() - this.beginning.now_ms) };
+  }
+
+  // Screens of the steps before, between and after trials; `values` fill in what is known when they are shown.
+  steps(steps, trial, values = () => ({ minutes: this.minutes(trial) })) {
+    return steps.flatMap((step) => {
+      if (step.event === "ready" && this.session.keys) return [this.ready(step)];
+      const page = this.page(step, values);
+      return step.standard ? [this.fetching([step.standard]), page, this.standard(step.standard)] : [page];
+    });
+  }
+
+  page({ event, text, at, least_s }, values) {
+    const example = at === undefined ? "" : exampleScale(this.session.scale, at, (value) => this.number(value));
+    const shown = () => filled(text, values());
     return {
       type: Buttons,
-      stimulus: `<div class="page">${html(this.state.consent.text)}</div>`,
-      choices: [this.words("web.agree"), this.words("web.disagree")],
-      on_finish: (data) => {
-        if (data.response === 0) return;
-        this.say(this.words("web.no_consent"));
-        throw new Error("no consent");
+      stimulus: () => `<div class="page ${example && "wide"}">${html(shown())}${example}</div>`,
+      choices: [this.words("web.go_on")],
+      on_load: () => {
+        this.shown.push([event, text]);
+        const button = document.querySelector("#jspsych-html-button-response-btngroup button");
+        if (least_s) this.rest(button, least_s);
+        else button.focus();
       },
     };
   }
 
-  page(text, button = this.words("web.go_on")) {
-    return {
-      type: Buttons,
-      stimulus: () => `<div class="page">${html(typeof text === "string" ? text : text())}</div>`,
-      choices: [button],
-      on_load: () => document.querySelector("#jspsych-html-button-response-btngroup button").focus(),
+  // A break that can be left after so many seconds at the soonest; they are counted down.
+  rest(button, seconds) {
+    const label = button.innerHTML;
+    const end = performance.now() + 1000 * seconds;
+    button.disabled = true;
+    const tick = () => {
+      const left = Math.ceil((end - performance.now()) / 1000);
+      if (left > 0) {
+        button.textContent = this.words("session.rest_wait", { seconds: left });
+        return setTimeout(tick, 200);
+      }
+      button.innerHTML = label;
+      button.disabled = false;
+      button.focus();
     };
+    tick();
   }
 
-  opening() {
-    return this.session.instructions.map((text) => this.page(text));
+  standard(interval) {
+    const on_start = () => this.shown.push(["standard", ""]);
+    return { ...this.picture([interval]), blank_seconds: 0, pause_seconds: 0, on_start };
   }
 
-  // All screens of a trial, of which the last sends the answer.
-  nodes(trial) {
-    const found = trial.cube ? [] : [{ type: Call, async: true, func: (done) => this.fetched(trial).then(done) }];
-    if (trial.break) found.push(this.page(() => filled(trial.break, { minutes: this.minutes(trial) })));
-    if (trial.standard) found.push(this.page(this.session.standard_text), this.picture([trial.standard]));
-    return found.concat(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial));
+  fetching(intervals) {
+    return { type: Call, async: true, func: (done) => this.fetched(intervals).then(done) };
+  }
+
+  // A trial with all that comes with it, also where practice is repeated.
+  turn(trial) {
+    const fetched = trial.cube ? [] : [this.fetching(trial.intervals)];
+    return [...fetched, ...this.steps(trial.lead, trial), ...(trial.cube ? this.cubeNodes(trial) : this.depthNodes(trial))];
   }
 
   // Minutes that the trials from this one on will take, at the pace so far; ten seconds each where there is none yet.
@@ -317,6 +387,7 @@ class Page {
     const seconds = (ms) => (ms - this.session.start_ms) / 1000;
     const picture = {
       ...this.picture(trial.intervals),
+      on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
       on_finish: (data) => {
         kept.onset = seconds(data.shown[0].stamps[0]);
         kept.frames = { shown: data.shown, ...data.lost };
@@ -330,7 +401,6 @@ class Page {
   // Keep an answer in the browser's database, from where it is sent; the next trial need not wait for the network.
   sent(trial, answer) {
     const keep = async () => {
-      localStorage.setItem(this.token, String(Date.now()));
       if (trial.phase === "practice" && this.practice.note(trial, answer)) return; // goes with the first that counts
       const practice = trial.phase === "main" ? this.practice.taken() : [];
       const message = { attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
@@ -340,8 +410,8 @@ class Page {
   }
 
   // Pictures are fetched before they are needed; a network that is away is waited for.
-  async fetched(trial) {
-    for (const { url } of [...trial.intervals, ...(trial.standard ? [trial.standard] : [])]) {
+  async fetched(intervals) {
+    for (const { url } of intervals) {
       for (;;) {
         try {
           await load(url);
@@ -372,25 +442,34 @@ class Page {
     return ratioSlider(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
   }
 
+  // Which key is for what, below the cube and before it.
+  reminder() {
+    const foot = Object.entries(this.session.keys).map(([name, key]) => [key, this.words(`necker.${name}`)]);
+    return foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
+  }
+
+  ready({ event, text }) {
+    const [title, ...lines] = text.split("\n");
+    return {
+      type: Keyboard,
+      stimulus: `<div class="page"><h1>${escaped(title)}</h1>${lines.map((line) => `<p>${escaped(line)}</p>`).join("")}</div>`,
+      prompt: `<p class="foot">${this.reminder()}</p>`,
+      choices: [" "],
+      on_load: () => this.shown.push([event, text]),
+    };
+  }
+
   cubeNodes(trial) {
     const { cube, keys } = this.session;
-    const foot = Object.entries(keys).map(([name, key]) => [key, this.words(`necker.${name}`)]);
-    const reminder = foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
-    const ready = {
-      type: Keyboard,
-      stimulus: `<div class="page"><h1>${escaped(this.words(trial.phase === "practice" ? "necker.practice" : "necker.ready"))}</h1>
-        <p>${escaped(this.words("necker.hold"))}</p><p>${escaped(this.words("necker.start"))}</p></div>`,
-      prompt: `<p class="foot">${reminder}</p>`,
-      choices: [" "],
-    };
     const kept = {};
     const shown = {
       type: CubePlugin,
       cube,
       trial: trial.cube,
       keys: Object.values(keys),
-      foot: reminder,
+      foot: this.reminder(),
       frame: this.frame,
+      on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
       on_finish: (data) =>
         Object.assign(kept, {
           onset: (data.shown[0].stamps[0] - this.session.start_ms) / 1000,
@@ -400,68 +479,17 @@ class Page {
           frames: { shown: data.shown, ...data.lost },
         }),
     };
-    const feedback = () => {
-      const share = Math.round((100 * heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration)) / kept.trial_duration);
-      const shape = this.words(`necker.${trial.right.shape}`);
-      return this.words("necker.feedback", { shape, key: keys[trial.right.shape].toUpperCase(), share });
+    const held = () => {
+      const share = heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration) / kept.trial_duration;
+      return { share: Math.round(100 * share) };
     };
-    return [ready, shown, ...(trial.right ? [this.page(feedback)] : []), this.sent(trial, kept)];
+    return [shown, ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
   }
-}
-
-// Join; a server that is away, or has too many at this moment, is asked again.
-async function joined(message) {
-  for (;;) {
-    try {
-      return await post("/api/join", message);
-    } catch (error) {
-      if (!(error instanceof TypeError)) throw error;
-      document.getElementById("stage").textContent = "…";
-      await new Promise((resolve) => setTimeout(resolve, Math.max(AWAY_MS, error.wait_ms ?? 0)));
-    }
-  }
-}
-
-// A server of ours, at the address that the page came from.
-class Server {
-  post = post;
-  withdraws = true; // removes a participant's answers
-
-  leave(who) {
-    navigator.sendBeacon("/api/leave", JSON.stringify(who));
-  }
-
-  // By an own link, or as somebody new. The secret is made here, and kept before it is sent: joining may be sent again,
-  // and nobody without it reaches the session, whatever they know of the person. With an identifier of a platform it is
-  // kept for the next visit; without one, as on a laboratory's shared computer, until the address has it.
-  async join() {
-    const token = location.pathname.match(/^\/s\/([\w-]+)$/)?.[1];
-    if (token) return token;
-    const platform = Object.fromEntries(new URLSearchParams(location.search));
-    const named = OF_PERSON.filter((name) => name in platform).map((name) => [name, platform[name]]);
-    const place = `focalgradient secret ${JSON.stringify(named)}`;
-    const kept = named.length ? localStorage : sessionStorage;
-    const secret = kept.getItem(place) ?? crypto.randomUUID();
-    kept.setItem(place, secret);
-    await joined({ platform, secret });
-    if (!named.length) kept.removeItem(place);
-    history.replaceState(null, "", `/s/${secret}`);
-    return secret;
-  }
-
-  // After a session's answers were removed, nothing of it stays in this browser.
-  forget(token) {
-    for (const name of Object.keys(localStorage)) {
-      if (name === token || localStorage.getItem(name) === token) localStorage.removeItem(name);
-    }
-  }
-
-  async end() {}
 }
 
 async function start() {
   const study = document.body.dataset.platform ? await Exported.open(document.body.dataset) : new Server();
-  const page = new Page(await study.join(), study);
+  const page = new Page(study);
   study.waiting = (count) => page.showWaiting(count);
   globalThis.focalgradient = { page, Cube, load }; // for who tests or debugs the page
   await page.run();

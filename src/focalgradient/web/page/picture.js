@@ -49,7 +49,7 @@ export default class PicturePlugin {
       mark_radius: { type: ParameterType.FLOAT, default: 10 },
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
       pause_seconds: { type: ParameterType.FLOAT, default: 0 },
-      frame: { type: ParameterType.FLOAT, default: 1000 / 60 },
+      frame: { type: ParameterType.FLOAT, default: null },
     },
     data: {
       shown: { type: ParameterType.COMPLEX },
@@ -70,13 +70,13 @@ export default class PicturePlugin {
     const shown = [];
     let dropped = 0;
     const empty = (context) => context.clearRect(0, 0, canvas.width, canvas.height);
-    for (const one of trial.intervals) {
+    for (const [number, one] of trial.intervals.entries()) {
       const image = await load(one.url);
       inDevicePixels(canvas, image.width, image.height);
       const context = canvas.getContext("2d", { colorSpace: "srgb" });
       context.imageSmoothingEnabled = false;
       const pause = (seconds) => play(() => empty(context), seconds, trial.frame);
-      if (trial.pause_seconds) await pause(trial.pause_seconds);
+      if (trial.pause_seconds && !number) await pause(trial.pause_seconds);
       if (one.mark_seconds) {
         await play(() => (empty(context), drawMark(context, one.mark, trial.mark_radius)), one.mark_seconds, trial.frame);
       }

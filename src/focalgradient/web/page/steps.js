@@ -22,7 +22,7 @@ export function stepsQuestion(scale, { escaped, keep }) {
       listen = ({ key }) => {
         const by = { ArrowLeft: -1, ArrowRight: 1 }[key];
         const at = buttons.indexOf(document.activeElement);
-        let chosen = bipolar ? -1 : values.findIndex((value) => String(value) === key);
+        let chosen = !scale.digits ? -1 : values.findIndex((value) => String(value) === key);
         if (by && at < 0) {
           chosen = Math.floor(Math.random() * values.length);
           start = values[chosen];
