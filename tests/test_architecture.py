@@ -35,7 +35,7 @@ ROOMS = {
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
-        *("progress", "render", "scenes", "video"),
+        *("progress", "render", "scenes", "tables", "video"),
     },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},
@@ -72,7 +72,7 @@ HOMES = {
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
-    "pydantic": {"design", "photographs", "tables", "web"},
+    "pydantic": {"design", "photographs", "stimuli", "tables", "web"},
     "rawpy": {"photographs"},
     "skimage": {"analysis"},
     "psychopy": {"lab"},

@@ -63,15 +63,15 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
     if problem["type"] == "value_error":
         return ": ".join([*map(str, place), str(problem["ctx"]["error"])])
     table = kind
-    if len(place) > 1 and str(place[0]) in kind.tables:
-        table = kind.tables[str(place[0])]
-        if isinstance(place[1], int):
-            place = (f"{place[0]} {place[1] + 1}", *place[2:])
-    elif isinstance(place[-1], int):  # an entry of a list of plain values
-        place = place[:-1]
+    for part in place[:-1]:
+        table = table.tables.get(str(part), table)
+    fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
+    if len(place) > 1 and str(place[0]) in kind.tables and isinstance(place[1], int):
+        place = (f"{place[0]} {place[1] + 1}", *place[2:])
+    if problem["type"] != "extra_forbidden" and place[-1] not in fields:  # an entry of a plain value, or a kind of it
+        place = next((place[:at] for at in range(len(place) - 1, 0, -1) if place[at - 1] in fields), place)
     key = place[-1]
     where = ": ".join(str(part) for part in place)
-    fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
     if problem["type"] == "extra_forbidden":
         near = difflib.get_close_matches(str(key), fields, 1)
         return f"{where} is not a known key: " + (f"did you mean {near[0]}?" if near else f"use {', '.join(fields)}.")

@@ -6,7 +6,7 @@ import hashlib
 import io
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.stimuli.folder import MANIFEST
+from focalgradient.stimuli.manifest import Manifest
+from focalgradient.tables import check_table
 
 __all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "npy", "png", "read_set"]
 
@@ -247,26 +249,20 @@ def read_set(folder: str | Path) -> StimulusSet:
     except InputError as error:
         why = str(error).rpartition(": ")[0]
         raise InputError(f"{why}, so that {folder} holds no finished set: {remedy}.") from error
-    try:
-        if manifest["set"] != "depth-rating":
-            raise KeyError("set")
-        display = _display(manifest["display"])
-        pictures = tuple(
-            replace(
-                Picture(
-                    *(entry[key] for key in ("scene", "aperture", "fixation")),
-                    *(inner_name(entry[key], f"{path}: a file's name") for key in ("png", "linear")),
-                    *(_number(entry[key]) for key in ("focus_m", "aperture_mm")),
-                    *((_number(entry[key][0]), _number(entry[key][1])) for key in ("blur_px", "blur_arcmin")),
-                ),
-                others=dict(entry.get("further", {})),
-            )
-            for entry in manifest["pictures"]
+    if not isinstance(manifest, dict) or manifest.get("set") != "depth-rating":
+        raise InputError(f"{path} is no manifest of pictures for depth rating: {remedy}.")
+    checked = check_table(str(path), manifest, Manifest)
+    display = _display(checked)
+    pictures = tuple(
+        Picture(
+            *(one.scene, one.aperture, one.fixation),
+            *(inner_name(name, f"{path}: a file's name") for name in (one.png, one.linear)),
+            *(_number(one.focus_m), _number(one.aperture_mm)),
+            *((_number(low), _number(high)) for low, high in (one.blur_px, one.blur_arcmin)),
+            others=one.further,
         )
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
-        raise InputError(
-            f"{path} is no manifest of pictures for depth rating ({error} is lacking): {remedy}."
-        ) from error
+        for one in checked.pictures
+    )
     return StimulusSet(folder, manifest, display, pictures)
 
 
@@ -300,15 +296,17 @@ def npy(array: NDArray[Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _display(entry: Mapping[str, Any]) -> Display:
-    width, height = entry["size_px"]
+def _display(manifest: Manifest) -> Display:
+    shown = manifest.display
+    width, height = shown.size_px
+    gamma = (*shown.gamma,) if isinstance(shown.gamma, list) else shown.gamma
     return Display(
         (width, height),
-        entry["pixel_pitch_mm"] * 1e-3,
-        entry["distance_m"],
-        tuple(entry["gamma"]) if isinstance(entry["gamma"], list) else entry["gamma"],
-        entry["white_cd_m2"],
-        entry["dither"],
+        shown.pixel_pitch_mm * 1e-3,
+        shown.distance_m,
+        gamma,  # type: ignore[arg-type]  # `Display` refuses other than three
+        shown.white_cd_m2,
+        shown.dither,
     )
 
 

@@ -1,0 +1,73 @@
+"""What the manifest of a set of pictures holds, as a checked table: it is read from disk, where anything may stand."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from focalgradient.tables import Table
+
+__all__ = ["Manifest"]
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Known = float | None
+"""A number, or null where it is not known, as of imported pictures."""
+
+
+class _Entry(Table):
+    """A part of a manifest: further keys are kept for people to read."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class _Target(_Entry):
+    name: str = Field(description="the name of what is fixated")
+    distance_m: Known = Field(description="a distance in metres, or null")
+    position_px: Pair = Field(description="two numbers of pixels")
+
+
+class _Scene(_Entry):
+    tables: ClassVar[dict[str, type[Table]]] = {"nearest": _Target, "farthest": _Target, "targets": _Target}
+
+    seed: int | None = Field(description="a whole number, or null")
+    depth: str | None = Field(description="the name of a file, or null")
+    nearest: _Target | None = Field(None, description="a table of what is fixated")
+    farthest: _Target | None = Field(None, description="a table of what is fixated")
+    targets: dict[str, _Target] = Field({}, description="a table of what is fixated, by its name")
+
+
+class _Picture(_Entry):
+    scene: str = Field(description="the name of a scene")
+    aperture: str = Field(description='the name of an aperture: "pinhole", or an f-number as "f/11"')
+    fixation: str = Field(description='the name of what is fixated, as "nearest"')
+    png: str = Field(description="the name of a file")
+    linear: str = Field(description="the name of a file")
+    focus_m: Known = Field(description="a distance in metres, or null")
+    aperture_mm: Known = Field(description="a diameter in millimetres, or null")
+    blur_px: list[Known] = Field(min_length=2, max_length=2, description="two numbers of pixels")
+    blur_arcmin: list[Known] = Field(min_length=2, max_length=2, description="two numbers of minutes of arc")
+    further: dict[str, str] = Field({}, description="a table of texts")
+
+
+class _Display(_Entry):
+    size_px: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(description="two whole numbers of pixels")
+    pixel_pitch_mm: float = Field(description="a number of millimetres")
+    distance_m: float = Field(description="a number of metres")
+    gamma: float | list[float] | Literal["sRGB"] = Field(description='a number, three of them, or "sRGB"')
+    white_cd_m2: float = Field(description="a luminance in cd/m2")
+    dither: bool = Field(description="true or false")
+
+
+class Manifest(_Entry):
+    """The manifest of a set of pictures for depth rating."""
+
+    tables: ClassVar[dict[str, type[Table]]] = {"display": _Display, "scenes": _Scene, "pictures": _Picture}
+
+    set: Literal["depth-rating"] = Field(description='"depth-rating"')
+    display: _Display = Field(description="a table of the display")
+    scenes: dict[str, _Scene] = Field(description="a table of scenes, by their names")
+    pictures: list[_Picture] = Field(description="a list of pictures")
+    files: dict[str, str] = Field(description="each file's SHA-256, by its name")
+    parameters: dict[str, Any] = Field({}, description="a table of parameters")
+    controls: dict[str, Any] = Field({}, description="a table of what was measured")
