@@ -1,10 +1,13 @@
 """Values of wrong types, huge numbers and huge files: one sentence, at once."""
 
 import dataclasses
+import json
 import math
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +22,10 @@ from focalgradient.eye import Target
 from focalgradient.files import read_json, read_toml
 from focalgradient.power import Model, Study
 from focalgradient.statistics import Rules
+from focalgradient.stimuli import read_set
+
+sys.path.append(str(Path(__file__).parent / "experiments"))
+from headless import make_set
 
 DEEP: list[object] = []
 for _ in range(2000):
@@ -91,6 +98,42 @@ def test_a_factory_refuses_a_wrong_type(factory: Callable[..., object], kind: st
     for name in FACTORIES[factory]:
         with pytest.raises(InputError, match=r"\.$"):
             factory(**FACTORIES[factory] | {name: WRONG[kind]})
+
+
+VALUES = (1, -1, 0.5, "", "0.9", "é", True, None, [], {}, [1], [None, None], {"a": 1}, [[1, 2], [3]])
+
+
+def _leaves(node: Any) -> Iterator[tuple[Any, Any]]:
+    """Every place in a tree: what it stands in, and its key there."""
+    for key in list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ():
+        yield node, key
+        yield from _leaves(node[key])
+
+
+def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
+    """In every place of it, among them a fixation that is a number."""
+    make_set(tmp_path, ["a"], (40, 30))
+    path = tmp_path / "manifest.json"
+    whole = json.loads(path.read_text())
+    whole["pictures"] = whole["pictures"][:2]
+    refused = 0
+    for node, key in list(_leaves(whole)):
+        kept = node[key]
+        for value in VALUES:
+            node[key] = value
+            path.write_text(json.dumps(whole))
+            try:
+                found = read_set(tmp_path)
+                [found.scene(name) for name in found.scenes]
+                found.check([("a", "pinhole", "nearest", {})], [])
+            except InputError as error:
+                refused += "manifest.json: " in str(error)
+        node[key] = kept
+    assert refused > 500
+    whole["pictures"][0]["fixation"] = 1
+    path.write_text(json.dumps(whole))
+    with pytest.raises(InputError, match="pictures 1: fixation is 1, but must be the name of what is fixated"):
+        read_set(tmp_path)
 
 
 @pytest.mark.parametrize("word", ["1" + "0" * 400, "18446744073709551616", "1e400", "-1e400", "[" * 90 + "]" * 90])

@@ -454,7 +454,9 @@ def made(seed: int, only: str | None, folder: Path) -> list[str]:
     given = [name for name in dict.fromkeys(given) if not name.startswith("own/")]
     pick = chance.random()
     args = wrong_options(line, chance) if pick < 0.5 else line
-    given += [word for word in args if word in PLACES and word not in (".", "..", "/", "") and os.path.exists(base() / word)]
+    given += [
+        word for word in args if word in PLACES and word not in (".", "..", "/", "") and os.path.exists(base() / word)
+    ]
     given = [name for name in dict.fromkeys(given) if not name.startswith("/")]
     for name in given:
         if (base() / name).is_dir():

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
+from focalgradient.errors import is_number
 from focalgradient.files import read_json
 from focalgradient.report.document import Table
 from focalgradient.report.provenance import listed
@@ -161,12 +162,14 @@ def blur_seen(
         return {}
     content = read_json(place, "a manifest of stimuli")
     blur: dict[str, list[float]] = {}
-    for picture in content.get("pictures", ()):
-        if not isinstance(picture, dict) or not picture.get("blur_px"):
+    pictures = content.get("pictures") if isinstance(content, dict) else None
+    for picture in pictures if isinstance(pictures, list) else ():
+        pixels = picture.get("blur_px") if isinstance(picture, dict) else None
+        if not pixels:
             continue
-        if any(pixels is None for pixels in picture["blur_px"]):  # of pictures that were imported without their depth
+        if not (isinstance(pixels, list) and all(map(is_number, pixels))):  # null: imported without their depth
             return {}
-        blur.setdefault(str(picture.get("aperture")), []).append(max(picture["blur_px"]))
+        blur.setdefault(str(picture.get("aperture")), []).append(max(pixels))
     arcmin = np.array([one.arcmin for one in known], float)
     error = math.sqrt(float(arcmin.var()) + float(np.mean([one.arcmin_sd**2 for one in known])))
     return {

@@ -143,7 +143,7 @@ class StimulusSet:
         if name not in known:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
         entry = known[name]
-        ends = {end: entry[end] for end in ("nearest", "farthest") if end in entry} | entry.get("targets", {})
+        ends = {end: entry[end] for end in ("nearest", "farthest") if entry.get(end)} | entry.get("targets", {})
         targets = {
             end: Target(one["name"], _number(one["distance_m"]), tuple(one["position_px"])) for end, one in ends.items()
         }
