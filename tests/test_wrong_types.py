@@ -100,7 +100,7 @@ def test_a_factory_refuses_a_wrong_type(factory: Callable[..., object], kind: st
             factory(**FACTORIES[factory] | {name: WRONG[kind]})
 
 
-VALUES = (1, -1, 0.5, "", "0.9", "é", True, None, [], {}, [1], [None, None], {"a": 1}, [[1, 2], [3]])
+VALUES = (1, "0.9", True, None, [], {}, [None, None], [[1], {"a": 1}])
 
 
 def _leaves(node: Any) -> Iterator[tuple[Any, Any]]:
@@ -115,7 +115,7 @@ def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
     make_set(tmp_path, ["a"], (40, 30))
     path = tmp_path / "manifest.json"
     whole = json.loads(path.read_text())
-    whole["pictures"] = whole["pictures"][:2]
+    whole["pictures"] = whole["pictures"][:1]
     refused = 0
     for node, key in list(_leaves(whole)):
         kept = node[key]
@@ -129,7 +129,7 @@ def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
             except InputError as error:
                 refused += "manifest.json: " in str(error)
         node[key] = kept
-    assert refused > 500
+    assert refused > 200
     whole["pictures"][0]["fixation"] = 1
     path.write_text(json.dumps(whole))
     with pytest.raises(InputError, match="pictures 1: fixation is 1, but must be the name of what is fixated"):
