@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -253,12 +253,18 @@ def read_set(folder: str | Path) -> StimulusSet:
         raise InputError(f"{path} is no manifest of pictures for depth rating: {remedy}.")
     checked = check_table(str(path), manifest, Manifest)
     display = _display(checked)
+    where = f"{path}: a file's name"
     pictures = tuple(
         Picture(
-            *(one.scene, one.aperture, one.fixation),
-            *(inner_name(name, f"{path}: a file's name") for name in (one.png, one.linear)),
-            *(_number(one.focus_m), _number(one.aperture_mm)),
-            *((_number(low), _number(high)) for low, high in (one.blur_px, one.blur_arcmin)),
+            scene=one.scene,
+            aperture=one.aperture,
+            fixation=one.fixation,
+            png=inner_name(one.png, where),
+            linear=inner_name(one.linear, where),
+            focus_m=_number(one.focus_m),
+            aperture_mm=_number(one.aperture_mm),
+            blur_px=_pair(one.blur_px),
+            blur_arcmin=_pair(one.blur_arcmin),
             others=one.further,
         )
         for one in checked.pictures
@@ -312,6 +318,11 @@ def _display(manifest: Manifest) -> Display:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
+
+
+def _pair(values: Sequence[float | None]) -> tuple[float, float]:
+    low, high = values
+    return _number(low), _number(high)
 
 
 def _lost(path: Path) -> InputError:
