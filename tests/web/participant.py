@@ -10,7 +10,7 @@ from typing import Any
 from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
-from focalgradient.web import Lists, People, Study, application
+from focalgradient.web import Limits, Lists, People, Study, application
 from focalgradient.web.study import Clock
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
@@ -144,6 +144,6 @@ class Participant:
         return self.ask("answer", **(self.message(self.trials[number], number) | changed))
 
 
-def client_of(served: Study) -> TestClient:
+def client_of(served: Study, limits: Limits | None = None) -> TestClient:
     """A client of a server of its own."""
-    return TestClient(application(served, PASSWORD), raise_server_exceptions=True)
+    return TestClient(application(served, PASSWORD, limits=limits), raise_server_exceptions=True)

@@ -21,14 +21,17 @@ from focalgradient.files import flush, read_bytes
 
 __all__ = ["Link", "Links", "forget_links", "links_beside", "number_of", "read_links"]
 
-BEGINNING = b'{"participant": "'
-"""First bytes of a line of a participant."""
+START = b'{"participant": '
+"""First bytes of each line."""
 
-REDACTED = b'{"labels": '
-"""First bytes of a line that was overwritten; the number of labels given so far follows, which are not given again."""
+BEGINNING = START + b'"'
+"""First bytes of a line that names a participant."""
 
-PIECES = re.compile(b"(?=%s)" % b"|".join(map(re.escape, (BEGINNING, REDACTED))))
-"""Where a line begins, also behind one cut short: its quotes cannot stand in a name."""
+NOBODY = START + b"null, "
+"""First bytes of a line that was overwritten, whose end is filled with spaces."""
+
+PIECES = re.compile(b"(?=%s)" % re.escape(START))
+"""Where a line begins, also behind one cut short: its quotes cannot stand in an identifier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +67,8 @@ class Links:
     stopped
         Labels whose sessions were stopped.
     labels
-        Number of labels that have been given, also to those who have withdrawn.
+        Number of labels that have been given, also to those who have withdrawn; none is given again. Overwritten lines
+        have it, and no participant.
     lines
         Offset and bytes of each line of a participant.
     torn
@@ -84,7 +88,7 @@ class Links:
                 self.links.append(Link(participant, digest, platform, offset))
             case {"participant": str(participant), "stopped": True}:
                 self.stopped.add(participant)
-            case {"labels": int(labels)}:
+            case {"participant": None, "labels": int(labels)}:
                 self.labels = max(self.labels, labels)
                 return True
             case _:
@@ -118,11 +122,13 @@ def read_links(path: Path) -> Links:
             content = piece.strip()
             try:
                 known = not content or found.add(json.loads(content), offset, len(piece))
+                torn = piece.startswith(NOBODY) or (piece.startswith(START) and piece.endswith(b" "))
             except (ValueError, RecursionError):
-                known = content.startswith((BEGINNING, REDACTED)) or BEGINNING.startswith(content)
-                found.torn.append((offset, len(piece)))
-            if not known:
+                known, torn = False, content.startswith(START) or START.startswith(content)
+            if not (known or torn):
                 raise InputError(f"{path}, line {number}, is no link: give a file of links of 'focalgradient serve'.")
+            if not known:
+                found.torn.append((offset, len(piece)))
             offset += len(piece)
         offset += 1
     return found
@@ -151,7 +157,7 @@ def forget_links(path: Path, participant: str | None = None, *, owned: bool = Fa
         gone = [(offset, size) for label, offset, size in found.lines if label == participant]
         gone += [(offset, size) for offset, size in found.torn if alone or offset + size < end]
         for offset, size in gone:
-            line = REDACTED + b"%d}" % found.labels
+            line = NOBODY + b'"labels": %d}' % found.labels
             file.seek(offset)
             file.write(line.ljust(size) if len(line) <= size else b" " * size)
         file.flush()
