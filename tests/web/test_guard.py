@@ -1,0 +1,203 @@
+"""Limits of what browsers send: from which site, how often, how slowly; a classroom at once still takes part."""
+
+from __future__ import annotations
+
+import re
+import socket
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+import uvicorn
+from participant import PASSWORD, SITTING, Participant, client_of, study
+from starlette.testclient import TestClient
+
+from focalgradient.web import Limits, application
+from focalgradient.web import guard as guards
+from focalgradient.web.guard import Rate, TimedProtocol
+
+AUTH = ("experimenter", PASSWORD)
+SAME: list[dict[str, str]] = [
+    {},
+    {"Origin": "http://testserver"},
+    {"Origin": "https://testserver:443", "Sec-Fetch-Site": "same-origin"},
+    {"Referer": "http://testserver/experimenter"},
+    {"Origin": "https://study.example.org", "Sec-Fetch-Site": "same-origin"},  # by a proxy, which --public names
+]
+OTHER: list[dict[str, str]] = [
+    {"Origin": "https://evil.example"},
+    {"Origin": "null"},
+    {"Origin": ""},
+    {"Origin": "http://testserver.evil.example"},
+    {"Origin": "http://testserver:8001"},
+    {"Origin": "http://[testserver"},
+    {"Referer": "https://evil.example/testserver"},
+    {"Origin": "http://testserver", "Referer": "https://evil.example/"},
+    {"Sec-Fetch-Site": "cross-site"},
+    {"Sec-Fetch-Site": "same-site"},
+    {"Sec-Fetch-Site": "none"},
+    {"Origin": "http://testserver", "Sec-Fetch-Site": "cross-site"},
+]
+CHANGING = [
+    *(f"/api/{name}" for name in ("join", "state", "begin", "answer", "here", "leave", "finish", "withdraw")),
+    "/experimenter/stop/001",
+]
+
+
+@pytest.mark.parametrize("path", CHANGING)
+def test_what_changes_something_comes_from_the_servers_own_pages(tmp_path: Path, path: str) -> None:
+    client = TestClient(application(study(tmp_path), PASSWORD, public="https://study.example.org/"))
+    with client:
+        someone = Participant(client)
+        for headers in OTHER:
+            reply = client.post(path, json={}, headers=headers, auth=AUTH)
+            assert reply.status_code == 403, headers
+            assert "another site" in reply.json()["error"]
+        for headers in SAME:
+            message = {"token": someone.token, "tab": "tab-1"}
+            assert client.post(path, json=message, headers=headers, auth=AUTH).status_code != 403, headers
+
+
+def test_who_joins_too_often_is_asked_to_wait(tmp_path: Path) -> None:
+    with client_of(study(tmp_path), Limits(joins=2)) as client:
+        replies = [client.post("/api/join", json={"platform": {}}) for _ in range(6)]
+        assert [reply.status_code for reply in replies] == [200] * 4 + [429] * 2
+        assert 1 <= int(replies[-1].headers["retry-after"]) <= 30
+        someone = Participant(client, replies[0].json()["token"])
+        assert someone.begin().status_code == 200  # who is in is not kept waiting
+
+
+def test_who_guesses_is_kept_waiting_and_the_experimenter_elsewhere_is_not(tmp_path: Path) -> None:
+    app = application(study(tmp_path), PASSWORD, limits=Limits(guesses=3))
+    address = "/experimenter/overview.json"
+    clients = [TestClient(app, client=(f"192.0.2.{number}", 1)) for number in range(9)]
+    assert clients[0].get(address, auth=AUTH).status_code == 200
+    for guesser in clients[1:]:
+        assert guesser.get(address).status_code in (401, 429)  # what a browser asks first is no guess
+    statuses = Counter(
+        guesser.get(address, auth=("experimenter", f"{number}")).status_code
+        for guesser in clients[1:]
+        for number in range(20)
+    )
+    assert statuses == {401: 4 * 3 * 2, 429: 8 * 20 - 4 * 3 * 2}
+    assert clients[1].get(address, auth=AUTH).status_code == 429  # a guess that is right is not found out, either
+    assert clients[0].get(address, auth=AUTH).status_code == 200
+
+
+def test_a_rate_is_that_of_its_numbers() -> None:
+    now = [0.0]
+    rate = Rate(60, clock=lambda: now[0])
+    allowed = Counter[str]()
+    for _ in range(10 * 60 * 4):  # ten minutes, four times a second, from two addresses
+        for address in ("192.0.2.1", "2001:db8::1", "2001:db8::2"):
+            if not rate.wait(address):
+                rate.count(address)
+                allowed[address.partition(":")[0]] += 1
+        now[0] += 0.25
+    assert abs(allowed["192.0.2.1"] - (120 + 10 * 60)) <= 2
+    assert abs(allowed["2001"] - (120 + 10 * 60)) <= 2  # one network
+    for number in range(20_000):
+        rate.count(f"10.0.{number // 256}.{number % 256}")
+        now[0] += 1.5
+    assert len(rate._until) <= guards.MOST_KEYS + 1
+
+
+@pytest.fixture
+def port(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A server with short times; its port."""
+    monkeypatch.setattr(guards, "PAUSE_S", 0.5)
+    monkeypatch.setattr(guards, "MESSAGE_S", 2.0)
+    listening = socket.create_server(("127.0.0.1", 0), backlog=512)
+    config = uvicorn.Config(application(study(tmp_path), PASSWORD), http=TimedProtocol, log_level="error", ws="none")
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+    thread.start()
+    yield listening.getsockname()[1]
+    server.should_exit = True
+    thread.join(30)
+    assert not thread.is_alive()
+
+
+HEAD = b"POST /api/join HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n"
+SLOW = {
+    "nothing": (b"", b""),
+    "half a head": (HEAD[:30], b""),
+    "a head without its body": (HEAD % 100, b""),
+    "half a body": (HEAD % 100 + b'{"platform": ', b""),
+    "a head by drops": (HEAD[:10], b"x"),
+    "a body by drops": (HEAD % 100, b" "),
+}
+
+
+@pytest.mark.parametrize("kind", SLOW)
+def test_what_comes_too_slowly_is_closed(port: int, kind: str) -> None:
+    first, drop = SLOW[kind]
+    begun = time.monotonic()
+    many = [socket.create_connection(("127.0.0.1", port)) for _ in range(50)]
+    for one in many:
+        one.sendall(first)
+        one.settimeout(0.1)
+    still, said = set(many), Counter[bytes]()
+    while still and time.monotonic() < begun + 20:
+        for one in sorted(still, key=id):
+            try:
+                if drop:
+                    one.sendall(drop)
+                one.settimeout(0.002)
+                content = one.recv(1000)
+            except TimeoutError:
+                continue
+            except OSError:
+                content = b""
+            if content:
+                said.update(re.findall(rb"HTTP/1.1 \d+", content))
+            else:
+                still.discard(one)
+                one.close()
+    assert not still
+    assert time.monotonic() - begun < 10
+    assert set(said) <= {b"HTTP/1.1 408"}
+    with closing(socket.create_connection(("127.0.0.1", port))) as well:
+        well.sendall(HEAD % 16 + b'{"platform": {}}')
+        well.settimeout(10)
+        assert well.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+def test_a_connection_that_is_kept_serves_the_next_request(port: int) -> None:
+    message = HEAD % 16 + b'{"platform": {}}'
+    with closing(socket.create_connection(("127.0.0.1", port))) as one:
+        one.settimeout(10)
+        for _ in range(3):
+            one.sendall(message[:40])
+            time.sleep(0.2)
+            one.sendall(message[40:-5])
+            time.sleep(0.2)
+            one.sendall(message[-5:])
+            reply = b""
+            while not reply.endswith(b"}"):
+                reply += one.recv(2000)
+            assert reply.startswith(b"HTTP/1.1 200")
+            time.sleep(0.7)  # longer than what a request may take
+
+
+def test_a_classroom_of_60_behind_one_address_takes_part_at_once(tmp_path: Path) -> None:
+    with client_of(study(tmp_path)) as client:
+
+        def take_part(number: int) -> list[int]:
+            secret = f"a-secret-of-the-browser-number-{number:03}"
+            replies = [client.post("/api/join", json={"platform": {}, "secret": secret}) for _ in range(2)]  # reloaded
+            who: dict[str, Any] = {"token": secret, "tab": f"tab-{number}"}
+            replies += [client.post("/api/state", json=who), client.post("/api/begin", json={**who, **SITTING})]
+            return [reply.status_code for reply in replies]
+
+        with ThreadPoolExecutor(16) as threads:
+            statuses = Counter(code for codes in threads.map(take_part, range(60)) for code in codes)
+        assert statuses == {200: 240}
+        rows = client.get("/experimenter/overview.json", auth=AUTH).json()["participants"]
+        assert [row["participant"] for row in rows] == [f"{number:03}" for number in range(1, 61)]
