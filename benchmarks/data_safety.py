@@ -7,9 +7,11 @@ One row for each fault: what it gave before it was fixed, and what it gives now.
 
 from __future__ import annotations
 
+import data_safety_server
 from reruns import Lines
 
 TABLE = Lines("People's data: what outsiders, full disks and untrue texts could do to them")
+data_safety_server.register(TABLE)
 
 
 if __name__ == "__main__":
