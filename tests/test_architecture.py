@@ -80,7 +80,7 @@ HOMES = {
     "pyglet": {"lab"},
     "distributed": {"parallel"},
     "mitsuba": {"render"},
-    "starlette": {"web"},
+    "starlette": {"web", "benchmarks"},  # whose client stands in for browsers
     "uvicorn": {"web"},
     "arviz": {"statistics"},
     "bambi": {"statistics"},
