@@ -173,3 +173,21 @@ def test_a_table_beyond_reason_is_refused_at_once(text: str, what: str, tmp_path
     assert what in result.stderr
     assert time.process_time() - start < 30  # with what the command imports
     assert not (tmp_path / "out").exists()
+
+
+def test_a_message_does_not_repeat_an_endless_word(tmp_path: Path) -> None:
+    result = CliRunner().invoke(main, ["depth", "a.png", "b.png", "--psf", "9" * 5000, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert len(result.stderr) < 1000
+    assert "9..." in result.stderr
+
+
+def test_blur_that_is_refused_leaves_no_settings(tmp_path: Path) -> None:
+    """A picture that is no video, with a folder of depth."""
+    (tmp_path / "depth").mkdir()
+    np.save(tmp_path / "depth" / "0.npy", np.ones((8, 8)))
+    (tmp_path / "a.png").write_bytes(b"x")
+    options = ["--pupil", "4", "--field", "6", "--focus", "1", "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, ["blur", str(tmp_path / "a.png"), str(tmp_path / "depth"), *options])
+    assert result.exit_code == 2
+    assert not (tmp_path / "out").exists()

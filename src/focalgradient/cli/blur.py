@@ -187,6 +187,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
             writers, facts = job.run(_share_of(say, number, len(pairs)), to_come=0 if found else len(pairs) - number)
             found.append(facts)
             if several:
+                if not (out / SETTINGS).exists():
+                    replace_set(out, {SETTINGS: summary_json(settings)}, SETTINGS)
                 replace_set(out, writers, next(reversed(writers)))
         if next(frames, None) is not None:
             raise InputError(_uneven(picture, depth, "more frames", len(pairs)))
@@ -215,11 +217,9 @@ def _uneven(video: Path, depth: Path, frames: str, files: int) -> str:
 
 
 def _same_settings(out: Path, settings: dict[str, Any]) -> None:
-    """Keep the settings of a folder of frames; refuse to go on with frames that others made."""
-    path, text = out / SETTINGS, summary_json(settings)
-    if not path.exists():
-        replace_set(out, {SETTINGS: text}, SETTINGS)
-    elif read_json(path, "the settings of earlier frames") != json.loads(text):
+    """Refuse to go on with frames that other settings made."""
+    path = out / SETTINGS
+    if path.exists() and read_json(path, "the settings of earlier frames") != json.loads(summary_json(settings)):
         raise InputError(
             f"{printable(out)} holds frames made with other settings ({SETTINGS}): give another --out, or empty it."
         )
