@@ -26,6 +26,7 @@ from focalgradient.stimuli import read_set
 
 sys.path.append(str(Path(__file__).parent / "experiments"))
 from headless import make_set
+from recorded import record_ratings
 
 DEEP: list[object] = []
 for _ in range(2000):
@@ -191,3 +192,19 @@ def test_blur_that_is_refused_leaves_no_settings(tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["blur", str(tmp_path / "a.png"), str(tmp_path / "depth"), *options])
     assert result.exit_code == 2
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["participants.tsv", "sub-01/beh/sub-01_task-depthrating_beh.tsv"])
+@pytest.mark.parametrize("command", ["validate", "report"])
+def test_a_data_set_with_a_table_of_a_million_columns_is_refused_at_once(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    root = record_ratings(tmp_path / "data", 2)
+    text = (root / name).read_text().splitlines()
+    (root / name).write_text("".join(line + "\t1" * 1_000_000 + "\n" for line in text[:2]))
+    start = time.process_time()
+    result = CliRunner().invoke(main, [command, "data", *(["--out", "out"] if command == "report" else [])])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    assert "columns, but a table may have 4,096 at most" in result.output
+    assert time.process_time() - start < 30

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.files import read_text
+from focalgradient.files import LARGEST_LIST, read_text
 
 __all__ = ["ADDITIVE", "DEVIATION", "GUNS", "UNEQUAL", "Curve", "Luminance", "fit_luminance", "read_luminance"]
 
@@ -113,7 +113,7 @@ def read_luminance(path: str | os.PathLike[str]) -> Luminance:
     InputError
         If it cannot be read, lacks the columns level and grey, or has cells that are no luminance: file and row named.
     """
-    text = read_text(path, "a table of luminances")
+    text = read_text(path, "a table of luminances", LARGEST_LIST)
     try:
         rows = list(csv.DictReader(io.StringIO(text), strict=True))
     except csv.Error as error:

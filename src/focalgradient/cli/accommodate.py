@@ -18,7 +18,7 @@ import numpy as np
 
 from focalgradient.cli.program import announce, resumable, show, summary_json, warnings_given, writable
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_text, replace_set
+from focalgradient.files import LARGEST_LIST, printable, read_text, replace_set
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,7 +96,7 @@ def _from_file(name: str) -> TargetCourse:
 
     if not name.lower().endswith((".csv", ".tsv", ".txt")) and not Path(name).exists():
         raise InputError(f"--accommodate is {printable(name)!r}, but must be {FORMS}.")
-    text = read_text(name, "a target's course")
+    text = read_text(name, "a target's course", LARGEST_LIST)
     rows = [re.split(r"[,;\t]", line.strip()) for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
     if rows and not _is_number(rows[0][0]):
         rows = rows[1:]  # names of the columns

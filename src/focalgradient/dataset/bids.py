@@ -24,7 +24,7 @@ from focalgradient.dataset.lock import locked
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
-from focalgradient.files import read_bytes, read_json, read_text
+from focalgradient.files import read_bytes, read_json, read_tsv
 
 __all__ = [
     "Files",
@@ -229,7 +229,7 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
     path = root / "participants.tsv"
     if not path.exists():
         return
-    for row in _participant_rows(path, read_text(path, "a table of participants")):
+    for row in _participant_rows(path, read_tsv(path, "a table of participants")):
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
             raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: mend the row.")
@@ -260,7 +260,7 @@ def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> N
     """Add a participant's row to ``participants.tsv``, if there is none; columns that others have added stay."""
     path = root / "participants.tsv"
     with locked(path) as file:
-        text = read_text(path, "a table of participants")
+        text = read_tsv(path, "a table of participants")
         known = {row["participant_id"] for row in _participant_rows(path, text)}
         if f"sub-{participant}" in known:
             return

@@ -13,7 +13,7 @@ import numpy as np
 from focalgradient.dataset.alike import differences
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.errors import InputError
-from focalgradient.files import read_json, read_text
+from focalgradient.files import read_json, read_tsv
 
 __all__ = ["ABOUT", "Change", "about_changes", "focus_journals", "wrong_focus"]
 
@@ -92,7 +92,7 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
         yield f"{table} is missing, but its journal is there: the session was killed; its changes stand in {path}."
         return
     try:
-        header, *rows = [line.split("\t") for line in read_text(table, "a table").splitlines()] or [[]]
+        header, *rows = [line.split("\t") for line in read_tsv(table).splitlines()] or [[]]
     except InputError as error:
         yield str(error)
         return

@@ -18,7 +18,7 @@ from focalgradient.dataset.bids import Files, read_description
 from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column, columns_of
 from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
-from focalgradient.files import read_json, read_text
+from focalgradient.files import read_json, read_tsv
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -135,7 +135,7 @@ def read_session(files: Files) -> SessionTable:
     except InputError as error:
         missing.append(str(error))
     try:
-        found.text = read_text(files.table, "a table")
+        found.text = read_tsv(files.table)
         _read_table(found)
     except InputError as error:
         found.problems.append(str(error))
@@ -333,7 +333,7 @@ def participants_of(path: Path) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        text = read_text(path, "a table of participants")
+        text = read_tsv(path, "a table of participants")
         table = pd.read_csv(
             io.StringIO(text), sep="\t", na_values=["n/a"], keep_default_na=False, dtype={"participant_id": "str"}
         )

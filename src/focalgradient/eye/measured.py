@@ -19,7 +19,7 @@ from focalgradient.errors import InputError, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import check_pupil, wavelengths
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
-from focalgradient.files import printable, read_text
+from focalgradient.files import LARGEST_LIST, printable, read_text
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
 
@@ -139,7 +139,7 @@ def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
     >>> coefficients[4], coefficients[12]
     (0.3, 0.05)
     """
-    lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients").splitlines()]
+    lines = [line.strip() for line in read_text(path, "a table of Zernike coefficients", LARGEST_LIST).splitlines()]
     rows: list[list[float]] = []
     for number, line in enumerate(lines, start=1):
         if not line or line.startswith("#"):
@@ -247,7 +247,7 @@ class ZernikePopulation:
         measured_nm: float = REFERENCE_NM,
     ) -> ZernikePopulation:
         """Read both from tables: the mean as `read_zernike` does, the covariance a row a line, comma-separated."""
-        text = read_text(covariance, "a table of covariances")
+        text = read_text(covariance, "a table of covariances", LARGEST_LIST)
         try:
             rows = [[float(cell) for cell in line.split(",")] for line in text.splitlines() if line.strip()]
             table = np.array(rows, dtype=float)

@@ -3,6 +3,8 @@
 from focalgradient.files.names import inner_name, plain_name, printable, refuse_overwriting
 from focalgradient.files.reading import (
     LARGEST,
+    LARGEST_LIST,
+    check_width,
     is_text,
     opened,
     parse_json,
@@ -12,6 +14,7 @@ from focalgradient.files.reading import (
     read_json,
     read_text,
     read_toml,
+    read_tsv,
 )
 from focalgradient.files.writing import (
     existing,
@@ -26,6 +29,8 @@ from focalgradient.files.writing import (
 
 __all__ = [
     "LARGEST",
+    "LARGEST_LIST",
+    "check_width",
     "existing",
     "flush",
     "inner_name",
@@ -41,6 +46,7 @@ __all__ = [
     "read_json",
     "read_text",
     "read_toml",
+    "read_tsv",
     "refuse_overwriting",
     "replace_set",
     "replacing",

@@ -23,6 +23,8 @@ from focalgradient.files.names import printable
 
 __all__ = [
     "LARGEST",
+    "LARGEST_LIST",
+    "check_width",
     "is_text",
     "opened",
     "parse_json",
@@ -32,6 +34,7 @@ __all__ = [
     "read_json",
     "read_text",
     "read_toml",
+    "read_tsv",
 ]
 
 MB = 1024**2
@@ -41,6 +44,12 @@ LARGEST = 2048 * MB
 
 LARGEST_TEXT = 256 * MB
 """Bytes of a text: a data set of thousands of sessions has tables of some 10 MB."""
+
+LARGEST_LIST = 16 * MB
+"""Bytes of a small table or text by hand, as of a photometer: 200,000 lines of three numbers have some 6 MB."""
+
+MOST_COLUMNS = 4096
+"""Columns of a table: one a condition of 24 scenes x 8 apertures x 2 fixations x 10 repetitions is 3,840."""
 
 LARGEST_TOML = 1 * MB
 """Bytes of a settings file: those of hundreds of views have some 10 KB."""
@@ -142,6 +151,33 @@ def read_text(path: str | os.PathLike[str], what: str = "a text file", largest: 
         raise InputError(
             f"{printable(path)} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8."
         ) from error
+
+
+def read_tsv(path: str | os.PathLike[str], what: str = "a table") -> str:
+    """Read a table of a data set, with tabs between its cells, as text.
+
+    Raises
+    ------
+    InputError
+        As `read_text` does, and if it has more than `MOST_COLUMNS` columns: what reading takes grows with their square.
+    """
+    text = read_text(path, what)
+    check_width(text.splitlines(), "\t", printable(path))
+    return text
+
+
+def check_width(lines: Iterable[str], delimiter: str, name: str) -> None:
+    """Raise InputError if a line of a table has more than `MOST_COLUMNS` cells.
+
+    >>> check_width([",".join("0" * 5000)], ",", "a.csv")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: a.csv has 5,000 columns, but a table may have 4,096 at most: leave out the others.
+    """
+    widest = max((line.count(delimiter) for line in lines), default=0) + 1
+    if widest > MOST_COLUMNS:
+        raise InputError(
+            f"{name} has {widest:,} columns, but a table may have {MOST_COLUMNS:,} at most: leave out the others."
+        )
 
 
 def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> dict[str, Any]:

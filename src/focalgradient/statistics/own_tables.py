@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes
+from focalgradient.files import check_width, printable, read_bytes
 from focalgradient.statistics.own_names import clean, united
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
@@ -45,9 +45,6 @@ PARTICIPANT = ("participant", "subject", "subj", "id", "observer")
 """Names by which the column of participants is found."""
 
 
-MOST_COLUMNS = 4096
-"""Columns of a table: one a condition of 24 scenes x 8 apertures x 2 fixations x 10 repetitions is 3,840."""
-
 MOST_ROWS = 200_000
 """Rows of a table: 200 participants x 1,000 trials, which take half a minute; 900,000 rows took three."""
 
@@ -69,20 +66,19 @@ def read_table(path: Path) -> pd.DataFrame:
     """The cells of a CSV or TSV file as text, blank rows left out; the index is (file, row).
 
     The delimiter is the one that the header has most of: comma, semicolon or tab. Lines before the header that are
-    blank or begin with # are skipped. What is wider than `MOST_COLUMNS`, longer than `MOST_ROWS` or larger than
+    blank or begin with # are skipped. What is wider than 4,096 columns, longer than `MOST_ROWS` or larger than
     `LARGEST_TABLE` is refused before its cells are read.
     """
     text = _text(path)
     lines = text.splitlines()
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     delimiter = max(";\t,", key=first.count)
-    widest = max((line.count(delimiter) for line in lines), default=0) + 1
-    for count, most, what in ((widest, MOST_COLUMNS, "columns"), (len(lines), MOST_ROWS, "rows")):
-        if count > most:
-            raise InputError(
-                f"{printable(path)} has {count:,} {what}, but a table may have at most {most:,}: give one with a row "
-                "for each answer, or a column for each condition."
-            )
+    check_width(lines, delimiter, printable(path))
+    if len(lines) > MOST_ROWS:
+        raise InputError(
+            f"{printable(path)} has {len(lines):,} rows, but a table may have {MOST_ROWS:,} at most: leave out what is "
+            "not needed."
+        )
     try:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except csv.Error as error:
