@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from focalgradient.dataset.alike import REMEDY, same_content
+from focalgradient.dataset.arrival import late_arrivals
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text
 from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
@@ -289,6 +290,8 @@ class _Checked:
         self.stated[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
             self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
+            if (waited := late_arrivals(log, design, trials)) is not None:
+                self.notes.append(f"{log.path}: {waited}")
         elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
             self.problems.append(f"{files.sidecar}: Seed or TaskName differ from its own Design: restore it.")
         if found is None or len(found.columns) < len(found.expected):

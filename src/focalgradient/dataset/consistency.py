@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.alike import differences
+from focalgradient.dataset.arrival import too_early
 from focalgradient.dataset.bids import sidecar_of
 from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
@@ -86,6 +87,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
             break
     if isinstance(design, NeckerDesign):
         yield from _wrong_presses(done, head)
+    yield from too_early(log, design, trials)
 
 
 def _wrong_presses(done: Sequence[Event], head: Event) -> Iterator[str]:
