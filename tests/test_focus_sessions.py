@@ -1,12 +1,15 @@
 """Sessions of focus by gaze are checked as others are: a whole one is valid, each damage is found."""
 
+import gzip
+import json
 from pathlib import Path
 
 import pytest
 
-from focalgradient.dataset import Files, Journal, begin_dataset, validate
+from focalgradient.dataset import Files, Journal, begin_dataset, read_journal, repair, validate
 from focalgradient.dataset.bids import add_participant
-from focalgradient.lab.gaze_record import Change, write_tables
+from focalgradient.dataset.focus import Change, export_focus
+from focalgradient.dataset.journal import whole_lines
 
 
 @pytest.fixture
@@ -21,12 +24,15 @@ def session(tmp_path: Path) -> tuple[Path, Path]:
     waits = [20.123456 + n for n in range(3)]
     changes = [Change(1.0 + n, n / 2, 10.0 * n, 20.0, n / 2, ms, ms * 60 / 1e3) for n, ms in enumerate(waits)]
     with Journal.begin(place, {"event": "begun", **about}) as journal:
+        tracker = {"name": "mouse", "pixels_per_degree": 40.0, "window_px": [1024, 768], "picture_px": [300, 201]}
+        screen = {"refresh_hz": 60.0, "frame_s": 1 / 60}
+        journal.write({"event": "note", "kind": "eye tracker", **tracker, **screen})
         journal.write({"event": "note", "kind": "ready", "time": 0.5})
         for change in changes:
             journal.write({"event": "note", "kind": "focus", **change._asdict()})
             journal.write({"event": "note", "kind": "focus", "time": change.onset})
         journal.write({"event": "note", "kind": "gaze", "samples": [[0.1, 1.0, 2.0]]})
-    write_tables(files, about, changes, 60.0, 1 / 60)
+    export_focus(place)
     assert validate(root).problems == ()
     return place, files.beside("events.tsv")
 
@@ -64,7 +70,7 @@ def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path
 def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
     place, _ = session
     lines = place.read_bytes().splitlines(keepends=True)
-    lines[2] = lines[2].replace(b'"gaze_x": 0.0', b'"gaze_x": "left"')
+    lines[3] = lines[3].replace(b'"gaze_x": 0.0', b'"gaze_x": "left"')
     place.write_bytes(b"".join(lines))
     assert "gaze_x is 'left', but must be a number" in problems(place)
 
@@ -74,7 +80,7 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
     [
         ('"task": "gazefocus"', '"task": "gaze"', "Settings differs from what the journal says"),
         ('"ms": 21.623', '"ms": 11.623', "Latency differs from what the journal says"),
-        ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate, FramePacing differ from what the journal says"),
+        ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from what the journal says"),
         ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from what the journal says"),
         ('"TaskName"', '"Note": 1, "TaskName"', "Note stands in it, but not in its journal: restore it"),
         ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' stands there twice"),
@@ -91,3 +97,52 @@ def test_a_sidecar_that_was_changed_is_found(session: tuple[Path, Path], old: st
     assert "is no JSON object: restore it" in problems(place)
     path.unlink()
     assert "cannot be read" in problems(place)
+
+
+@pytest.mark.parametrize("torn", [False, True])
+def test_a_session_that_was_killed_is_repaired_with_its_samples(session: tuple[Path, Path], torn: bool) -> None:
+    place, table = session
+    root = next(one.parent for one in place.parents if one.name == "sourcedata")
+    whole = {path.name: path.read_bytes() for path in table.parent.iterdir()}
+    assert any(name.endswith("recording-eye1_physio.tsv.gz") for name in whole)
+    for path in list(table.parent.iterdir()):
+        path.unlink()  # they are written at the end, which a kill does not reach
+    (root / "participants.tsv").write_text("participant_id\tkind\n")
+    if torn:
+        place.write_bytes(place.read_bytes() + b'{"event": "note", "kind": "ga')
+    assert validate(root).problems
+    made = repair(root)
+    assert [one.problem for one in made] == [""]
+    assert validate(root).problems == ()
+    assert {path.name: path.read_bytes() for path in table.parent.iterdir()} == whole
+    assert repair(root) == []  # nothing is left to repair
+    samples = gzip.decompress(next(table.parent.glob("*_physio.tsv.gz")).read_bytes()).decode().split()
+    assert [float(one) for one in samples[:3]] == [0.1, 1 + (1024 - 300) / 2, 2 + (768 - 201 - 1) / 2]
+
+
+def test_a_journal_of_an_earlier_version_is_repaired(session: tuple[Path, Path]) -> None:
+    """It does not say on which screen the picture was."""
+    place, table = session
+    root = next(one.parent for one in place.parents if one.name == "sourcedata")
+    events = [event for event in read_journal(place).events if event.get("kind") != "eye tracker"]
+    place.write_bytes(whole_lines(events))
+    for path in list(table.parent.iterdir()):
+        path.unlink()
+    repair(root)
+    assert validate(root).problems == ()
+    about = json.loads(next(table.parent.glob("*_physio.json")).read_text())
+    assert "picture" in about["SampleCoordinateSystem"]
+
+
+def test_a_damaged_journal_is_repaired(session: tuple[Path, Path]) -> None:
+    place, _ = session
+    root = next(one.parent for one in place.parents if one.name == "sourcedata")
+    lines = place.read_bytes().splitlines(keepends=True)
+    lines[4] = lines[4].replace(b'"time": 1.0', b'"time": 1.5')
+    place.write_bytes(b"".join([*lines[:6], b"{broken\n", *lines[6:]]))
+    assert validate(root).problems
+    (made,) = repair(root)
+    assert made.problem == ""
+    assert any("Line 5" in one for one in made.done)
+    assert any("Line 7" in one for one in made.done)
+    assert validate(root).problems == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import json
 import time
 from pathlib import Path
@@ -14,7 +15,7 @@ from headless import Headless, Running, headless, keep, psychopy_here
 from numpy.typing import NDArray
 
 from focalgradient.cli import main
-from focalgradient.dataset import bids_problems, validate
+from focalgradient.dataset import bids_problems, repair, validate
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.focus_series import Focusing, read_series
@@ -178,3 +179,28 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
     assert sum(len(event["samples"]) for event in journal if event.get("kind") == "gaze") >= len(rows)
     assert bids_problems(data) == []
     validate(data)  # is not in its way
+
+
+@psychopy_here
+def test_a_kill_leaves_samples_that_repair_brings_out(series: Path, tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    with headless(tmp_path / "x") as screen:
+        options = ["--series", series, "--data", data, "--participant", "01", "--seconds", "60"]
+        running = Running(screen, "gaze-focus", *options)
+        for event in running.events():
+            if event == "ready":
+                time.sleep(0.2)
+                screen.keys("space")
+            elif event == "picture":
+                break
+        time.sleep(4)
+        running.process.kill()
+        running.end()
+    assert any("use 'focalgradient repair'" in problem for problem in validate(data).problems)
+    (made,) = repair(data)
+    assert made.problem == ""
+    assert validate(data).problems == ()
+    assert bids_problems(data) == []
+    samples = gzip.decompress(next(data.glob("sub-01/beh/*_physio.tsv.gz")).read_bytes()).decode().splitlines()
+    assert len(samples) >= 60
+    assert all(len(line.split("\t")) == 6 for line in samples)

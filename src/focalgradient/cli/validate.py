@@ -39,11 +39,13 @@ def validate(folder: Path, stimuli: Path | None, export: bool, workers: int | No
     from focalgradient.dataset import VALIDATOR, checking_bids, journals
     from focalgradient.dataset import export as make_tables
     from focalgradient.dataset import validate as check
+    from focalgradient.dataset.focus import export_focus, focus_journals
 
     refused = []
-    for journal in journals(folder) if export else ():
+    ways = [(journals, make_tables), (focus_journals, export_focus)] if export else []
+    for make, journal in [(make, journal) for found, make in ways for journal in found(folder)]:
         try:
-            make_tables(journal)
+            make(journal)
         except InputError as error:
             refused.append(str(error))
     seconds = SESSION_S * sum(1 for _ in folder.glob("sub-*"))

@@ -82,11 +82,25 @@ def _wrong_focus(event: Event) -> str | None:
     """Say what keeps an event of a session of focus by gaze from being used."""
     if event["event"] == "begun":
         return None if _label(event.get("participant")) else f"participant is {_shown(event, 'participant')}"
+    if event["event"] == "note" and event.get("kind") == "gaze":
+        return _wrong_places(event.get("samples"))
+    if event["event"] == "note" and event.get("kind") == "eye tracker":
+        return _wrong_gaze(event)
     if event["event"] != "note" or event.get("kind") != "focus" or "latency_ms" not in event:
         return None
     names = ("onset", "focus_dioptre", "gaze_x", "gaze_y", "gaze_dioptre", "latency_ms", "latency_frames")
     wrong = [name for name in names if type(event.get(name)) not in (int, float)]
     return f"{wrong[0]} is {_shown(event, wrong[0])}, but must be a number" if wrong else None
+
+
+def _wrong_places(samples: Any) -> str | None:
+    """Say what keeps the samples of a session of focus by gaze from being used."""
+    if not isinstance(samples, list):
+        return "samples of the gaze are no list"
+    for one in samples:
+        if not (isinstance(one, list) and len(one) == 3 and all(type(each) in (int, float) for each in one)):
+            return f"a sample of the gaze is {one!r}"[:90] + ", but must be a time, x and y"
+    return None
 
 
 def _shown(event: Event, name: str) -> str:

@@ -1,4 +1,7 @@
-"""Sessions of focus by gaze: what is kept of the changes of focus, and whether journal, table and sidecar agree."""
+"""Sessions of focus by gaze: the files that their journal makes, and whether they agree with it.
+
+Made of the journal are the table of the changes of focus, and the samples and fixations of the gaze as BIDS has them.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.dataset.alike import differences
-from focalgradient.dataset.journal import Log, scan_journal
+from focalgradient.dataset.alike import differences, same_content
+from focalgradient.dataset.bids import Files, add_participant, json_text
+from focalgradient.dataset.gaze import Recording, Sample, recording_files
+from focalgradient.dataset.journal import Log, create_whole, make_folder, read_journal, scan_journal, writing
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
 
-__all__ = ["ABOUT", "Change", "about_changes", "focus_journals", "wrong_focus"]
+__all__ = ["ABOUT", "Change", "about_changes", "export_focus", "focus_files", "focus_journals", "wrong_focus"]
 
 ENDS = "_task-gazefocus_events"
 
@@ -61,7 +66,7 @@ def about_changes(
     milliseconds = np.array([change.latency_ms for change in changes[1:]])
     content: dict[str, Any] = {"TaskName": "gazefocus", **ABOUT, "Settings": settings}
     content["RefreshRate"] = refresh_hz
-    content["FramePacing"] = "by the screen" if refresh_hz else f"by the clock, {1 / frame_s:g} Hz: not for timing"
+    content["FramePacing"] = "by the screen" if refresh_hz else _paced(frame_s)
     if len(milliseconds):
         content["Latency"] = {
             name: {"ms": round(float(value), 3), "frames": round(float(value) / 1e3 / frame_s, 3)}
@@ -74,9 +79,92 @@ def about_changes(
     return content
 
 
+def _paced(frame_s: float) -> str:
+    return f"by the clock, {1 / frame_s:g} Hz: not for timing" if math.isfinite(frame_s) else "unknown"
+
+
 def focus_journals(root: Path) -> list[Path]:
     """Journals of sessions of focus by gaze, in order of name."""
     return sorted(Path(root, "sourcedata").rglob(f"sub-*{ENDS}.jsonl"))
+
+
+def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
+    """Return the files that the journal of a session makes, with their content: tables, samples, and their sidecars."""
+    files = Files(root, log.head["task"], log.head["participant"], log.head.get("session"))
+    changes = _changes(log)
+    settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
+    tracker = _tracker(log)
+    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log, changes))
+    made = {"events.tsv": _table(changes), "events.json": json.dumps(about, indent=2).encode()}
+    return {files.beside(end): content for end, content in (made | _samples(log, tracker)).items()}
+
+
+def export_focus(path: Path) -> list[Path]:
+    """Make the files of a session anew of its journal, and its row in the table of participants.
+
+    Raises
+    ------
+    InputError
+        If the journal is damaged, or a file cannot be written.
+    """
+    log, root = read_journal(path), _root_of(path)
+    made = focus_files(log, root)
+    with writing(root):
+        add_participant(root, log.head["participant"], {"kind": "human"})
+        for place, content in made.items():
+            make_folder(place.parent)
+            create_whole(place, content, replace=True)
+    return list(made)
+
+
+def _root_of(path: Path) -> Path:
+    return next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
+
+
+def _tracker(log: Log) -> dict[str, Any]:
+    """What the journal says of the gaze and the screen; an earlier version did not write it down."""
+    noted = (note for note in log.of("note") if note.get("kind") == "eye tracker")
+    return next(noted, {"name": log.head.get("gaze", "unknown"), "pixels_per_degree": None})
+
+
+def _frame_s(log: Log, changes: Sequence[Change]) -> float:
+    """Length of a frame in seconds; NaN where nothing says it."""
+    if (noted := _tracker(log).get("frame_s")) is not None:
+        return float(noted)
+    frames = [change.latency_ms / 1e3 / change.latency_frames for change in changes if change.latency_frames]
+    return frames[0] if frames else math.nan
+
+
+def _table(changes: Sequence[Change]) -> bytes:
+    lines = ["\t".join(ABOUT)]
+    for number, change in enumerate(changes):
+        after = changes[number + 1].onset - change.onset if number + 1 < len(changes) else None
+        values = [change.onset, after, *change[1:]]
+        lines.append("\t".join("n/a" if value is None else f"{value:.6g}" for value in values))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _corner(tracker: Mapping[str, Any]) -> tuple[float, float]:
+    """Upper left corner of the picture on the screen (px): half a pixel off where a side is odd, as it is shown."""
+    window, picture = tracker.get("window_px"), tracker.get("picture_px")
+    if window is None or picture is None:
+        return 0.0, 0.0
+    wide, high = (whole - side for whole, side in zip(window, picture, strict=True))
+    return wide / 2 + wide % 2 / 2, high / 2 - high % 2 / 2
+
+
+def _samples(log: Log, tracker: Mapping[str, Any]) -> dict[str, bytes]:
+    """Samples and fixations, in pixels of the screen; of the picture where its place on the screen is not known."""
+    left, top = _corner(tracker)
+    found = [sample for note in log.of("note") if note.get("kind") == "gaze" for sample in note["samples"]]
+    samples = [Sample(time, x + left, y + top) for time, x, y in found]
+    degree = tracker["pixels_per_degree"]
+    made = recording_files([Recording(1, 0, 0.0, math.nan if degree is None else degree, samples)], tracker)
+    sidecar = next(name for name in made if name.endswith("_physio.json"))
+    about = json.loads(made[sidecar]) | {"RecordingType": "continuous"}
+    if degree is None:
+        about["SampleCoordinateSystem"] = "picture: x and y are counted from its upper left corner"
+    return made | {sidecar: json_text(about).encode()}
 
 
 def wrong_focus(root: Path, path: Path) -> Iterator[str]:
@@ -89,7 +177,7 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     yield from (*log.damaged, *log.changed)
     table = root / path.relative_to(root / "sourcedata").with_suffix(".tsv")
     if not table.exists():
-        yield f"{table} is missing, but its journal is there: the session was killed; its changes stand in {path}."
+        yield f"{table} is missing, but its journal is there: the session was killed; use 'focalgradient repair'."
         return
     try:
         header, *rows = [line.split("\t") for line in read_tsv(table).splitlines()] or [[]]
@@ -103,6 +191,20 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     changes = _changes(log)
     yield from _wrong_rows(table, header, rows, changes)
     yield from _wrong_sidecar(table.with_suffix(".json"), log, changes)
+    if not log.damaged:
+        yield from _wrong_samples(log, root)
+
+
+def _wrong_samples(log: Log, root: Path) -> Iterator[str]:
+    """Compare the samples with the journal; an earlier version did not write them out."""
+    for place, content in focus_files(log, root).items():
+        if "_recording-" not in place.name:
+            continue
+        if not place.exists():
+            if "frame_s" in _tracker(log):
+                yield f"{place} is missing, but its journal has it: use 'focalgradient repair'."
+        elif not same_content(place, content):
+            yield f"{place} does not say what its journal says: use 'focalgradient repair'."
 
 
 def _wrong_rows(
@@ -119,7 +221,7 @@ def _wrong_rows(
 
 
 def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[str]:
-    """Compare the sidecar with the journal, which says how long frames were where there are changes of focus."""
+    """Compare the sidecar with the journal, of which an earlier version says the screen's rate by its frames only."""
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
@@ -129,12 +231,13 @@ def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[
         yield f"{path} is no JSON object: restore it."
         return
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
-    frames = [change.latency_ms / 1e3 / change.latency_frames for change in changes if change.latency_frames]
-    frame_s = frames[0] if frames else math.nan
-    rate = found.get("RefreshRate")  # the journal has it as the length of frames only
-    agrees = isinstance(rate, (int, float)) and math.isclose(rate * frame_s, 1, rel_tol=1e-6)
-    made = about_changes(settings, changes, rate if agrees or not frames else None, frame_s)
-    if not frames:
+    frame_s, rate = _frame_s(log, changes), _tracker(log).get("refresh_hz")
+    if "frame_s" not in _tracker(log):
+        stated = found.get("RefreshRate")
+        agrees = isinstance(stated, (int, float)) and math.isclose(stated * frame_s, 1, rel_tol=1e-6)
+        rate = stated if agrees or math.isnan(frame_s) else None
+    made = about_changes(settings, changes, rate, frame_s)
+    if math.isnan(frame_s):
         made["FramePacing"] = found.get("FramePacing")
     yield from (f"{path}: {each}" for each in differences(found, json.loads(json.dumps(made)), "restore it."))
 

@@ -21,6 +21,7 @@ from focalgradient.dataset.bids import (
     table_text,
 )
 from focalgradient.dataset.events import Event
+from focalgradient.dataset.focus import export_focus, focus_files, focus_journals
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.read import checked_design
 from focalgradient.errors import InputError
@@ -66,9 +67,13 @@ def repair(root: Path) -> list[Repair]:
     read_description(root)
     sweep_all(root)
     made = []
-    for path in journals(root):
+    ways = [
+        *((path, _repaired) for path in journals(root)),
+        *((path, _repaired_focus) for path in focus_journals(root)),
+    ]
+    for path, mended in ways:
         try:
-            found = _repaired(path)
+            found = mended(path)
         except InputError as error:
             found = Repair(path, problem=str(error))
         if found.done or found.problem:
@@ -83,35 +88,76 @@ def _repaired(path: Path) -> Repair:
         log = scan_journal(path)
         if not log.events:
             return Repair(path, problem=log.damaged[0])
-        content = path.read_bytes()
-        kept, left_out = _kept(log, content)
-        if log.damaged or log.changed or left_out:
-            originals.append(_kept_beside(path, path.parent))
-            event: Event = {
-                "event": "repaired",
-                "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
-                "left_out": left_out,
-                "found": [_what(sentence, path) for sentence in (*log.damaged, *log.changed)],
-                "original": originals[-1].name,
-                "sha256": hashlib.sha256(content).hexdigest(),
-            }
-            if sys.platform == "win32":  # where an open file cannot be replaced
-                journal.close()
-            create_whole(path, whole_lines([*kept, event]), replace=True)
-            done += left_out or ["Every line was kept, and chained anew."]
+        _rewrite(log, journal, *_kept(log, path.read_bytes()), done, originals)
     log = read_journal(path)
     files = files_of(log)
     made = {files.table: table_text(log).encode(), files.sidecar: json_text(sidecar_of(log)).encode()}
     for place, content in (made | gaze_of(log, files)).items():
         alike = same_content if "_beh" not in place.name else _begins
         if place.exists() and not alike(place, content):
-            with writing(path):
-                originals.append(_kept_beside(place, path.parent))
-                create_whole(place, content, replace=True)
-            done.append(f"{place.name} differed from the journal, and was made anew.")
+            _replace(path, place, content, done, originals)
     if done:
         export(path)
     return Repair(path, tuple(done), tuple(originals))
+
+
+def _repaired_focus(path: Path) -> Repair:
+    """Repair a session of focus by gaze: a journal, and all files that it makes."""
+    done: list[str] = []
+    originals: list[Path] = []
+    with Journal.take(path) as journal, writing(path):
+        log = scan_journal(path)
+        if not log.events:
+            return Repair(path, problem=log.damaged[0])
+        lines = list(zip(log.lines, log.events, strict=True))
+        kept = [event for number, event in lines if number not in log.altered or event is log.head]
+        left_out = [
+            f"Line {number}, which was changed after it was written."
+            for number in log.altered
+            if number != log.lines[0]
+        ]
+        left_out += [f"Line {number}, which cannot be used." for number in log.broken if log.damaged]
+        _rewrite(log, journal, kept, left_out, done, originals)
+        log = read_journal(path)
+    root = next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
+    for place, content in focus_files(log, root).items():
+        if not place.exists():
+            done.append(f"{place.name} was missing, and was made of the journal.")
+        elif not same_content(place, content) and place.read_bytes() != content:
+            _replace(path, place, content, done, originals)
+    if done:
+        export_focus(path)
+    return Repair(path, tuple(done), tuple(originals))
+
+
+def _rewrite(
+    log: Log, journal: Journal, kept: list[Event], left_out: list[str], done: list[str], originals: list[Path]
+) -> None:
+    """Write a journal anew of the events that it keeps, where something was wrong with it."""
+    path = log.path
+    if not (log.damaged or log.changed or left_out):
+        return
+    originals.append(_kept_beside(path, path.parent))
+    event: Event = {
+        "event": "repaired",
+        "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "left_out": left_out,
+        "found": [_what(sentence, path) for sentence in (*log.damaged, *log.changed)],
+        "original": originals[-1].name,
+        "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+    }
+    if sys.platform == "win32":  # where an open file cannot be replaced
+        journal.close()
+    create_whole(path, whole_lines([*kept, event]), replace=True)
+    done += left_out or ["Every line was kept, and chained anew."]
+
+
+def _replace(path: Path, place: Path, content: bytes, done: list[str], originals: list[Path]) -> None:
+    """Make a file anew, and keep what was there beside the journal."""
+    with writing(path):
+        originals.append(_kept_beside(place, path.parent))
+        create_whole(place, content, replace=True)
+    done.append(f"{place.name} differed from the journal, and was made anew.")
 
 
 def _begins(place: Path, content: bytes) -> bool:

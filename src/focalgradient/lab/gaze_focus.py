@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Files, Journal, begin_dataset
 from focalgradient.dataset.bids import add_participant
+from focalgradient.dataset.focus import Change, export_focus
 from focalgradient.design.words import load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -23,7 +24,6 @@ from focalgradient.files import printable
 from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
-from focalgradient.lab.gaze_record import Change, write_tables
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
     ASSUMED_PITCH,
@@ -106,7 +106,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         about = _about(options, series, kind)
         journal = _begin(files, options, about)
         try:
-            return _window(module, options, display, series, (kind, settings), hook, files, about, journal)
+            return _window(module, options, display, series, (kind, settings), hook, journal)
         finally:
             journal.close()
     except InputError as error:
@@ -160,15 +160,12 @@ def _window(
     series: FocusSeries,
     tracker: tuple[str, dict[str, Any]],
     hook: Any,
-    files: Files,
-    about: dict[str, Any],
     journal: Journal,
 ) -> int:
     size, words = WINDOW if options.windowed else None, load_words(options.language)
     screen = module.Screen(options.screen, size, display, patch=options.photodiode, words=words)
     screen.stop_question = "gaze_focus.stop"  # it is not resumed
     start = screen.now()
-    changes: list[Change] = []
     gaze: Gaze | None = None
 
     said: set[str] = set()
@@ -185,10 +182,11 @@ def _window(
     try:
         gaze = open_gaze(screen, tracker)
         gaze.calibrate()
+        _note_gaze(journal, screen, gaze, series)
         pictures = [screen.picture(pixels) for pixels in series.encoded(display)]
         screen.warm(*pictures)
         _instruct(screen)
-        _follow(screen, gaze, series, pictures, options, journal, start, changes)
+        _follow(screen, gaze, series, pictures, options, journal, start)
         screen.on_event("end", screen.now())
     except Quit:
         return 1
@@ -196,8 +194,27 @@ def _window(
         if gaze is not None:
             gaze.close()
         screen.close()
-        write_tables(files, about, changes, screen.refresh_hz, screen.frame_s)
+        export_focus(journal.path)
     return 0
+
+
+def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries) -> None:
+    """Write down what the gaze is recorded with, and where the picture is: a kill leaves nothing else that says it."""
+    height, width = series.metres.shape
+    journal.write(
+        {
+            "event": "note",
+            "kind": "eye tracker",
+            "name": gaze.name,
+            "software": f"psychopy {version('psychopy')}",
+            "pixels_per_degree": screen.display.pixels_per_degree,
+            "window_px": screen.size,
+            "picture_px": (width, height),
+            "refresh_hz": screen.refresh_hz,
+            "frame_s": screen.frame_s,
+            **gaze.about(),
+        }
+    )
 
 
 def _instruct(screen: Screen) -> None:
@@ -222,7 +239,6 @@ def _follow(
     options: argparse.Namespace,
     journal: Journal,
     start: float,
-    changes: list[Change],
 ) -> None:
     """Show frames, each in the focus that the gaze asks for, until the time is over."""
     height, width = series.metres.shape
@@ -261,7 +277,6 @@ def _follow(
                 latency_ms=1e3 * (flip - sample.time),
                 latency_frames=(flip - sample.time) / screen.frame_s,
             )
-            changes.append(change)
             journal.write({"event": "note", "kind": "focus", **change._asdict()})
             screen.on_event("focus", flip)
         try:
