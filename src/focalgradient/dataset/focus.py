@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from focalgradient.dataset.alike import differences, same_content
-from focalgradient.dataset.bids import Files, add_participant, json_text
+from focalgradient.dataset.bids import Files, add_participant, json_text, screen_of
 from focalgradient.dataset.gaze import Recording, Sample, recording_files
 from focalgradient.dataset.journal import Log, create_whole, make_folder, read_journal, scan_journal, writing
 from focalgradient.errors import InputError
@@ -94,7 +94,7 @@ def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     tracker = _tracker(log)
-    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log, changes))
+    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log, changes)) | _presented(tracker)
     made = {"events.tsv": _table(changes), "events.json": json.dumps(about, indent=2).encode()}
     return {files.beside(end): content for end, content in (made | _samples(log, tracker)).items()}
 
@@ -125,6 +125,13 @@ def _tracker(log: Log) -> dict[str, Any]:
     """What the journal says of the gaze and the screen; an earlier version did not write it down."""
     noted = (note for note in log.of("note") if note.get("kind") == "eye tracker")
     return next(noted, {"name": log.head.get("gaze", "unknown"), "pixels_per_degree": None})
+
+
+def _presented(tracker: Mapping[str, Any]) -> dict[str, Any]:
+    """The screen that the samples are counted on, as BIDS has it; an earlier version did not write it down."""
+    if "window_px" not in tracker:
+        return {}
+    return {"StimulusPresentation": screen_of({**tracker, "screen_px": tracker["window_px"]})}
 
 
 def _frame_s(log: Log, changes: Sequence[Change]) -> float:
@@ -236,7 +243,7 @@ def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[
         stated = found.get("RefreshRate")
         agrees = isinstance(stated, (int, float)) and math.isclose(stated * frame_s, 1, rel_tol=1e-6)
         rate = stated if agrees or math.isnan(frame_s) else None
-    made = about_changes(settings, changes, rate, frame_s)
+    made = about_changes(settings, changes, rate, frame_s) | _presented(_tracker(log))
     if math.isnan(frame_s):
         made["FramePacing"] = found.get("FramePacing")
     yield from (f"{path}: {each}" for each in differences(found, json.loads(json.dumps(made)), "restore it."))

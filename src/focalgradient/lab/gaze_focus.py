@@ -182,7 +182,7 @@ def _window(
     try:
         gaze = open_gaze(screen, tracker)
         gaze.calibrate()
-        _note_gaze(journal, screen, gaze, series)
+        _note_gaze(journal, screen, gaze, series, calibrated=options.monitor is not None)
         pictures = [screen.picture(pixels) for pixels in series.encoded(display)]
         screen.warm(*pictures)
         _instruct(screen)
@@ -198,18 +198,21 @@ def _window(
     return 0
 
 
-def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries) -> None:
+def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries, *, calibrated: bool) -> None:
     """Write down what the gaze is recorded with, and where the picture is: a kill leaves nothing else that says it."""
     height, width = series.metres.shape
+    display = screen.display
     journal.write(
         {
             "event": "note",
             "kind": "eye tracker",
             "name": gaze.name,
             "software": f"psychopy {version('psychopy')}",
-            "pixels_per_degree": screen.display.pixels_per_degree,
+            "pixels_per_degree": display.pixels_per_degree,
             "window_px": screen.size,
             "picture_px": (width, height),
+            "screen_m": [side * display.pixel_pitch for side in screen.size] if calibrated else None,
+            "viewing_distance_m": display.distance if calibrated else None,
             "refresh_hz": screen.refresh_hz,
             "frame_s": screen.frame_s,
             **gaze.about(),
