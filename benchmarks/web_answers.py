@@ -130,7 +130,8 @@ def main() -> None:
         folder = Path(name)
         (folder / "design.toml").write_text(DESIGN)
         program = [str(Path(sys.executable).with_name("focalgradient")), "serve", "design.toml", "--data", "data"]
-        server = subprocess.Popen([*program, "--port", "0"], cwd=folder, stdout=subprocess.PIPE, text=True)
+        rate = ["--join-rate", "1000000"]  # all join at once, from one address
+        server = subprocess.Popen([*program, *rate, "--port", "0"], cwd=folder, stdout=subprocess.PIPE, text=True)
         assert server.stdout is not None
         address = ""
         for line in server.stdout:

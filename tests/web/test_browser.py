@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 import signal
 import sys
@@ -21,6 +22,7 @@ from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.display import Display
 from focalgradient.stimuli.cube_frames import frames_of
+from focalgradient.web.people import OF_PERSON
 from focalgradient.web.pictures import cube_session, cube_trial
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
@@ -351,3 +353,35 @@ def test_the_experimenters_page_shows_who_has_begun(browser: Browser, tmp_path: 
     context.close()
     someone.close()
     server.end()
+
+
+def test_the_browser_that_joined_comes_back_to_its_session_and_no_other_does(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER, "--join-rate", 2)
+    address = f"http://127.0.0.1:{server.port}/"
+    mine, other = browser.new_context(), browser.new_context()
+    tokens: dict[str, list[str]] = {"named": [], "plain": []}
+    for name, query in (("named", "?PROLIFIC_PID=5f1e&SESSION_ID={}"), ("plain", "")):
+        for number, context in enumerate((mine, mine, other) if name == "named" else (mine, mine)):
+            page = context.new_page()
+            page.goto(address + query.format(number))
+            page.wait_for_url("**/s/*", timeout=100_000)  # the fifth waits, and tries again
+            tokens[name].append(page.evaluate("focalgradient.page.token"))
+            page.reload()
+            page.wait_for_selector("#stage *")
+            page.wait_for_function("globalThis.focalgradient")
+            assert page.evaluate("focalgradient.page.token") == tokens[name][-1]
+            page.close()
+    first, again, elsewhere = tokens["named"]
+    assert first == again != elsewhere
+    assert len({first, elsewhere, *tokens["plain"]}) == 4
+    mine.close()
+    other.close()
+    server.end()
+    assert len((tmp_path / "data-links.jsonl").read_text().splitlines()) == 5  # and the invitation
+
+
+def test_the_page_keeps_its_secret_by_the_identifiers_that_the_server_knows() -> None:
+    script = (Path(__file__).parents[2] / "src" / "focalgradient" / "web" / "page" / "server.js").read_text()
+    listed = re.search(r"OF_PERSON = (\[.*?\]);", script)
+    assert listed is not None
+    assert tuple(json.loads(listed[1])) == OF_PERSON

@@ -18,6 +18,7 @@ import uvicorn
 from participant import PASSWORD, SITTING, Participant, client_of, study
 from starlette.testclient import TestClient
 
+from focalgradient import InputError
 from focalgradient.web import Limits, application
 from focalgradient.web import guard as guards
 from focalgradient.web.guard import Rate, TimedProtocol
@@ -71,6 +72,12 @@ def test_who_joins_too_often_is_asked_to_wait(tmp_path: Path) -> None:
         assert 1 <= int(replies[-1].headers["retry-after"]) <= 30
         someone = Participant(client, replies[0].json()["token"])
         assert someone.begin().status_code == 200  # who is in is not kept waiting
+
+
+def test_limits_are_numbers_above_0() -> None:
+    for wrong in ({"joins": 0}, {"guesses": float("nan")}, {"joins": "60"}):
+        with pytest.raises(InputError, match="must be a positive finite number"):
+            Limits(**wrong)  # type: ignore[arg-type]
 
 
 def test_who_guesses_is_kept_waiting_and_the_experimenter_elsewhere_is_not(tmp_path: Path) -> None:

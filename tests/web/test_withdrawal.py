@@ -18,7 +18,7 @@ from starlette.testclient import TestClient
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.dataset import validate, withdraw
-from focalgradient.dataset.links import read_links
+from focalgradient.dataset.links import links_beside, read_links
 from focalgradient.web import People
 
 PLATFORM = {"PROLIFIC_PID": "5f1e4c0d9b", "SESSION_ID": "session-17", "STUDY_ID": "study-4"}
@@ -129,6 +129,15 @@ def test_who_is_withdrawn_is_named_nowhere(tmp_path: Path, runs: bool, way: str)
     people.close()
     with pytest.raises(InputError, match="has no participant sub-002"):
         withdraw(tmp_path / "data", "002")
+
+
+@pytest.mark.parametrize("name", [".", "../data", "data/."])
+def test_the_links_beside_a_folder_are_found_whatever_it_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    (tmp_path / "data").mkdir()
+    monkeypatch.chdir(tmp_path if name == "data/." else tmp_path / "data")
+    assert links_beside(Path(name)).resolve() == tmp_path.resolve() / "data-links.jsonl"
 
 
 def test_a_second_tab_does_not_withdraw_what_the_first_shows(tmp_path: Path) -> None:

@@ -105,7 +105,8 @@ def number_of(label: str) -> int:
 
 def links_beside(root: Path) -> Path:
     """Return the place of a data set's links, unless its server was given another."""
-    return root.with_name(f"{root.name}-links.jsonl")
+    place = Path(os.path.abspath(root)) if root.name in ("", "..") else root
+    return place.parent / f"{place.name}-links.jsonl"
 
 
 def read_links(path: Path) -> Links:

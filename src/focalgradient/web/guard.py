@@ -17,6 +17,7 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from focalgradient.errors import check_number
 from focalgradient.web.store import Refused
 
 __all__ = ["Limits", "Rate", "SameOrigin", "TimedProtocol", "read_body", "too_many"]
@@ -57,6 +58,10 @@ class Limits:
 
     joins: int = 60
     guesses: int = 6
+
+    def __post_init__(self) -> None:
+        check_number("joins", self.joins, "people a minute", positive=True)
+        check_number("guesses", self.guesses, "passwords a minute", positive=True)
 
 
 class Rate:

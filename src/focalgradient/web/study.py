@@ -342,7 +342,8 @@ class Study:
                 place.stopped = True
                 with suppress(InputError):
                     place.close()
-                remove_participant(self.data, place.participant)
+                with suppress(InputError):  # the next look tries again
+                    remove_participant(self.data, place.participant)
 
     def overview(self) -> list[dict[str, Any]]:
         """Give a row for everybody: how far the session is, when there was a sign of life, what was lost."""

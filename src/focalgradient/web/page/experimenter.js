@@ -17,8 +17,9 @@ function stopper(participant) {
   button.textContent = "Stop";
   button.onclick = async () => {
     if (confirm(`Stop the session of ${participant}? What was recorded stays.`)) {
-      await fetch(`/experimenter/stop/${participant}`, { method: "POST" });
+      const reply = await fetch(`/experimenter/stop/${participant}`, { method: "POST" });
       await refresh();
+      if (!reply.ok) alert(`The session of ${participant} was not stopped: ${(await reply.json()).error}`);
     }
   };
   return button;
