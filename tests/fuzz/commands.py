@@ -12,13 +12,10 @@ ends within a minute, and a refused command leaves its folder as it was.
 from __future__ import annotations
 
 import argparse
-import codecs
 import contextlib
-import copy
 import csv
 import importlib
 import io
-import json
 import os
 import random
 import shutil
@@ -26,7 +23,6 @@ import signal
 import sys
 import tempfile
 import time
-import tomllib
 import traceback
 import warnings
 from collections import Counter
@@ -43,7 +39,8 @@ from click.testing import CliRunner
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
 from doors import CALIBRATED, silent  # noqa: E402
-from mutations import as_json, as_toml, damaged_bytes, damaged_tree  # noqa: E402
+from mutations import as_toml  # noqa: E402
+from structures import is_text, wrong_file  # noqa: E402
 
 SECONDS = 60
 """Time that a case may take (s)."""
@@ -100,7 +97,15 @@ LINES = (
     "simulate necker --observers 1 --seed 1 --design necker.toml --workers 1 --out out",
     "simulate blur-threshold --observers 1 --seed 1 --design threshold.toml --workers 1 --out out",
     "simulate depth-rating --observers 1 --seed 1 --stimuli pictures --design rating.toml --workers 1 --out out",
-    "doctor --seconds 0.1",
+    "run gaze-focus --series blurred --gaze tracker --tracker tracker.json --windowed",
+    "run necker --participant 01 --design own.toml --consent consent.txt --data new",
+    "run necker --participant 01 --design own.toml --data data --resume",
+    "serve own.toml --data new --consent consent.txt --port 0",
+    "blur a.png far.npy --eye zernike.toml --field 6 --focus 1 --out out",
+    "blur frames depths --pupil 4 --field 6 --focus 1 --out out",
+    "report seen --workers 1 --out out",
+    "validate seen --stimuli pictures",
+    "doctor --seconds 0.1 --luminance photometer.csv",
     "demo --out out",
 )
 COSTLY = {
@@ -135,15 +140,6 @@ PLACES = (
     *("a.png", "far.npy", "views.toml", "data", "pictures", "table.csv", "study.toml", "a\nb.png", "\udcff.csv"),
     *("a.png/x", "camera.toml", "out.html", "d.mp4", "d.", ".avi", "con", "dataset_description.json"),
 )
-LEAVES: tuple[Any, ...] = (
-    *(0, 1, -1, 2, 0.5, -0.5, 1e308, -1e308, 1e-320, 10**19, -(10**19), 10**400, 2**53 + 1, float("inf")),
-    *(float("-inf"), float("nan"), True, False, None, "", " ", "1", "0.9", "nan", "true", "é", "a\0b", "\ud800"),
-    *("x" * 3000, "../x", "a/b", "n/a", [], {}, [1], ["1"], [[1, 2], [3]], {"a": 1}, [None], [[]], [{}], "1e400"),
-)
-CELLS = (
-    *("", "n/a", "nan", "inf", "-1", "0", "1e400", "9" * 5000, "x" * 70_000, "=1+1", '"', "é", "\0", "1,5", "1;5"),
-    *("\t", "999", "TRUE", "f/0", "f/-1", "f/inf", "pinhole ", "Pinhole", "\ufeff", "-0", "1e-320", "\u2028", "a\rb"),
-)
 
 
 @cache
@@ -152,6 +148,11 @@ def base() -> Path:
     import atexit
 
     from long_commands import participant, prepare
+    from recorded import APPARATUS
+
+    from focalgradient.dataset import Rated, Session
+    from focalgradient.design import load_design
+    from focalgradient.design.words import words_text
 
     folder = Path(tempfile.mkdtemp(prefix="fuzz-base-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
@@ -166,6 +167,24 @@ def base() -> Path:
     (folder / "display.toml").write_text(
         'size_px = [1920, 1080]\npixel_pitch_um = 276.7\ndistance_m = 0.57\ngamma = "sRGB"\n'
     )
+    (folder / "own.toml").write_text((folder / "necker.toml").read_text() + 'language = "words.toml"\n')
+    (folder / "words.toml").write_text(words_text("en"))
+    (folder / "tracker.json").write_text('{"eyetracker.hw.tobii.EyeTracker": {"runtime_settings": {"rate": 120}}}')
+    (folder / "zernike.toml").write_text('pupil_mm = 4.0\nzernike = "zernike.csv"\nmeasured_mm = 6.0\n')
+    (folder / "zernike.csv").write_text("n,m,um\n2,0,0.1\n4,0,0.05\n3,1,0.02\n")
+    levels = "".join(
+        f"{n},{n**2.2 / 4:.3f},{n**2.2 / 2:.3f},{n**2.2 / 9:.3f},{n**2.2:.3f}\n" for n in range(0, 256, 51)
+    )
+    (folder / "photometer.csv").write_text("level,red,green,blue,grey\n" + levels)
+    for name, files in (("frames", ("a.png", "b.png")), ("depths", ("far.npy", "far.npy"))):
+        (folder / name).mkdir()
+        for number, file in enumerate(files):
+            shutil.copy2(folder / file, folder / name / f"{number}{Path(file).suffix}")
+    design = load_design(folder / "rating.toml")
+    for who in ("01", "02", "03"):
+        with Session.begin(folder / "seen", design, who, apparatus=APPARATUS, stimuli=folder / "pictures") as session:
+            for trial in session.remaining():
+                session.record(trial, Rated(onset=5.0 * trial.trial, rating=1.1, response_time=1.5))
     (folder / "consent.txt").write_text("# Consent\n\nVersion: 2.1\n\nI agree.\n")
     (folder / "links.jsonl").write_bytes(b"")
     far = np.load(folder / "far.npy").astype(np.float32)
@@ -267,144 +286,6 @@ def wrong_options(line: list[str], chance: random.Random) -> list[str]:
     return [word for word in line if "\0" not in word]
 
 
-def wrong_file(path: Path, chance: random.Random) -> None:
-    """Damage a file by what it is, or put another in its place."""
-    data = path.read_bytes()
-    pick = chance.random()
-    if pick < 0.06:
-        other = chance.choice([one for one in base().rglob("*") if one.is_file()])
-        content = other.read_bytes()
-    elif pick < 0.2 or not _is_text(path):
-        content = damaged_bytes(data, chance)
-        if path.suffix == ".npy" and chance.random() < 0.6:
-            content = _array(chance)
-    elif pick < 0.3:
-        content = _encoded(data, chance)
-    elif path.suffix in (".toml", ".json"):
-        content = _tree(path, data, chance)
-    elif path.suffix in (".csv", ".tsv"):
-        content = _table(data, "\t" if path.suffix == ".tsv" else ",", chance)
-    elif path.suffix == ".jsonl" or path.name == "answers.txt":
-        content = _json_lines(data, chance)
-    else:
-        content = damaged_bytes(data, chance)
-    path.unlink()
-    path.write_bytes(content)
-
-
-def _is_text(path: Path) -> bool:
-    return path.suffix in (".toml", ".json", ".jsonl", ".csv", ".tsv", ".txt", "")
-
-
-def _encoded(data: bytes, chance: random.Random) -> bytes:
-    text = data.decode("utf-8", "replace")
-    ways: tuple[Callable[[], bytes], ...] = (
-        lambda: text.encode("utf-16"),
-        lambda: text.encode("utf-32"),
-        lambda: codecs.BOM_UTF8 + data,
-        lambda: codecs.BOM_UTF16_LE + data,
-        lambda: codecs.BOM_UTF8 * 2 + data,
-        lambda: text.replace("e", "é", 3).encode("latin-1", "replace"),
-        lambda: data.replace(b"\n", b"\r"),
-        lambda: data.replace(b"\n", b"\r\n"),
-        lambda: data.replace(b"\n", b"\0\n", 2),
-        lambda: data + b"\x1a",
-        lambda: data * 2,
-        lambda: data.replace(b"\n", b" "),
-    )
-    return chance.choice(ways)()
-
-
-def _array(chance: random.Random) -> bytes:
-    kind = chance.choice(("f2", "f4", ">f8", "f8", "u1", "i8", "?", "c16", "U3", "M8[s]", "V4", "longdouble"))
-    shape = chance.choice(((96, 96), (96, 96, 3), (0, 0), (96,), (), (1, 96), (96, 95), (96, 96, 1, 1), (2, 2)))
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
-        array = np.full(shape, chance.choice((0, 1, -1, 1e30, 1e-30, np.nan, np.inf, 0.8))).astype(kind)
-    file = io.BytesIO()
-    np.save(file, array)
-    return file.getvalue()
-
-
-def _leaf(tree: Any, chance: random.Random) -> Any:
-    """A tree in which one leaf, chosen among all, is of another type."""
-    tree = json.loads(json.dumps(tree, default=str))
-    places: list[tuple[Any, Any]] = []
-
-    def walk(node: Any) -> None:
-        for key in node if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ():
-            places.append((node, key))
-            walk(node[key])
-
-    walk(tree)
-    for _ in range(chance.choice((1, 1, 2))):
-        if places:
-            node, key = chance.choice(places)
-            with contextlib.suppress(IndexError):
-                node[key] = chance.choice(LEAVES) if chance.random() < 0.9 else copy.deepcopy(chance.choice(places)[0])
-    return tree
-
-
-def _tree(path: Path, data: bytes, chance: random.Random) -> bytes:
-    toml = path.suffix == ".toml"
-    tree = tomllib.loads(data.decode()) if toml else json.loads(data)
-    try:
-        damaged = _leaf(tree, chance) if chance.random() < 0.7 else damaged_tree(tree, chance)
-        if not toml:
-            return as_json(damaged)
-        return as_toml(damaged if isinstance(damaged, dict) else {"a": damaged})
-    except RecursionError:  # a tree within itself
-        return b"[" * 100_000
-
-
-def _table(data: bytes, delimiter: str, chance: random.Random) -> bytes:
-    rows = [line.split(delimiter) for line in data.decode("utf-8", "replace").splitlines()] or [[]]
-    for _ in range(chance.choice((1, 1, 2, 4))):
-        at, column = chance.randrange(len(rows)), chance.randrange(max(len(rows[0]), 1))
-        way = chance.randrange(12)
-        if way < 4:
-            for row in rows[at : at + 1] if way < 3 else rows[1:]:
-                if column < len(row):
-                    row[column] = chance.choice(CELLS)
-        elif way == 4:
-            for row in rows:
-                del row[column : column + 1]
-        elif way == 5:
-            for row in rows:
-                row.insert(column, row[column] if column < len(row) else "")
-        elif way == 6:
-            rows.insert(at, list(chance.choice(rows)))
-        elif way == 7:
-            del rows[at]
-            rows = rows or [[]]
-        elif way == 8:
-            rows[at] = rows[at] * chance.choice((2, 3000))
-        elif way == 9:
-            rows = rows + rows[1:] * chance.choice((1, 20))
-        elif way == 10:
-            chance.shuffle(rows[0])
-        else:
-            rows = [list(column) for column in zip(*rows, strict=False)] or [[]]
-    delimiter = chance.choice((delimiter,) * 8 + (";", "\t", "|", " "))
-    return "\n".join(delimiter.join(row) for row in rows).encode("utf-8", "surrogatepass")
-
-
-def _json_lines(data: bytes, chance: random.Random) -> bytes:
-    lines = data.splitlines() or [b""]
-    at = chance.randrange(len(lines))
-    way = chance.randrange(5)
-    if way == 0:
-        lines[at] = chance.choice((b"", b"[" * 50_000, b"1", b"null", b'{"a":1,"a":2}', b"\xff\xfe", b'"' * 99))
-    elif way == 1:
-        lines.insert(at, chance.choice(lines))
-    elif way == 2:
-        del lines[at]
-    else:
-        with contextlib.suppress(ValueError):
-            lines[at] = as_json(_leaf(json.loads(lines[at]), chance))
-    return b"\n".join(lines) + b"\n" * chance.randrange(3)
-
-
 class Hangs(BaseException):
     """More time than a case may take."""
 
@@ -449,6 +330,7 @@ def made(seed: int, only: str | None, folder: Path) -> list[str]:
     given = [word for word in line if os.path.exists(base() / word)]
     if "views.toml" in given or {"f0.toml", "f1.toml"} & set(given):
         given += ["a.png", "b.png"]
+    given += ["words.toml"] if "own.toml" in given else ["zernike.csv"] if "zernike.toml" in given else []
     if "targets.toml" in given:
         given += [path.name for path in base().glob("*.png")]
     given = [name for name in dict.fromkeys(given) if not name.startswith("own/")]
@@ -467,9 +349,9 @@ def made(seed: int, only: str | None, folder: Path) -> list[str]:
     if pick > 0.45:
         within = sorted(path for path in folder.rglob("*") if path.is_file())
         small = [path for path in within if path.stat().st_size < 300_000] or within
-        texts = [path for path in small if _is_text(path)]
+        texts = [path for path in small if is_text(path)]
         if small:
-            wrong_file(chance.choice(texts if texts and chance.random() < 0.7 else small), chance)
+            wrong_file(chance.choice(texts if texts and chance.random() < 0.7 else small), base(), chance)
     return args
 
 
@@ -544,6 +426,8 @@ def run(count: int, seed: int = 0, only: str | None = None, show: bool = False) 
         elif seconds > 20:
             print(f"--seed {number}: {seconds:.1f} s\n    {line!r}", flush=True)
         counts["failed"] += bool(wrong)
+        if (number - seed + 1) % 1000 == 0:
+            print(f"{number - seed + 1} cases, {counts['failed']} failed", flush=True)
     return counts
 
 
