@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -208,3 +209,13 @@ def test_a_data_set_with_a_table_of_a_million_columns_is_refused_at_once(
     assert result.exception is None or isinstance(result.exception, SystemExit)
     assert "columns, but a table may have 4,096 at most" in result.output
     assert time.process_time() - start < 30
+
+
+def test_pictures_with_too_much_blur_are_refused_before_the_first(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), np.random.default_rng(1).integers(0, 255, (96, 96, 3), np.uint8))
+    np.save(tmp_path / "far.npy", np.where(np.arange(96) < 48, 0.8, 2.0) * np.ones((96, 1)))  # metres, taken for mm
+    given = [str(tmp_path / "a.png"), "--depth", str(tmp_path / "far.npy"), "--field", "6", "--depth-unit", "mm"]
+    result = CliRunner().invoke(main, ["stimuli", "depth-rating", "--picture", *given, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert "pixels in radius" in result.stderr
+    assert not (tmp_path / "out").exists()

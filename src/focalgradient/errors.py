@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib.util
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
@@ -25,8 +26,12 @@ __all__ = [
     "check_seed",
     "described",
     "is_number",
+    "one_line",
 ]
 
+
+_ENDLESS = re.compile(r"(\S{100})\S{200,}(\S{100})")
+"""Words of 400 letters or more: what stands in them hides the sentence."""
 
 LONGEST = 40
 """Letters of a value that a message repeats."""
@@ -69,6 +74,15 @@ def check_seed(seed: Any) -> None:
     """
     if not (isinstance(seed, int) and 0 <= seed <= LARGEST_SEED):
         raise InputError(f"seed is {described(seed)}, but must be a whole number of 0 or more, of 62 bits at most.")
+
+
+def one_line(sentence: object) -> str:
+    r"""A message on one line, in which no word is endless, as only damaged files have them.
+
+    >>> one_line("a\\nb " + "x" * 9999).count("x")
+    200
+    """
+    return _ENDLESS.sub(r"\1...\2", " ".join(str(sentence).split()))
 
 
 def check_fields(record: object) -> None:

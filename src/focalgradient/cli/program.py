@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import signal
 import sys
 import tempfile
@@ -20,7 +19,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 import numpy as np
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, one_line
 from focalgradient.files import existing, printable, refuse_overwriting
 from focalgradient.progress import Progress
 
@@ -62,9 +61,6 @@ OPTIONS = {
 
 AGAIN = 0.05
 """Seconds after which a signal comes again that was lost in a destructor."""
-
-_ENDLESS = re.compile(r"(\S{100})\S{200,}(\S{100})")
-"""Words of 400 letters or more, which only come from damaged files: what stands in them hides the sentence."""
 
 NESTED = "something in the input is nested too deeply to be read: give a simpler file."
 
@@ -234,12 +230,8 @@ def announce(seconds: float, work: str) -> None:
 
 
 def _with_options(sentence: str) -> str:
-    """A sentence of the library on one line, with the command's options for its parameters, and no endless word.
-
-    >>> _with_options("(near, far) is " + "x" * 9999).count("x")
-    200
-    """
-    words = _ENDLESS.sub(r"\1...\2", " ".join(sentence.split()))
+    """A sentence of the library on one line, with the command's options for its parameters."""
+    words = one_line(sentence)
     for parameter, option in OPTIONS.items():
         words = words.replace(parameter, option)
     return words

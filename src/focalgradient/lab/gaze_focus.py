@@ -19,7 +19,7 @@ from focalgradient.dataset.bids import add_participant
 from focalgradient.dataset.focus import Change, export_focus
 from focalgradient.design.words import load_words
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
 from focalgradient.lab.experiment import EVENTS, Again, Quit
 from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
@@ -110,7 +110,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         finally:
             journal.close()
     except InputError as error:
-        print(f"Error: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2
 
 

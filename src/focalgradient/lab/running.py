@@ -22,7 +22,7 @@ from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
 from focalgradient.design.rating_pages import scale_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, one_line
 from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import EVENTS, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import pages, rest
@@ -90,7 +90,7 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
                 sitting.recorder.gaze.close()
             window.close()
     except InputError as error:
-        print(f"Error: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2
     return 0
 

@@ -26,7 +26,7 @@ from focalgradient.render.spread import layer_of, spread
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
-__all__ = ["blur", "blur_picture", "blur_scene"]
+__all__ = ["blur", "blur_picture", "blur_scene", "check_radius"]
 
 LARGEST = 250.0
 """Radius of blur in pixels up to which pictures are made: the kernels of larger ones fill memory."""
@@ -211,15 +211,20 @@ def blur_scene(
     return image[:, :, 0], far[pad:-pad, pad:-pad]
 
 
+def check_radius(pixels: float) -> None:
+    """Raise InputError where a radius of blur is too large for a picture to be made."""
+    if not pixels <= LARGEST:
+        raise InputError(
+            f"the blur is {pixels:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
+            "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
+        )
+
+
 def _kernels(optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float) -> tuple[Kernels, bool]:
     """Point spread functions for vergences in pixels; whether they are the optics' own, and no discs."""
     blurs = vergence - np.float32(scale * optics.focus_vergence)
     largest = float(np.abs(blurs).max())
-    if largest > LARGEST:
-        raise InputError(
-            f"the blur is {largest:.0f} pixels in radius, but may be {LARGEST:.0f} at most: "
-            "reduce the picture, or take a smaller aperture or a focus nearer to the scene."
-        )
+    check_radius(largest)
     own = isinstance(optics, (HasTransfer, HasOpticalTransfer))
     return (_own_kernels(optics, blurs, scale, pixel_angle) if own else disc_kernels(largest)), own
 

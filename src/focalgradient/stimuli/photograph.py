@@ -20,7 +20,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import plain_name
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
-from focalgradient.render.blurred import blur_picture
+from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs, judged
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
@@ -83,7 +83,11 @@ def make_from_photographs(
     targets = {
         name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
     }
-    for ends in targets.values():
+    widest = FOCAL_LENGTH / min(lenses.values()) / pixel_angle
+    for name, ends in targets.items():
+        vergences = 1 / photographs[name][1]
+        for _, metres in ends.values():  # before the first picture is written
+            check_radius(0.5 * widest * float(np.abs(vergences - 1 / metres).max()))
         depth_range = 1 / ends["nearest"][1] - 1 / ends["farthest"][1]
         display.check_steps([FOCAL_LENGTH / number * depth_range / pixel_angle for number in lenses.values()])
     parameters = {

@@ -24,7 +24,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, one_line
 from focalgradient.web.answers import first_problem
 from focalgradient.web.guard import Limits, Rate, SameOrigin, TimedProtocol, read_body, too_many
 from focalgradient.web.messages import Begin, Given, Join, Who
@@ -114,7 +114,7 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 async def _wrong(_: Request, error: Exception) -> Response:
     """Tell the experimenter, where the server runs, what is wrong with the study: it may name the server's files."""
-    print(f"Error: {' '.join(str(error).split())}", file=sys.stderr, flush=True)
+    print(f"Error: {one_line(error)}", file=sys.stderr, flush=True)
     if isinstance(error, OSError) or isinstance(error.__cause__, OSError):  # a full disk: nothing was acknowledged
         return JSONResponse({"error": "The server cannot write at the moment."}, 503, {"Retry-After": "5"})
     return JSONResponse({"error": "The study cannot go on: tell the person who gave you the link."}, 400)
