@@ -17,8 +17,9 @@ import numpy as np
 from reruns import Lines
 
 from focalgradient.errors import InputError
-from focalgradient.report import make_report
-from focalgradient.statistics import Quality, quality, read_ratings
+from focalgradient.report import Stated, make_report
+from focalgradient.report.preregister import preregistration
+from focalgradient.statistics import Quality, Rules, quality, read_ratings
 
 TABLE = Lines("Reports that stated what was not so about people")
 
@@ -91,6 +92,35 @@ def _both_results() -> str:
     there = ["without exclusions" in files.get(name, b"").decode() for name in ("report.html", "results.json")]
     there.append("without exclusions" in files["depth_rating_exclusions_effect.csv"].decode())
     return f"in {sum(there)} of 3"
+
+
+def preregistered(settings: str, **options: object) -> str:
+    """Text of the preregistration of a rating design."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "design.toml")
+        path.write_text(f'task = "depthrating"\n{settings}', encoding="utf-8")
+        files = preregistration(path, stated=Stated(Rules()), **options)  # type: ignore[arg-type]
+    return files["preregistration.md"].decode()
+
+
+@TABLE.line("3.2.1", "scale = steps: words of the analysis", "analysed on their logarithm, power for ratios")
+def _plan_of_steps() -> str:
+    text = preregistered('scale = "steps"\nsteps = 7\nscenes = ["a"]\nfixations = ["nearest"]\nrepetitions = 3\n')
+    found = ("analysed on their logarithm", "cumulative-link mixed model", "ratio of the odds of a higher answer")
+    return ", ".join(words for words in found if words in text)
+
+
+@TABLE.line("3.2.2", "a rating study: rules of the cube, and '1 scenes'", "2 rules, 1 scenes")
+def _rules_of_the_cube() -> str:
+    text = preregistered('scenes = ["a"]\n')
+    rules = sum(rule in text for rule in ("catch_share", "shortest_both"))
+    return f"{rules} rules, {'1 scenes' if '1 scenes' in text else '1 scene'}"
+
+
+@TABLE.line("3.2.3", "own effect of 2 instead of 1.3: the fewest subjects", "no option for it")
+def _own_effect() -> str:
+    texts = (preregistered("", **given) for given in ({}, {"effect": 2.0}))
+    return " and ".join(text.split("## Number of subjects")[1].split()[0] for text in texts)
 
 
 @TABLE.line(

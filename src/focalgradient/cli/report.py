@@ -68,6 +68,19 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
 @click.option(
     "--preregister", is_flag=True, help="DATASET is a design (TOML): write the text of a preregistration, without data."
 )
+@click.option(
+    "--effect",
+    type=float,
+    callback=positive(),
+    help="With --preregister: effect to be found, for the number of subjects; a ratio of ratings, of steps, choices "
+    "and the cube a ratio of odds.  [default: 1.3; of odds 3; of the cube 1.5]",
+)
+@click.option(
+    "--far-effect",
+    type=float,
+    callback=positive(),
+    help="With --preregister: the same with the farthest object in focus, 1 is none.  [default: 1]",
+)
 @shared_options
 @json_option
 def report(
@@ -81,6 +94,8 @@ def report(
     conditions: dict[str, str],
     focal_length: float | None,
     preregister: bool,
+    effect: float | None,
+    far_effect: float | None,
     workers: int | None,
     scheduler: str | None,
 ) -> None:
@@ -117,11 +132,22 @@ def report(
     if preregister:
         from focalgradient.report.preregister import preregistration
 
+        analysing = {"--bayes": bayes, "--columns": columns, "--conditions": conditions, "--focal-length": focal_length}
+        if wrong := [option for option, value in analysing.items() if value]:
+            raise InputError(
+                f"{wrong[0]} is of an analysis, but --preregister writes a text without data: leave it out."
+            )
         writable(out, ["preregistration.html", "preregistration.md"], inputs)
-        replace_set(out, preregistration(folder, bound=bound, stated=stated), "preregistration.html")
+        with options_named({"far_effect": "--far-effect", "ordinal is": "--ordinal is", "bound is": "--bound is"}):
+            texts = preregistration(
+                folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal
+            )
+        replace_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
         return
+    if effect is not None or far_effect is not None:
+        raise InputError("--effect is of a preregistration: give it with --preregister.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]

@@ -11,7 +11,8 @@ from focalgradient.power.cube import (
     quick_cube_power,
     simulated_reports,
 )
-from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, simulated_ratings
+from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers
+from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, rise_power, simulated_ratings
 from focalgradient.power.running import AnyStudy, Power, power, run
 
 __all__ = [
@@ -20,15 +21,20 @@ __all__ = [
     "AnyStudy",
     "CubeModel",
     "CubeStudy",
+    "LatentModel",
+    "LatentStudy",
     "Model",
     "Power",
     "Study",
     "cube_experiment",
     "experiment",
+    "latent_power",
     "power",
     "quick_cube_power",
     "quick_power",
+    "rise_power",
     "run",
+    "simulated_answers",
     "simulated_ratings",
     "simulated_reports",
 ]

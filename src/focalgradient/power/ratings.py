@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -26,7 +27,7 @@ from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "simulated_ratings"]
+__all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "rise_power", "simulated_ratings"]
 
 TESTS = {
     "near_rise": "near: rises with blur",
@@ -114,6 +115,11 @@ class Study:
         check_fields(self)
         if not 1 < self.bound < math.inf:
             raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
+        if self.design.scale != "ratio":
+            raise InputError(
+                f"The design has the scale {self.design.scale!r}, but this is a model of ratios: 'focalgradient report "
+                "--preregister' gives the power of the tests of other scales."
+            )
         if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
             raise InputError("The design has one aperture or one fixation only: there is nothing to compare.")
         if "pinhole" not in self.design.apertures:
@@ -274,10 +280,21 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     >>> found["near_rise"] > 0.95
     True
     """
+    return rise_power(study.model, study.design, study.bound, subjects, experiments, seed=study.seed)
+
+
+def rise_power(
+    model: Model, design: DepthRatingDesign, bound: float, subjects: int, experiments: int = 2000, *, seed: int = 1
+) -> dict[str, float]:
+    """Power as `quick_power` gives it, of a design with any number of fixations.
+
+    The first in the order of the report has the near effect, the others the far one: "far_equivalent" is that all
+    others are equivalent to zero, "interaction" that the first rise is larger than each; without others there is
+    neither.
+    """
     from scipy import stats
 
-    model, design = study.model, study.design
-    rng = default_rng(SeedSequence([study.seed, subjects, experiments]))
+    rng = default_rng(SeedSequence([seed, subjects, experiments]))
     shape = (experiments, subjects, len(design.scenes))
     noise = model.noise * math.sqrt(2 / design.repetitions)
     rises = [
@@ -285,18 +302,24 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
         + rng.normal(0, model.between, (experiments, subjects, 1))
         + rng.normal(0, model.between_scenes, (experiments, 1, shape[2]))
         + rng.normal(0, noise, shape)
-        for mean in (model.effect, model.far_effect)
+        for mean in (model.effect, *[model.far_effect] * (len(design.fixations) - 1))
     ]
-    found = [_tested(cells) for cells in (*rises, rises[0] - rises[1])]
+    pairs = list(combinations(range(len(rises)), 2))
+    found = [_tested(cells) for cells in (*rises, *(rises[one] - rises[other] for one, other in pairs))]
     p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
     corrected = holm(p) < ALPHA
-    skewness = error_skewness(rises[1], found[1][1])
-    outside = np.maximum(*one_sided(*found[1], math.log(study.bound), subjects, skewness))
-    return {
-        "near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean()),
-        "far_equivalent": float((outside < ALPHA).mean()),
-        "interaction": float((corrected[:, 2] & (found[2][0] > 0)).mean()),
-    }
+    shares = {"near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean())}
+    if not pairs:
+        return shares
+    none = np.ones(experiments, bool)
+    for one in range(1, len(rises)):
+        skewness = error_skewness(rises[one], found[one][1])
+        none &= np.maximum(*one_sided(*found[one], math.log(bound), subjects, skewness)) < ALPHA
+    larger = np.ones(experiments, bool)
+    for at, (one, _) in enumerate(pairs, start=len(rises)):
+        if one == 0:
+            larger &= corrected[:, at] & (found[at][0] > 0)
+    return shares | {"far_equivalent": float(none.mean()), "interaction": float(larger.mean())}
 
 
 def _tested(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -309,7 +309,7 @@ def _methods(
         yield from _shown([] if found.reports.data is None else [_design(found.reports.data, "necker")], sheets)
     if found.thresholds is not None:
         yield Heading("Blur thresholds", 3)
-        yield from map(Paragraph, methods_thresholds(found.thresholds))
+        yield from map(Paragraph, methods_thresholds(found.thresholds.design))
         yield from _shown([_design(found.thresholds.data, "blur_threshold")], sheets)
 
 

@@ -103,7 +103,7 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
     Examples
     --------
     >>> criteria(Rules(), {"response_time": "response times were not recorded"}, CUBE_CATCH)[1]
-    'Not applied: lapses by bounds of the response time (response times were not recorded).'
+    'Rules that could not be applied: bounds of the response time (response times were not recorded).'
     """
     cube = catch == CUBE_CATCH
     told = {"rules": rules, "catch": catch.format(rules=rules)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -113,8 +114,8 @@ def _value(path: Path, key: str, value: Any) -> Any:
     return value if key == "dropped_frames" else float(value)
 
 
-def as_toml(rules: Rules, bound: float) -> str:
-    """The rules as a file that `load_rules` reads.
+def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(MEANING)) -> str:
+    """The rules of these names, and the bound where there is one, as a file that `load_rules` reads.
 
     Examples
     --------
@@ -123,8 +124,11 @@ def as_toml(rules: Rules, bound: float) -> str:
     """
     lines = ["# Rules of exclusion, stated in advance: focalgradient report DATASET --rules rules.toml"]
     for key, meaning in MEANING.items():
+        if key not in names:
+            continue
         value = getattr(rules, key)
         text = "false" if value is None else str(list(value)) if isinstance(value, tuple) else f"{value:g}"
         lines += ["", f"# {meaning}", f"{key} = {text}"]
-    lines += ["", "# smallest rise at the largest aperture that would matter, as a ratio", f"bound = {bound:g}"]
+    if bound is not None:
+        lines += ["", "# smallest rise at the largest aperture that would matter, as a ratio", f"bound = {bound:g}"]
     return "\n".join(lines) + "\n"

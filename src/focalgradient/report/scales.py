@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from focalgradient.report.plans import in_focus
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
 from focalgradient.statistics import ComparisonResult, ComparisonTests, Effect, FactorEffect, NotComputed
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
-__all__ = ["comparison_findings", "comparison_methods", "comparison_sheets", "factor_sheet"]
+__all__ = ["comparison_findings", "comparison_sheets", "factor_sheet"]
 
 
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
@@ -21,7 +22,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
     for name, slope, fixed, largest in zip(
         found.fixations, found.slopes, here.slopes, found.against_reference, strict=True
     ):
-        focused = f"With the {name} object in focus" if name in FIXATIONS else f"With “{name}” in focus"
+        focused = f"{'' if name != found.fixations[0] else 'Primary outcome. '}With {in_focus(name)}"
         if isinstance(slope, NotComputed):
             yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
         else:
@@ -51,38 +52,6 @@ def _over(test: Effect) -> str:
 def _here(both: Effect, fixed: Effect | NotComputed) -> str:
     """The same for these scenes, where that is another test."""
     return f" For these scenes alone: {_worded(fixed)}." if random_scenes(both) else ""
-
-
-def comparison_methods(scale: str, design: Mapping[str, Any]) -> str:
-    """How comparisons are analysed, for a paper."""
-    same = design.get("reference") == "same-scene"
-    reference = "the pinhole picture of the same scene" if same else "the standard, a pinhole picture of another scene"
-    if scale == "choice":
-        return (
-            f"In each trial a picture and {reference} were shown in random order, and the one that looked deeper was "
-            "chosen. The log odds of choosing the picture were modelled on the diameter of its aperture by generalised "
-            "estimating equations (logit, independence, standard errors corrected for few subjects after Mancl and "
-            "DeRouen). To the variance of the slope over subjects was added what scenes, as random, make of it by the "
-            "mean squares of the trials’ influence on the slope, and it was referred to Student’s t with "
-            f"Satterthwaite’s degrees of freedom. {_shares(scale)}"
-        )
-    return (
-        f"Pictures were compared with {reference} in {design.get('steps', 7)} steps from much flatter to "
-        "much deeper, 0 being alike. A straight "
-        "line on the diameter of the aperture was fitted to the steps of each subject and scene; its slopes and "
-        f"their difference between the fixations were tested with subjects and scenes crossed as random (quasi-F of "
-        f"Clark, 1973, Satterthwaite’s degrees of freedom). {_shares(scale)}"
-    )
-
-
-def _shares(scale: str) -> str:
-    what = "shares" if scale == "choice" else "mean steps"
-    return (
-        f"The {what} of subjects and scenes at the largest aperture were compared with those of pictures that are "
-        "alike with both crossed as random. Holm’s method corrects the slopes with their differences, and the "
-        "comparisons at the largest aperture. With fewer than five scenes results hold for other subjects with these "
-        "scenes, by Student’s t with N − 1 degrees of freedom; with more, such tests stand beside those over both."
-    )
 
 
 def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:

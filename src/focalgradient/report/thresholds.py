@@ -16,7 +16,7 @@ from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, number
+from focalgradient.report.tables import Sheet, many, number
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -27,7 +27,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.thresholds import ATTENDING
 
-__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "threshold_part"]
+__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "threshold_part", "unit_of"]
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
@@ -87,10 +87,19 @@ def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
         table,
         least=float(first["least_level"]),
         most=float(first["most_level"]),
-        unit="D" if first["judged"] == "blur" else "mm",
+        unit=unit_of(first),
         known=known,
     )
     return Thresholds(data, table, result, first, data.simulated)
+
+
+def unit_of(design: Mapping[str, Any]) -> str:
+    """The unit of a design's levels.
+
+    >>> unit_of({"judged": "blur"}), unit_of({"judged": "depth"})
+    ('D', 'mm')
+    """
+    return "D" if design["judged"] == "blur" else "mm"
 
 
 def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, bytes]) -> Iterator[Block]:
@@ -183,9 +192,9 @@ def _sheet(result: ThresholdResult) -> Sheet:
     return listed("blur_thresholds.csv", "Thresholds with 95 % intervals", head, rows)
 
 
-def methods_thresholds(part: Thresholds) -> Iterator[str]:
-    """How thresholds were measured and fitted, for a paper."""
-    design, unit = part.design, part.result.unit
+def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
+    """How thresholds were measured and fitted, for a paper: the same before and after."""
+    unit = unit_of(design)
     question = "which of the two was more blurred" if design["judged"] == "blur" else "which of the two looked deeper"
     how = (
         f"the whole picture was defocused for a pupil of {design['pupil_mm']:g} mm"
@@ -196,7 +205,7 @@ def methods_thresholds(part: Thresholds) -> Iterator[str]:
         f"Each trial showed one scene in two intervals of {design['picture_s']:g} s and asked {question}; in one of "
         f"them {how}, by a level above the {design['pedestal']:g} {unit} of both. The level was chosen before each "
         f"trial by QUEST+ (Watson, 2017; questplus) from {design['level_steps']} between {design['least_level']:g} and "
-        f"{design['most_level']:g} {unit}. {design['catch_trials']} trials showed the greatest level. "
+        f"{design['most_level']:g} {unit}. {many(design['catch_trials'], 'catch trial')} showed the greatest level. "
         f"Participants with less than {ATTENDING:.0%} of them right are named; as a high threshold has the same effect "
         "as inattention, the mean is of all, and that without them stands beside it."
     )

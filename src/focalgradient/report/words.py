@@ -8,7 +8,7 @@ from typing import Any
 
 from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, excluded
-from focalgradient.report.scales import comparison_methods
+from focalgradient.report.plans import in_focus, plan_of
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
 from focalgradient.statistics import (
     DepthRatingResult,
@@ -19,25 +19,18 @@ from focalgradient.statistics import (
     NotComputed,
     OrdinalResult,
     Quality,
-    Scale,
 )
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
     "analysis_necker",
-    "analysis_ratings",
     "counts",
     "methods_necker",
     "methods_ratings",
     "necker_findings",
     "rating_findings",
 ]
-
-
-def _object(fixation: str) -> str:
-    """What is in focus, in words."""
-    return f"the {fixation} object in focus" if fixation in FIXATIONS else f"“{fixation}” in focus"
 
 
 def counts(found: Quality) -> str:
@@ -55,7 +48,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         return _ordinal_findings(result.ordinal)
     sentences = []
     for each in result.fixations:
-        subject = f"With {_object(each.fixation)}"
+        subject = f"With {in_focus(each.fixation)}"
         if isinstance(each.rise, NotComputed):
             sentences.append(f"{subject}, the rise was not tested: {each.rise.reason}")
         else:
@@ -70,7 +63,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         )
     for (one, other), (test, _) in result.differences.items():
         sentences.append(_pair(one, other, test, "rises"))
-    if sentences and result.scale == "ratio" and result.fixations[0].fixation in FIXATIONS:
+    if sentences and result.scale == "ratio":
         sentences[0] = f"Primary outcome. {sentences[0]}"
     return sentences
 
@@ -123,7 +116,7 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
     """Answers in steps, in a few sentences."""
     sentences = []
     for number, (fixation, rise) in enumerate(zip(result.fixations, result.rises, strict=True)):
-        subject = f"With {_object(fixation)}"
+        subject = f"With {in_focus(fixation)}"
         if isinstance(rise, NotComputed):
             sentences.append(f"{subject}, the slope was not tested: {rise.reason}")
             continue
@@ -146,8 +139,7 @@ def _ordinal_findings(result: OrdinalResult) -> list[str]:
         )
     for (one, other), test in result.differences.items():
         sentences.append(_pair(one, other, test, "odds ratios"))
-    primary = "Primary outcome. " if result.fixations[0] in FIXATIONS else ""
-    return [primary + sentences[0], *sentences[1:]]
+    return [f"Primary outcome. {sentences[0]}", *sentences[1:]]
 
 
 def necker_findings(result: NeckerResult) -> list[str]:
@@ -213,9 +205,12 @@ def _answers(design: Mapping[str, Any]) -> str:
 
 
 def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[str]:
-    if part.scale == "bipolar" or part.scale == "choice":
-        return [comparison_methods(part.scale, design)]
-    return analysis_ratings(bound, part.scale)
+    """Primary outcome and analysis, in the words of the plan."""
+    rows = part.kept[~part.kept["catch"]]
+    if rows.empty:
+        rows = part.table[~part.table["catch"]]
+    plan = plan_of(part.scale, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
+    return [plan.outcome, plan.analysis]
 
 
 def _own_table(part: Ratings) -> str:
@@ -227,44 +222,6 @@ def _own_table(part: Ratings) -> str:
         f"{_listed(list(names))}, with the {_listed(sorted(main['fixation'].unique()))} object in focus. The data are "
         "a table; what was shown, and how, is not recorded in it."
     )
-
-
-def analysis_ratings(bound: float, scale: Scale) -> list[str]:
-    """How ratings are analysed."""
-    sentences = []
-    if scale == "ratio":
-        sentences.append(
-            "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The primary "
-            "outcome is the rise: the log ratio of the rating at the largest aperture to that at the pinhole, one "
-            "value for each subject and scene (repetitions averaged). Its mean was tested with subjects and "
-            "scenes crossed as random effects, log_ratio ~ 1 + (1 | participant_id) + (1 | scene): variance from "
-            "the mean squares of subjects, scenes and residuals, the scenes’ component not below zero, Student’s "
-            "t with Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; with fewer than five scenes "
-            "they are taken as fixed). A t-test of the subjects’ means stands beside it, for these scenes only. "
-            "The difference of the rises of the two fixations was tested in the same way. Equivalence to zero was "
-            f"tested by two one-sided tests against a factor of {bound:.3g}, the smallest rise that would matter, each "
-            "by Student’s t, less its skewness (Johnson, 1978) where the subjects’ rises are skewed to the side of the "
-            "bound, which makes the test more careful. "
-            "As a trend, the least-squares slope of the log rating on the diameter of the aperture, and its lack "
-            "of fit (the quadratic part), were tested likewise. Probabilities were corrected by Holm’s method "
-            "within each family: the rises with their difference, the comparisons of the apertures between with the "
-            "pinhole, the slopes, the tests of lack of fit; a result is called reliable where the corrected p is below "
-            ".05. Each equivalence test is one question and is not corrected. Intervals of ratios are 95 % "
-            "intervals by t on the logarithm, not adjusted for several tests; those of ratings are within "
-            "subjects (Cousineau, Morey). Tests are two-sided unless stated."
-        )
-    else:
-        sentences.append(
-            "Answers were steps of an ordinal scale. One cumulative-link mixed model (logit) with a slope on the "
-            "diameter of the aperture for each fixation, fixation and scenes as fixed effects, and random intercepts "
-            "and slopes of the subjects was fitted by adaptive Gauss-Hermite quadrature. To the variance of the slopes "
-            "and of their difference was added what scenes, as random, make of it: Cochran’s Q of the scenes’ own "
-            "slopes, one Newton step from the fit, over its degrees of freedom, less 1. They were referred to "
-            "Student’s t with Satterthwaite’s degrees of freedom and corrected by Holm’s method as one family. With "
-            "fewer than five scenes results hold for other subjects with these scenes, by Student’s t with N − 1 "
-            "degrees of freedom; with more, such tests stand beside those over both."
-        )
-    return sentences
 
 
 def methods_necker(part: Reports) -> list[str]:

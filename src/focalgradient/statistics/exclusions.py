@@ -13,7 +13,14 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
-from focalgradient.statistics.judging import ANSWERS, AnswerKind, SubjectQuality, judged_observers, judged_raters
+from focalgradient.statistics.judging import (
+    ANSWERS,
+    FEW_STARTS,
+    AnswerKind,
+    SubjectQuality,
+    judged_observers,
+    judged_raters,
+)
 from focalgradient.statistics.tables import rating_table, report_table
 
 __all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "quality"]
@@ -151,26 +158,37 @@ def quality(
     )
 
 
+NO_CATCH = "there are no catch trials"
+NO_RIGHT_ANSWER = "no answer to the catch trials is right or wrong whatever blur does"
+NO_TIMES = "response times were not recorded"
+NO_FRAMES = "dropped frames were not counted"
+NO_RATIOS = "it is judged of ratios, and these answers are steps or choices"
+NOT_REPEATED = "no picture was rated twice by a subject"
+FEW_OF_CONDITION = "no condition was rated three times by a subject"
+NOT_DIFFERENT = (
+    "there are no pictures whose answers must differ whatever blur does: neither five catch trials with different "
+    "right answers, nor scenes that most subjects tell apart at the pinhole"
+)
+NO_STARTS = "where the marker first stood was not recorded"
+FEW_PLACES = f"where the marker first stood was recorded in fewer than {FEW_STARTS} trials of a subject"
+NO_PLAIN_TRIALS = "there are no trials without a gradient"
+
+
 def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], kind: AnswerKind) -> dict[str, str]:
     """Why rules cannot be applied to these ratings, by field."""
     reasons = _unjudged_reports(table, subjects)
     if reasons.get("catch_passed") and table["catch"].any():
-        reasons["catch_passed"] = "no answer to the catch trials is right or wrong whatever blur does"
+        reasons["catch_passed"] = NO_RIGHT_ANSWER
     if "response_time" not in table or table["response_time"].isna().all():
-        reasons["response_time"] = reasons["fast"] = "response times were not recorded"
-    for name, few in (
-        ("repeat_factor", "no picture was rated twice by a subject"),
-        ("lapses", "no condition was rated three times by a subject"),
-    ):
+        reasons["response_time"] = reasons["fast"] = NO_TIMES
+    for name, few in (("repeat_factor", NOT_REPEATED), ("lapses", FEW_OF_CONDITION)):
         if all(getattr(one, name) is None for one in subjects):
-            reasons[name] = few if kind.ratios else "it is judged of ratios, and these answers are steps or choices"
+            reasons[name] = few if kind.ratios else NO_RATIOS
     if all(one.same_answer is None for one in subjects):
-        reasons["same_answer"] = (
-            "there are no pictures whose answers must differ whatever blur does: neither five catch trials with "
-            "different right answers, nor scenes that most subjects tell apart at the pinhole"
-        )
+        reasons["same_answer"] = NOT_DIFFERENT
     if all(one.first_press is None for one in subjects):
-        reasons["first_press"] = "where the marker first stood was not recorded"
+        recorded = "start" in table and table["start"].notna().any()
+        reasons["first_press"] = FEW_PLACES if recorded else NO_STARTS
     return reasons
 
 
@@ -178,11 +196,11 @@ def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> di
     """Why rules that concern both experiments cannot be applied, by field."""
     reasons = {}
     if not any(one.catch_trials for one in subjects):
-        reasons["catch_passed"] = "there are no catch trials"
+        reasons["catch_passed"] = NO_CATCH
     if "dropped_frames" not in table or table["dropped_frames"].isna().all():
-        reasons["dropped_frames"] = "dropped frames were not counted"
+        reasons["dropped_frames"] = NO_FRAMES
     if all(one.lapses is None for one in subjects):
-        reasons["lapses"] = "there are no trials without a gradient"
+        reasons["lapses"] = NO_PLAIN_TRIALS
     return reasons
 
 

@@ -18,7 +18,7 @@ from scipy import stats
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import moments
 
-__all__ = ["ANSWERS", "AnswerKind", "SubjectQuality", "judged_observers", "judged_raters"]
+__all__ = ["ANSWERS", "FEW", "FEW_STARTS", "AnswerKind", "SubjectQuality", "judged_observers", "judged_raters"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,255 @@
+"""Power of the tests of answers in steps, of comparisons in steps and of choices.
+
+What a simulated subject feels is a level plus a rise times the aperture over the largest, plus logistic noise; a scale
+makes an answer of it. Experiments of two sizes are analysed as a report does; the standard error of each test follows
+from theirs at any number of subjects, as variance over subjects / N + the part that subjects do not change.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from numpy.random import SeedSequence, default_rng
+from numpy.typing import NDArray
+
+from focalgradient.design import DepthRatingDesign
+from focalgradient.errors import InputError, check_fields
+from focalgradient.power.checks import check_spreads
+from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating
+from focalgradient.statistics.means import holm
+from focalgradient.statistics.records import ALPHA
+from focalgradient.statistics.tables import FIXATIONS
+
+__all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers"]
+
+SIZES = (8, 24)
+"""Numbers of subjects of the experiments that are analysed."""
+
+EACH = {"steps": 8, "bipolar": 60, "choice": 30}
+"""Experiments of each size, by scale: as many as take some 20 s on one core (a model of steps takes 0.5 to 2 s). With 8
+the mean standard error of a test is known to some 7 %; the mean of its estimate needs none, see `latent_power`."""
+
+DRAWS = 20_000
+"""Estimates drawn for each number of subjects: a share to .004, one standard error at .5."""
+
+REACH = 3.0
+"""Log odds between the middle of a scale of steps and its outer thresholds: our choice, as in
+benchmarks/scales_error_rates.py."""
+
+BETWEEN_LEVELS = 1.0
+"""Standard deviation over subjects of the level of their answers in steps, log odds: our choice, as there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LatentModel:
+    """Simulated subjects who answer in steps, or choose.
+
+    Parameters
+    ----------
+    effect, far_effect
+        Ratio of the odds of a higher answer at the largest aperture to those without blur, of the first fixation and of
+        the others.
+    between, between_scenes
+        Standard deviation of its logarithm over subjects and over scenes.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    effect: float = 3.0
+    far_effect: float = 1.0
+    between: float = 1.0
+    between_scenes: float = 0.5
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("effect", "far_effect"):
+            if not 0.01 <= getattr(self, name) <= 100:
+                raise InputError(f"{name} is {getattr(self, name)!r}, but must be a ratio of odds from 0.01 to 100.")
+        check_spreads(self, "between", "between_scenes")
+
+
+@dataclass(frozen=True, slots=True)
+class LatentStudy:
+    """What is simulated: a model, a design whose answers are no ratios, and a seed.
+
+    Parameters
+    ----------
+    model
+        How subjects answer.
+    design
+        What they are shown.
+    seed
+        Of all chance.
+
+    Raises
+    ------
+    InputError
+        If answers of the design are ratios, or there is one aperture.
+    """
+
+    model: LatentModel
+    design: DepthRatingDesign
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.design.scale == "ratio":
+            raise InputError("The design's answers are ratios: take Study, or set another scale.")
+        if len(self.design.apertures) < 2:
+            raise InputError("apertures has one: a change with the aperture needs two or more.")
+
+    @property
+    def fixations(self) -> tuple[str, ...]:
+        """In the order of the report."""
+        names = self.design.fixations
+        return (*(name for name in FIXATIONS if name in names), *sorted({*names} - {*FIXATIONS}))
+
+
+def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Answers of simulated subjects, without catch trials, in the columns that a data set has.
+
+    Examples
+    --------
+    >>> study = LatentStudy(LatentModel(), DepthRatingDesign(scale="steps", steps=5))
+    >>> table = simulated_answers(study, 2, default_rng(1))
+    >>> len(table), sorted(table["rating"].unique().tolist())
+    (384, [1.0, 2.0, 3.0, 4.0, 5.0])
+    """
+    model, design = study.model, study.design
+    trials = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
+    largest = max(trial.aperture_mm for trial in trials) or 1.0
+    means = {name: model.effect if number == 0 else model.far_effect for number, name in enumerate(study.fixations)}
+    pictures = dict.fromkeys((trial.scene, trial.fixation) for trial in trials)
+    of_scene = {picture: rng.normal(0, model.between_scenes) for picture in pictures}
+    scene = np.array([of_scene[trial.scene, trial.fixation] for trial in trials])
+    share = np.array([trial.aperture_mm / largest for trial in trials])
+    which = np.array([study.fixations.index(trial.fixation) for trial in trials])
+    rows = pd.DataFrame(
+        {
+            name: [getattr(trial, name) for trial in trials]
+            for name in ("scene", "aperture", "aperture_mm", "fixation", "trial")
+        }
+    )
+    tables = []
+    for number in range(1, subjects + 1):
+        rises = np.array([rng.normal(math.log(mean), model.between) for mean in means.values()])
+        level = rng.normal(0, BETWEEN_LEVELS) if design.scale == "steps" else 0.0
+        felt = level + (rises[which] + scene) * share + rng.logistic(size=len(trials))
+        tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=_answers(design, felt), catch=False))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _answers(design: DepthRatingDesign, felt: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What is answered on the scale of a design."""
+    least, most = design.bounds
+    cuts = {
+        "steps": np.linspace(-REACH, REACH, design.steps - 1) if design.steps > 2 else np.zeros(1),
+        "bipolar": np.arange(least, most) + 0.5,
+        "choice": np.zeros(1),
+    }[design.scale]
+    return np.asarray(least + np.digitize(felt, cuts), float)
+
+
+def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotComputed]:
+    """Of one experiment: the slope of each fixation, then their differences where the report tests them."""
+    rng = default_rng(SeedSequence([study.seed, subjects, number]))
+    table = simulated_answers(study, subjects, rng)
+    if study.design.scale in ("bipolar", "choice"):
+        found = compare_pictures(table, "bipolar" if study.design.scale == "bipolar" else "choice")
+        slopes, interaction, differences = found.slopes, found.interaction, found.differences
+    else:
+        ordinal = depth_rating(table, equivalence_bound=1.2, scale="ordinal").ordinal
+        assert ordinal is not None and not isinstance(ordinal, NotComputed)  # noqa: PT018
+        slopes, interaction, differences = ordinal.rises, ordinal.interaction, ordinal.differences
+    pairs = list(differences.values()) or [interaction]
+    return [*slopes, *(pairs if len(slopes) > 1 and study.design.scale != "choice" else [])]
+
+
+def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[str, float]]:
+    """Power of the tests of a report for several numbers of subjects: nobody left out.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects
+        How many take part.
+
+    Returns
+    -------
+    dict
+        For each number the share of experiments that find, by Holm's p, each of: "near_rise", the first fixation's
+        rise; "interaction", that it is larger than that of each other one, where the report compares them.
+
+    Raises
+    ------
+    InputError
+        If too few experiments can be analysed.
+    """
+    of_size = {}
+    for size in SIZES:
+        runs = [_tests(study, size, number) for number in range(EACH[study.design.scale])]
+        whole = [[(one.estimate, one.standard_error, one.df) for one in run if isinstance(one, Effect)] for run in runs]
+        whole = [run for run in whole if len(run) == len(runs[0])]
+        if len(whole) < len(runs) / 2:
+            raise InputError("Too few simulated experiments of this design can be analysed: give it more trials.")
+        of_size[size] = np.array(whole)
+    singles = len(study.fixations)
+    weighed = [(found[:, :, 0].mean(axis=0), size) for size, found in of_size.items()]
+    mean = sum(estimate * size for estimate, size in weighed) / sum(SIZES)
+    if study.design.scale == "steps":  # whose model is that of the simulation: the mean is what was put in
+        logs = [math.log(study.model.effect), *[math.log(study.model.far_effect)] * (singles - 1)]
+        mean = np.array([*logs, *(one - other for one, other in combinations(logs, 2))])
+    error = _by_size([(found[:, :, 1] ** 2).mean(axis=0) for found in of_size.values()])
+    spread = error  # of the estimates: where experiments are many, as found, for errors that are too careful
+    if study.design.scale != "steps":
+        spread = _by_size([found[:, :, 0].var(axis=0, ddof=1) for found in of_size.values()])
+    few, many = (found[:, :, 2].mean(axis=0) for found in of_size.values())
+    rng = default_rng(study.seed)
+
+    def df(number: int) -> NDArray[np.float64]:
+        return np.maximum(few + (many - few) * (number - SIZES[0]) / (SIZES[1] - SIZES[0]), 1.0)
+
+    return {number: _share(mean, spread(number), error(number), df(number), singles, rng) for number in subjects}
+
+
+def _by_size(variances: list[NDArray[np.float64]]) -> Callable[[int], NDArray[np.float64]]:
+    """A variance at any number of subjects: a part over it, and a part that subjects do not change."""
+    first, second = variances
+    own = np.maximum((first - second) / (1 / SIZES[0] - 1 / SIZES[1]), 0)
+    shared = np.maximum(second - own / SIZES[1], 0)
+    return lambda number: own / number + shared
+
+
+def _share(
+    mean: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    error: NDArray[np.float64],
+    df: NDArray[np.float64],
+    singles: int,
+    rng: np.random.Generator,
+) -> dict[str, float]:
+    """Share of drawn estimates that each test finds, by Holm's p."""
+    from scipy import stats
+
+    normal = rng.normal(size=(DRAWS, singles)) * np.sqrt(spread[:singles])
+    pairs = list(combinations(range(singles), 2)) if len(mean) > singles else []
+    apart = [
+        (normal[:, one] - normal[:, other]) * np.sqrt(spread[singles + at] / (spread[one] + spread[other]))
+        for at, (one, other) in enumerate(pairs)
+    ]
+    estimates = mean + np.column_stack([normal, *apart]) if apart else mean + normal
+    errors = np.sqrt(error * rng.chisquare(df, size=(DRAWS, len(mean))) / df)
+    t = estimates / errors
+    found = (holm(2 * stats.t.sf(np.abs(t), df)) < ALPHA) & (t > 0)
+    shares = {"near_rise": float(found[:, 0].mean())}
+    first = [singles + at for at, (one, _) in enumerate(pairs) if one == 0]
+    return shares | ({"interaction": float(found[:, first].all(axis=1).mean())} if first else {})

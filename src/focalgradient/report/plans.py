@@ -1,0 +1,339 @@
+"""The analysis of each scale in words: hypotheses, primary outcome and tests, for a preregistration and for a report.
+
+Both take their sentences from here, of the number of scenes and fixations that there are, so that they cannot differ.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from focalgradient.report.tables import many
+from focalgradient.statistics.crossed import FEWEST_SCENES
+from focalgradient.statistics.tables import FIXATIONS
+
+__all__ = ["PLANS", "Plan", "in_focus", "plan_of"]
+
+
+def in_focus(fixation: str) -> str:
+    """What is in focus, in words.
+
+    >>> in_focus("nearest"), in_focus("tree")
+    ('the nearest object in focus', '“tree” in focus')
+    """
+    return f"the {fixation} object in focus" if fixation in FIXATIONS else f"“{fixation}” in focus"
+
+
+def _and(things: Sequence[str]) -> str:
+    *first, last = things
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+@dataclass(frozen=True, slots=True)
+class Plan(ABC):
+    """The analysis of depth ratings on one scale.
+
+    Parameters
+    ----------
+    fixations
+        What is in focus, in the order of the report: the first is that of the primary outcome.
+    scenes
+        How many.
+    bound
+        Of equivalence, as a ratio.
+    reference
+        What pictures are compared with, where they are.
+    steps
+        How many steps the scale has, where it has some and they are known.
+    """
+
+    fixations: tuple[str, ...]
+    scenes: int
+    bound: float
+    reference: str
+    steps: int | None
+
+    @property
+    def random(self) -> bool:
+        """Whether scenes are many enough to be random."""
+        return self.scenes >= FEWEST_SCENES
+
+    @property
+    def _steps(self) -> str:
+        return "steps" if self.steps is None else many(self.steps, "step")
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Pairs of fixations that are compared."""
+        return list(combinations(self.fixations, 2))
+
+    @property
+    @abstractmethod
+    def outcome(self) -> str:
+        """The primary outcome, in a sentence."""
+
+    @property
+    @abstractmethod
+    def hypotheses(self) -> list[str]:
+        """What is expected, the primary one first, each by a test of the report."""
+
+    @property
+    @abstractmethod
+    def analysis(self) -> str:
+        """How the answers are analysed, as a paper needs it."""
+
+    def _numbered(self, sentences: list[str]) -> list[str]:
+        return [
+            f"H{number}{' (primary)' if number == 1 else ''}. {text}" for number, text in enumerate(sentences, start=1)
+        ]
+
+
+class RatioPlan(Plan):
+    """Ratings that are ratios to a standard."""
+
+    __slots__ = ()
+
+    @property
+    def outcome(self) -> str:
+        return (
+            "The primary outcome is the rise: the log ratio of the rating at the largest aperture to that at the "
+            f"pinhole with {in_focus(self.fixations[0])}, one value for each subject and scene, repetitions averaged."
+        )
+
+    @property
+    def hypotheses(self) -> list[str]:
+        first, *others = self.fixations
+        return self._numbered(
+            [
+                f"With {in_focus(first)}, ratings of depth rise from the pinhole to the largest aperture.",
+                *(
+                    f"With {in_focus(other)}, that rise is equivalent to zero: within a factor of {self.bound:g}, the "
+                    "smallest rise that would matter."
+                    for other in others
+                ),
+                *(f"The rise is larger with {in_focus(first)} than with {in_focus(other)}." for other in others),
+            ]
+        )
+
+    @property
+    def analysis(self) -> str:
+        if self.random:
+            test = (
+                "with subjects and scenes crossed as random effects, log_ratio ~ 1 + (1 | participant_id) + "
+                "(1 | scene): variance from the mean squares of subjects, scenes and residuals, the scenes’ component "
+                "not below zero, Student’s t with Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; a "
+                "table with empty cells by REML). A t-test of the subjects’ means stands beside it, for these scenes "
+                "only"
+            )
+        else:
+            test = (
+                f"by Student’s t over the subjects’ means, with N − 1 degrees of freedom, for these scenes "
+                f"only: with fewer than {FEWEST_SCENES} too little is known of how scenes differ"
+            )
+        differences = {
+            0: "",
+            1: " The difference of the two rises was tested in the same way.",
+        }.get(len(self.pairs), " The differences of the rises, in pairs, were tested in the same way.")
+        rises = "the rises with their differences" if self.pairs else "the rise"
+        return (
+            "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The mean rise was "
+            f"tested {test}.{differences} Equivalence to zero was tested by two one-sided tests against a factor of "
+            f"{self.bound:.3g}, the smallest rise that would matter, each by Student’s t, less its skewness "
+            "(Johnson, 1978) where the subjects’ rises are skewed to the side of the bound, which makes the test "
+            "conservative. As a trend, the least-squares slope of the log rating on the diameter of the aperture, and "
+            "its lack of fit (the quadratic part), were tested likewise. Probabilities were corrected by Holm’s "
+            f"method within each family: {rises}, the comparisons of the apertures between with the pinhole, the "
+            "slopes, the tests of lack of fit; a result is called reliable where the corrected p is below .05. Each "
+            "equivalence test is one question and is not corrected. Intervals of ratios are 95 % intervals by t on the "
+            "logarithm, not adjusted for several tests; those of ratings are within subjects (Cousineau, Morey). Tests "
+            "are two-sided unless stated."
+        )
+
+
+class StepsPlan(Plan):
+    """Ratings in steps of an ordinal scale."""
+
+    __slots__ = ()
+
+    @property
+    def outcome(self) -> str:
+        return (
+            "The primary outcome is the slope on the aperture: the log odds of a higher answer at the largest aperture "
+            f"against the pinhole, with {in_focus(self.fixations[0])}."
+        )
+
+    @property
+    def hypotheses(self) -> list[str]:
+        first, *others = self.fixations
+        return self._numbered(
+            [
+                f"With {in_focus(first)}, the odds of a higher answer rise with the aperture.",
+                *(f"They rise more with {in_focus(first)} than with {in_focus(other)}." for other in others),
+            ]
+        )
+
+    @property
+    def analysis(self) -> str:
+        each = " for each fixation" if self.pairs else ""
+        fixed = _and([*(["fixation"] if self.pairs else []), *(["scenes"] if self.scenes > 1 else [])] or ["none"])
+        slopes = "slopes and of their difference" if self.pairs else "slope"
+        if self.random:
+            test = (
+                f" To the variance of the {slopes} was added what scenes, as random, make of it: Cochran’s Q of the "
+                "scenes’ own slopes, one Newton step from the fit, over its degrees of freedom, less 1. They were "
+                "referred to Student’s t with Satterthwaite’s degrees of freedom; the tests for these scenes "
+                "alone, by Student’s t with N − 1 degrees of freedom, stand beside them."
+            )
+        else:
+            test = (
+                f" {'The slopes and their differences were' if self.pairs else 'The slope was'} tested by Student’s t "
+                f"with N − 1 degrees of freedom, for these scenes only: with fewer than {FEWEST_SCENES} too little is "
+                "known of how scenes differ."
+            )
+        return (
+            f"Answers were {self._steps} of an ordinal scale. One cumulative-link mixed model (logit) with a slope on "
+            f"the diameter of the aperture{each}, {fixed} as fixed effects, and random intercepts and slopes of the "
+            f"subjects was fitted by adaptive Gauss-Hermite quadrature.{test} Probabilities were corrected by Holm’s "
+            "method as one family; a result is called reliable where the corrected p is below .05."
+        )
+
+
+class _Comparison(Plan):
+    """Answers that compare two pictures."""
+
+    __slots__ = ()
+
+    what = ""
+
+    @property
+    def _largest(self) -> str:
+        over = "with both crossed as random" if self.random else "by Student’s t with N − 1 degrees of freedom"
+        here = (
+            " Such tests for these scenes alone, by Student’s t with N − 1 degrees of freedom, stand beside those "
+            "over both."
+            if self.random
+            else f" Results are for these scenes only: with fewer than {FEWEST_SCENES} too little is known of how "
+            "scenes differ."
+        )
+        slopes = "the slopes with their differences" if self.pairs else "the slopes over the fixations"
+        if len(self.fixations) == 1:
+            slopes = "the slope"
+        return (
+            f"The {self.what} of subjects and scenes at the largest aperture were compared with those of pictures that "
+            f"are alike {over}. Holm’s method corrects {slopes}, and the comparisons at the largest aperture; a "
+            f"result is called reliable where the corrected p is below .05.{here}"
+        )
+
+
+class BipolarPlan(_Comparison):
+    """Steps from much flatter to much deeper than another picture."""
+
+    __slots__ = ()
+
+    what = "mean steps"
+
+    @property
+    def outcome(self) -> str:
+        return (
+            "The primary outcome is the slope of the step on the diameter of the aperture (steps for a millimetre) "
+            f"with {in_focus(self.fixations[0])}, one value for each subject and scene."
+        )
+
+    @property
+    def hypotheses(self) -> list[str]:
+        first, *others = self.fixations
+        return self._numbered(
+            [
+                f"With {in_focus(first)}, the mean step rises with the aperture.",
+                *(f"It rises more with {in_focus(first)} than with {in_focus(other)}." for other in others),
+            ]
+        )
+
+    @property
+    def analysis(self) -> str:
+        tested = (
+            "with subjects and scenes crossed as random (quasi-F of Clark, 1973, Satterthwaite’s degrees of freedom)"
+            if self.random
+            else "by Student’s t over subjects, with N − 1 degrees of freedom"
+        )
+        slopes = "slopes and their difference between the fixations were" if self.pairs else "slope was"
+        return (
+            f"Pictures were compared with {self.reference} in {self._steps} from much flatter to much deeper, 0 being "
+            "alike. A straight line on the diameter of the aperture was fitted to the steps of each subject and scene; "
+            f"its {slopes} tested {tested}. {self._largest}"
+        )
+
+
+class ChoicePlan(_Comparison):
+    """Choices of the deeper of two pictures."""
+
+    __slots__ = ()
+
+    what = "shares"
+
+    @property
+    def outcome(self) -> str:
+        return (
+            "The primary outcome is the slope of the log odds of choosing the picture on the diameter of its aperture, "
+            f"with {in_focus(self.fixations[0])}."
+        )
+
+    @property
+    def hypotheses(self) -> list[str]:
+        return self._numbered([f"With {in_focus(self.fixations[0])}, the share of choices rises with the aperture."])
+
+    @property
+    def analysis(self) -> str:
+        test = (
+            "To the variance of the slope over subjects was added what scenes, as random, make of it by the mean "
+            "squares of the trials’ influence on the slope, and it was referred to Student’s t with "
+            "Satterthwaite’s degrees of freedom"
+            if self.random
+            else "The slope was referred to Student’s t with N − 1 degrees of freedom"
+        )
+        return (
+            f"In each trial a picture and {self.reference} were shown in random order, and the one that looked deeper "
+            "was chosen. The log odds of choosing the picture were modelled on the diameter of its aperture by "
+            "generalised estimating equations (logit, independence, standard errors corrected for few subjects after "
+            f"Mancl and DeRouen). {test}. {self._largest}"
+        )
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        return []
+
+
+PLANS: dict[str, type[Plan]] = {
+    "ratio": RatioPlan,
+    "ordinal": StepsPlan,
+    "bipolar": BipolarPlan,
+    "choice": ChoicePlan,
+}
+"""The plan of each scale, as the analysis names it."""
+
+
+REFERENCES = {
+    "standard": "the standard, a pinhole picture of another scene",
+    "same-scene": "the pinhole picture of the same scene",
+}
+"""What pictures are compared with, by the setting `reference` of a design."""
+
+
+def plan_of(
+    scale: str, fixations: Collection[str], scenes: int, design: Mapping[str, Any] | None = None, bound: float = 1.2
+) -> Plan:
+    """The plan of ratings on a scale, of what a design or a table has.
+
+    Examples
+    --------
+    >>> plan_of("ordinal", {"farthest", "nearest"}, 1, {"steps": 5}).outcome[-28:]
+    'the nearest object in focus.'
+    """
+    design = design or {}
+    ordered = (*(name for name in FIXATIONS if name in fixations), *sorted({*fixations} - {*FIXATIONS}))
+    steps = int(design["steps"]) if "steps" in design else None
+    reference = REFERENCES[str(design.get("reference", "standard"))]
+    return PLANS[scale](ordered, scenes, bound, reference, steps)

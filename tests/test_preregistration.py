@@ -1,0 +1,182 @@
+"""A preregistration states the analysis that the report makes, of every task, scale and option."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from recorded import record_necker
+from test_scales import record
+
+from focalgradient.cli import main
+from focalgradient.design import load_design
+from focalgradient.errors import InputError
+from focalgradient.power import LatentModel, LatentStudy, Model, Study, latent_power
+from focalgradient.report import Stated, make_report
+from focalgradient.report.preregister import preregistration
+from focalgradient.statistics import Rules
+
+DESIGN = """task = "depthrating"
+scale = "{scale}"
+reference = "{reference}"
+scenes = [{scenes}]
+fixations = [{fixations}]
+repetitions = {repetitions}
+practice_trials = 3
+standard_every = 0
+catch_pictures = ["standard", "flatter", "deeper"]
+"""
+NEAR, BOTH, OWN = ("nearest",), ("nearest", "farthest"), ("house", "gate", "tree")
+
+
+def design_of(
+    folder: Path, scale: str, scenes: int = 2, fixations: tuple[str, ...] = BOTH, repetitions: int = 2
+) -> Path:
+    path = folder / "design.toml"
+    quoted = ", ".join(f'"{one}"' for one in fixations)
+    names = ", ".join(f'"s{number}"' for number in range(scenes))
+    reference = "same-scene" if scale in ("bipolar", "choice") else "standard"
+    settings = {"scale": scale, "reference": reference, "scenes": names, "fixations": quoted}
+    path.write_text(DESIGN.format(**settings, repetitions=repetitions))
+    return path
+
+
+def section(text: str, heading: str) -> list[str]:
+    """Paragraphs under a heading of level 2."""
+    part = text.split(f"## {heading}\n")[1].split("\n## ")[0]
+    return [one for one in part.strip().split("\n\n") if not one.startswith(("**", "|", "In the words"))]
+
+
+WORDS = {
+    "ratio": ("Ratings were analysed on their logarithm", "two one-sided tests"),
+    "steps": ("cumulative-link mixed model", "odds of a higher answer"),
+    "bipolar": ("A straight line on the diameter", "7 steps from much flatter to much deeper"),
+    "choice": ("generalised estimating equations", "chosen"),
+}
+
+CASES = [
+    *((scale, 2, BOTH) for scale in WORDS),
+    *((scale, 5, NEAR) for scale in WORDS),
+    ("ratio", 5, OWN),
+    ("bipolar", 2, OWN),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scale", "scenes", "fixations"), CASES)
+def test_its_sentences_are_those_of_the_report_and_name_the_test_that_is_run(
+    tmp_path: Path, scale: str, scenes: int, fixations: tuple[str, ...]
+) -> None:
+    path = design_of(tmp_path, scale, scenes, fixations)
+    before = preregistration(path, stated=Stated(Rules()))["preregistration.md"].decode()
+    root = record(tmp_path / "data", load_design(path), 6)
+    made = make_report(root)
+    after = made.files["report.md"].decode()
+    methods = after.split("## Methods\n")[1]
+    (outcome,) = section(before, "Primary outcome")
+    for sentence in [outcome, *section(before, "Analysis"), *section(before, "Exclusions")[:-1]]:
+        assert sentence in methods
+    for word in WORDS[scale]:
+        assert word in before
+    first = made.results[0]
+    assert fixations[0] in first["what"] or sorted(fixations)[0] in first["what"]
+    analysis = section(before, "Analysis")[1]
+    method = str(first["method"])
+    assert ("cumulative-link" in method) == ("cumulative-link" in analysis)
+    assert ("GEE" in method) == ("generalised estimating equations" in analysis)
+    if "Satterthwaite" in method:
+        assert "Satterthwaite" in analysis
+    if scenes < 5:
+        assert "t on subjects - 1" in method
+        assert "Satterthwaite" not in analysis
+        assert "N − 1 degrees of freedom" in analysis
+    assert "difference" in analysis or len(fixations) == 1 or scale == "choice"
+
+
+def test_the_cube_s_sentences_are_those_of_the_report(tmp_path: Path) -> None:
+    root = record_necker(tmp_path / "data", 3)
+    (tmp_path / "cube.toml").write_text('task = "necker"\n')
+    before = preregistration(tmp_path / "cube.toml", stated=Stated(Rules()))["preregistration.md"].decode()
+    methods = make_report(root).files["report.md"].decode().split("## Methods\n")[1]
+    assert section(before, "Analysis")[0] in methods
+    assert "paired t-test" in section(before, "Analysis")[0]
+    for absent in ("rated", "ratings", "marker"):
+        assert absent not in section(before, "Exclusions")[0]
+
+
+@pytest.mark.parametrize("scale", WORDS)
+def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str) -> None:
+    files = preregistration(design_of(tmp_path, scale, 1, BOTH), stated=Stated(Rules()))
+    for text in (files["preregistration.md"].decode(), files["rules.toml"].decode()):
+        for word in ("shortest_both", "catch_share", "cube", "Necker", "nonrigid"):
+            assert word not in text
+    text = files["preregistration.md"].decode()
+    assert "1 scene," in text
+    assert not re.search(r"\b1 (scenes|repetitions|trials|subjects)\b", text)
+    assert ("logarithm and are given as ratios" in text) == (scale == "ratio")
+    assert ("bound = " in files["rules.toml"].decode()) == (scale == "ratio")
+
+
+def test_an_effect_of_one_s_own_changes_the_number_of_subjects(tmp_path: Path) -> None:
+    for scale, small, large in (("ratio", 1.1, 2.0), ("bipolar", 1.5, 20.0), ("choice", 1.5, 20.0)):
+        path, found = design_of(tmp_path, scale, 6, NEAR), []
+        for effect in (small, large):
+            text = preregistration(path, stated=Stated(Rules()), effect=effect)["preregistration.md"].decode()
+            assert f"{effect:g}" in section(text, "Number of subjects")[0]
+            found.append(int(re.findall(r"^\| 12 \| (\d+)%", text, re.MULTILINE)[0]))
+        assert found[0] < 60 < found[1]
+
+
+@pytest.mark.slow
+def test_power_of_steps_is_of_their_model(tmp_path: Path) -> None:
+    design = load_design(design_of(tmp_path, "steps", 6, NEAR))
+    weak, strong = (latent_power(LatentStudy(LatentModel(effect=one), design), (8, 24)) for one in (1.0, 6.0))
+    assert weak[24]["near_rise"] < 0.06
+    assert strong[8]["near_rise"] < strong[24]["near_rise"]
+    assert strong[24]["near_rise"] > 0.8
+
+
+def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> None:
+    def ran(*words: object) -> str:
+        result = CliRunner().invoke(main, ["report", *map(str, words), "--out", str(tmp_path / "out")])
+        assert result.exit_code == 2, result.output
+        return result.output
+
+    path = design_of(tmp_path, "ratio", 2)
+    said = ran(path, "--preregister", "--ordinal")
+    assert "--ordinal is of answers in steps, but the design has scale = 'ratio': set scale = 'steps'" in said
+    assert "--bayes is of an analysis" in ran(path, "--preregister", "--bayes")
+    (tmp_path / "cube.toml").write_text('task = "necker"\n')
+    assert "--bound is of depth ratings" in ran(tmp_path / "cube.toml", "--preregister", "--bound", 1.3)
+    assert "--effect is of a preregistration" in ran(path, "--effect", 2)
+
+
+def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:
+    path = design_of(tmp_path, "steps", 1, NEAR, 3)
+    texts = [
+        preregistration(path, stated=Stated(Rules()), ordinal=given)["preregistration.md"] for given in (False, True)
+    ]
+    assert texts[0] == texts[1]
+
+
+def test_a_preregistration_of_thresholds(tmp_path: Path) -> None:
+    (tmp_path / "threshold.toml").write_text('task = "blurthreshold"\n')
+    text = preregistration(tmp_path / "threshold.toml", stated=Stated(Rules()))["preregistration.md"].decode()
+    assert "No hypothesis is tested" in text
+    assert "psignifit" in section(text, "Analysis")[1]
+
+
+def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
+    design = load_design(design_of(tmp_path, "steps"))
+    with pytest.raises(InputError, match="has the scale 'steps', but this is a model of ratios"):
+        Study(Model(), design)
+
+
+def test_results_are_in_json(tmp_path: Path) -> None:
+    root = record(tmp_path / "data", load_design(design_of(tmp_path, "ratio")), 3)
+    told = json.loads(make_report(root).files["results.json"])
+    assert {one["exclusions"] for one in told["results"]} == {"with exclusions", "without exclusions"}
+    assert told["problems"] == []
