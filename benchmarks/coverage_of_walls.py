@@ -1,11 +1,12 @@
 """Whether the stated uncertainty of depth covers, on flat walls as an eye sees them.
 
-    python benchmarks/coverage_of_walls.py [--kinds bands moments] [--pupils MM ...] [--luminances CD ...]
-        [--focus D] [--vergences D ...] [--seeds N] [--side PIXELS] [--out FILE.csv]
+    python benchmarks/coverage_of_walls.py [--kinds bands moments both] [--pupils MM ...] [--luminances CD ...]
+        [--foci D ...] [--vergences D ...] [--seeds N] [--sides PIXELS ...] [--out FILE.csv]
 
-A wall stands at each vergence before an eye that is focused at `focus`; its views have the photon noise of each
+A wall stands at each vergence before an eye that is focused at each of `foci`; its views have the photon noise of each
 luminance (cd/m^2). Bands: what L and M, and S cones see (textures correlated at 0.95). Moments: two views of L and M
-cones, 0.5 D apart in focus. The noise is not given to the estimator.
+cones, 0.5 D apart in focus. Both: the four views of two bands at two moments. The noise is not given to the estimator,
+and the search has its default limits, beyond which many of these walls lie: they are to be rejected.
 
 A line states, over all walls of a kind, pupil and luminance: the share of valid pixels; of these, the
 median error (D), the median stated standard deviation (D), the shares within 1, 2 and 5 standard deviations (a normal
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -29,13 +31,17 @@ CORRELATION, WRONG = 0.95, 0.5
 PAIR = (0.125, 0.375)
 """Seconds: the extremes of an oscillation of 0.5 D at 2 Hz."""
 
-PUPILS_MM = (2.0, 3.0, 4.0, 6.0)
-LUMINANCES = (1.0, 10.0, 100.0, 1000.0)
-VERGENCES = (0.1, 0.35, 0.7, 1.0, 1.5, 2.5)
+KINDS = ("bands", "moments", "both")
+PUPILS_MM = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+LUMINANCES = (10.0, 200.0)
+FOCI = (0.5, 1.5, 4.0)
+VERGENCES = tuple(np.arange(0, 6.25, 0.25).tolist())
 COLUMNS = (
     "kind",
     "pupil_mm",
     "luminance",
+    "focus_D",
+    "side_px",
     "vergence_D",
     "seed",
     "valid",
@@ -56,19 +62,21 @@ Row = dict[str, float | str]
 def measured(kind: str, mm: float, luminance: float, focus: float, vergence: float, seed: int, side: int) -> Row:
     """One wall: shares and medians over its valid pixels."""
     eye = Eye(1e-3 * mm, focus)
-    if kind == "bands":
-        cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
-    else:
-        cones = [Cones.of(one, "L+M") for one in eye.through(PAIR, Oscillation())]
+    moments = [eye] if kind == "bands" else eye.through(PAIR, Oscillation())
+    cones = [Cones.of(one, "L+M") for one in moments]
+    if kind != "moments":
+        cones += [Cones.of(one, "S", finest_cpd=S_FINEST_CPD) for one in moments]
+    distance = 1 / vergence if vergence else np.inf
     views = eye_views(
-        1 / vergence, cones, (side, side), PIXEL, noise=Photons(luminance), correlation=CORRELATION, seed=seed
+        distance, cones, (side, side), PIXEL, noise=Photons(luminance), correlation=CORRELATION, seed=seed
     )
-    depth = recover_depth([one.view for one in views], near=0.25)
+    depth = recover_depth([one.view for one in views])
     error, sd = depth.vergence[depth.valid] - vergence, depth.vergence_sd[depth.valid]
-    row: Row = {"kind": kind, "pupil_mm": mm, "luminance": luminance, "vergence_D": vergence, "seed": seed}
+    row: Row = {"kind": kind, "pupil_mm": mm, "luminance": luminance}
+    row |= {"focus_D": focus, "side_px": side, "vergence_D": vergence, "seed": seed}
     row["valid"] = float(depth.valid.mean())
     row["explained"] = float(depth.details["share_of_texture_explained"])
-    if kind == "bands":
+    if kind != "moments":
         texture = depth.details["shared_texture"]["S"]
         row |= {"gain": texture["gain"], "gain_sd": texture["gain_sd"]}
     if error.size:
@@ -108,23 +116,24 @@ def table(rows: list[Row]) -> list[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kinds", nargs="+", default=["bands", "moments"], choices=["bands", "moments"])
+    parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
     parser.add_argument("--pupils", nargs="+", type=float, default=PUPILS_MM)
     parser.add_argument("--luminances", nargs="+", type=float, default=LUMINANCES)
-    parser.add_argument("--focus", type=float, default=0.5)
+    parser.add_argument("--foci", nargs="+", type=float, default=FOCI)
     parser.add_argument("--vergences", nargs="+", type=float, default=VERGENCES)
-    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--side", type=int, default=192)
+    parser.add_argument("--sides", nargs="+", type=int, default=(112, 144, 192), help="taken in turn")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     rows: list[Row] = []
     for kind in given.kinds:
         for mm in given.pupils:
             for luminance in given.luminances:
-                for vergence in given.vergences:
+                for focus, vergence in itertools.product(given.foci, given.vergences):
                     for seed in range(given.first_seed, given.first_seed + given.seeds):
-                        rows.append(measured(kind, mm, luminance, given.focus, vergence, seed, given.side))
+                        side = given.sides[len(rows) % len(given.sides)]
+                        rows.append(measured(kind, mm, luminance, focus, vergence, seed, side))
     print("\n".join(table(rows)))
     if given.out is not None:
         with given.out.open("w", newline="") as file:

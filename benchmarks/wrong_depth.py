@@ -8,9 +8,11 @@ One row for each fault: what it gave before it was fixed, and what it gives now.
 from __future__ import annotations
 
 import wrong_calibration
+import wrong_depth_eyes
 from reruns import Lines
 
 TABLE = Lines("Depth that was wrong without a word")
+wrong_depth_eyes.add_lines(TABLE)
 wrong_calibration.add_lines(TABLE)
 
 

@@ -6,7 +6,7 @@ is isotropic and keeps the light: its transfer is 1 at frequency 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -19,9 +19,12 @@ __all__ = [
     "MODELS",
     "PsfName",
     "blend_transfer",
+    "check_psf",
     "disc_transfer",
     "gaussian_transfer",
+    "has_edge",
     "pixel_transfer",
+    "sigma_per_radius",
     "transfer",
 ]
 
@@ -79,6 +82,39 @@ MODELS: dict[PsfName, Callable[[ArrayLike, ArrayLike, float], NDArray[np.float64
 }
 
 
+EDGED: dict[PsfName, bool] = {"disc": True, "gaussian": False, "blend": True}
+"""Whether a shape ends sharply, so that its transfer changes sign."""
+
+
+def check_psf(psf: str, known: Sequence[PsfName] = tuple(MODELS), user: str = "") -> PsfName:
+    """Return the shape of blur named `psf`, refused unless it is one of those `known` to its `user`.
+
+    >>> check_psf("gaussian", ("disc", "gaussian"))
+    'gaussian'
+    >>> check_psf("blend", ("disc", "gaussian"), "method 'ratio'")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: psf is 'blend', but must be one of disc, gaussian for method 'ratio'.
+    """
+    for name in known:
+        if psf == name:
+            return name
+    raise InputError(f"psf is {psf!r}, but must be one of {', '.join(known)}{' for ' * bool(user)}{user}.")
+
+
+def has_edge(psf: str) -> bool:
+    """Whether the shape of blur named `psf` ends sharply, as a disc does.
+
+    >>> has_edge("disc"), has_edge("gaussian")
+    (True, False)
+    """
+    return EDGED[check_psf(psf, tuple(EDGED))]
+
+
+def sigma_per_radius(psf: str, k: float) -> float:
+    """Return the standard deviation per axis of the disc (0.5), or of the Gaussian of `k`, over the blur radius."""
+    return DISC_K if check_psf(psf, ("disc", "gaussian")) == "disc" else k
+
+
 def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = DISC_K) -> NDArray[np.float64]:
     """Transfer at `frequency` of the blur whose disc has `radius`, by the model named `psf`; broadcasts.
 
@@ -104,13 +140,12 @@ def transfer(frequency: ArrayLike, radius: ArrayLike, psf: PsfName, k: float = D
     >>> transfer(0.1, [0.0, 2.0], "gaussian", k=0.5).round(4).tolist()
     [1.0, 0.8209]
     """
-    if psf not in MODELS:
-        raise InputError(f"psf is {psf!r}, but must be one of {', '.join(MODELS)}.")
+    shape = MODELS[check_psf(psf)]
     frequency = check_finite("frequency", frequency, "cycles per unit of the radius")
     if not np.all(np.asarray(radius, dtype=float) >= 0):
         raise InputError("radius holds negative or undefined values, but the radius of a blur disc is 0 or more.")
     check_number("k", k, "sigma / disc radius", positive=True)
-    return MODELS[psf](frequency, radius, k)
+    return shape(frequency, radius, k)
 
 
 def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np.float64]:

@@ -72,7 +72,7 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(low_rank: bo
     count, levels, step, shape = 4, 9, 3, (20, 31)  # neither side is a multiple of the block's
     coefficients = rng.normal(size=(levels, count)) if low_rank else None
     images = rng.normal(size=(count if low_rank else levels, *shape)).astype(np.float32)
-    residuals = Residuals(images, coefficients, *(np.ones(levels) for _ in range(5)))
+    residuals = Residuals(images, coefficients, *(np.ones(levels) for _ in range(6)))
     before, after = (rng.random(shape) < 0.8).astype(np.float32), np.ones(shape, np.float32)
     after[:, :17] = before[:, :17]
 

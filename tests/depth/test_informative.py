@@ -22,7 +22,7 @@ def nodes(texture: float, misfit: float) -> Nodes:
     """A frame of nodes that are all alike."""
     shape = (8, 8)
     one, yes = np.ones(shape), np.ones(shape, bool)
-    return Nodes(10 * one, 0.5 * one, misfit * one, texture * one, yes, yes, one)
+    return Nodes(10 * one, 0.5 * one, misfit * one, texture * one, yes, yes, one, yes)
 
 
 @pytest.mark.parametrize(

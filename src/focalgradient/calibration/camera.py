@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
-from focalgradient.psf import PsfName
+from focalgradient.psf import PsfName, check_psf
 
 __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 
@@ -285,6 +285,7 @@ class Calibration:
         of
             What the answer is of: vergence (D), or the user's distance (m).
         """
+        shape = check_psf(psf)
         places = [self._place(*setting) for setting in settings]
         count = len(self.f_numbers)
         vergence = np.asarray(vergence, float)
@@ -294,7 +295,7 @@ class Calibration:
             errors = parameters[-len(places) :]
             squares = []
             for (stop, focus), error in zip(places, errors, strict=True):
-                k = math.exp(parameters[0]) if psf == "gaussian" else self.k
+                k = math.exp(parameters[0]) if shape == "gaussian" else self.k
                 lens_vergence = parameters[3 + count + focus]
                 f_number = math.exp(parameters[3 + stop])
                 radius = disc_radius(self.focal_length, f_number, lens_vergence, at, self.telecentric)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.psf import PsfName
+from focalgradient.psf import check_psf
 from focalgradient.view import View
 
 __all__ = ["FieldFit", "apply_calibration", "fit_field"]
@@ -266,7 +266,7 @@ def apply_calibration(
         lens = camera.lens(*settings[0])
         per_dioptre = camera.k * _radius(camera, lens.f_number, lens.focus_vergence)  # width on the sensor
         sd = np.hypot(sd, camera.edge_scatter / per_dioptre)
-    psf: PsfName = "gaussian" if depth.details.get("psf") == "gaussian" else "disc"
+    psf = check_psf(depth.details.get("psf", "disc"))
     optical = np.maximum(np.asarray(vergence, float), 1e-6)
     # The calibration's error changes slowly with vergence: at some, and between them.
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)

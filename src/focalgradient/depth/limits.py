@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import InputError, check_finite
-from focalgradient.optics import Optics
-from focalgradient.psf import DISC_K, PsfName, transfer
+from focalgradient.optics import Optics, own_blur
+from focalgradient.psf import DISC_K, check_psf, transfer
 
 __all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "texture_bound", "window_area"]
 
@@ -69,7 +70,7 @@ def comparison_bound(
     power: Power,
     noise: float | Sequence[float],
     area: float,
-    psf: PsfName = "disc",
+    psf: BlurSource = "auto",
     k: float = DISC_K,
 ) -> FloatArray:
     """Least standard deviation of vergence, in dioptres, from views of one unknown texture at one depth.
@@ -97,7 +98,7 @@ def comparison_bound(
     area
         Pixels that an estimate rests on: n^2 for a patch of side n, `window_area` for a Gaussian window.
     psf, k
-        Blur model: see `focalgradient.psf.transfer`.
+        Where the blur comes from: as for `focalgradient.recover_depth`. Optics' own blur must be round.
 
     Returns
     -------
@@ -137,7 +138,7 @@ def texture_bound(
     *,
     noise: float | Sequence[float],
     window: float,
-    psf: PsfName = "disc",
+    psf: BlurSource = "auto",
     k: float = DISC_K,
 ) -> FloatArray:
     """Least standard deviation of vergence, in dioptres, at every pixel of one texture, in a Gaussian window there.
@@ -190,7 +191,7 @@ def _information(
     pixel_angle: float,
     frequency: FloatArray,
     noise: float | Sequence[float],
-    psf: PsfName,
+    psf: BlurSource,
     k: float,
 ) -> FloatArray:
     """The bracket of `comparison_bound`: ... x F, by vergence and frequency."""
@@ -205,8 +206,12 @@ def _information(
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
         scale = one.aperture_diameter / 2 / pixel_angle
 
-        def at(defocus: FloatArray, scale: float = scale) -> FloatArray:
-            return transfer(frequency, scale * np.abs(defocus), psf, k)
+        def at(defocus: FloatArray, scale: float = scale, one: Optics = one) -> FloatArray:
+            own = own_blur(one) if psf in ("auto", "optics") else None
+            if own is not None and (own.forms_views or psf == "optics"):
+                return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
+            shape = "disc" if psf in ("auto", "optics") else check_psf(psf)
+            return transfer(frequency, scale * np.abs(defocus), shape, k)
 
         defocus = one.focus_vergence - level
         step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference

@@ -124,10 +124,10 @@ def recover_depth(
         Limits of the search in metres. By default both sides of focus are searched, as far as a blur of 16 pixels in
         radius; limits given extend the search, to 64 pixels at most. ``details["searched_vergence_D"]`` states it.
     psf
-        Where the views' blur comes from: ``"optics"``, their own transfer (`focalgradient.optics.HasTransfer`, method
-        ``"equalise"`` only); or a model of its radius, ``"disc"``, ``"gaussian"`` or, by ``"equalise"``, ``"blend"``
-        (a disc with a Gaussian rim). ``"auto"`` takes the optics' own where every view's optics know it and the method
-        can use it, the disc else.
+        Where the views' blur comes from: ``"optics"``, the blur that the views' optics offer
+        (`focalgradient.optics.own_blur`; method ``"equalise"`` only), a disc for optics that offer none; or a model of
+        its radius, ``"disc"``, ``"gaussian"`` or, by ``"equalise"``, ``"blend"`` (a disc with a Gaussian rim).
+        ``"auto"`` takes the optics' own where any offer it, else a disc.
     k
         For the Gaussian, and the blend's rim, sigma / disc radius.
     window
@@ -242,6 +242,12 @@ def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
 def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """What the user is warned of."""
     texts: list[str] = []
+    own = [one.name for one in problem.search.own if one is not None and one.forms_views]
+    if own and problem.settings.psf not in ("auto", "optics"):
+        texts.append(
+            f"the blur is taken for a {problem.settings.psf}, as asked for, but the optics ({own[0]}) offer a blur of "
+            "their own: psf 'optics' uses it."
+        )
     # A texture that is not quite the same seems displaced, and so does what coma blurs.
     if len(set(problem.search.wavebands)) == 1 and problem.search.isotropic:
         texts += problem.registered.warnings

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import InputError
-from focalgradient.optics import HasThroughFocus, HasTransfer, HasWaveband, Optics
-from focalgradient.psf import transfer
+from focalgradient.optics import HasWaveband, Optics, OwnBlur, own_blur
+from focalgradient.psf import check_psf, has_edge, transfer
 
 __all__ = ["Blurs", "Search"]
 
@@ -51,6 +51,7 @@ class Blurs:
     transfer: NDArray[Any]  # n x L x F; complex where blur is not round
     edged: bool  # whether blur ends sharply, as a disc does
     frequencies: Frequencies = ROUND  # F
+    limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
 
     @cached_property
     def pass_band(self) -> NDArray[Any]:
@@ -66,7 +67,7 @@ class Blurs:
 
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""
-        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged, self.frequencies)
+        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged, self.frequencies, self.limited)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +118,9 @@ class Search:
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
                     "taken to lie beyond it; limit the search (near, far) or focus one view elsewhere"
                 )
-        step = OWN_STEP if all(isinstance(one, HasTransfer) for one in optics) else LEVEL_STEP
-        if not all(one.isotropic for one in optics if isinstance(one, HasThroughFocus)):
+        own = [own_blur(one) for one in optics]
+        step = OWN_STEP if all(one is not None and one.forms_views for one in own) else LEVEL_STEP
+        if not all(one.isotropic for one in own if one is not None and one.forms_views):
             step = PLANE_STEP
         if len({one.light for one in optics if isinstance(one, HasWaveband)}) > 1:
             step = min(step, BANDS_STEP)
@@ -150,67 +152,83 @@ class Search:
         return [one.light if isinstance(one, HasWaveband) else "" for one in self.optics]
 
     @property
+    def own(self) -> list[OwnBlur | None]:
+        """The blur that each view's optics offer themselves, where they do."""
+        return [own_blur(one) for one in self.optics]
+
+    @property
     def isotropic(self) -> bool:
         """Whether the blur of all views is alike in all directions."""
-        return all(one.isotropic for one in self.optics if isinstance(one, HasThroughFocus))
+        return all(one is None or one.isotropic for one in self.own)
+
+    @property
+    def limited(self) -> tuple[bool, bool]:
+        """Whether depth may lie beyond the first, and the last level: nothing is beyond infinity or a shared focus."""
+        ends = self.lowest > 0, True
+        shared = one_focus(self.focus)
+        return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
 
     def blurs(self, psf: BlurSource, k: float) -> Blurs:
-        """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`)."""
+        """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`).
+
+        By ``"optics"``, optics without a blur of their own blur by a disc: geometric optics. Refused where none of the
+        views' optics have their own.
+        """
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        if psf == "disc" or psf == "gaussian" or psf == "blend":
-            return Blurs(radius, transfer(RADII, radius[:, :, None], psf, k), psf != "gaussian")
-        if not self.isotropic:
-            at = plane(self._finest())
-            transfers = [_over_plane(one, own, self, at) for one, own in zip(self.optics, radius, strict=True)]
-            return Blurs(radius, np.stack(transfers), True, at)
-        of_each = [
-            one.transfer(RADII / self.pixel_angle, self.vergences[:, None])
-            if isinstance(one, HasTransfer)
-            else transfer(RADII, own[:, None], "disc")
-            for one, own in zip(self.optics, radius, strict=True)
-        ]
-        return Blurs(radius, np.stack(of_each), True)
+        if psf != "optics":
+            blurred = transfer(RADII, radius[:, :, None], check_psf(psf), k)
+            return Blurs(radius, blurred, has_edge(psf), limited=self.limited)
+        own = self.own
+        if all(one is None for one in own):
+            names = ", ".join(sorted({type(one).__name__ for one in self.optics}))
+            raise InputError(
+                f"psf is 'optics', but the views' optics ({names}) offer no blur of their own: give 'disc'."
+            )
+        at = ROUND if self.isotropic else plane(self._finest())
+        transfers = [self._own_transfer(one, disc, at) for one, disc in zip(own, radius, strict=True)]
+        return Blurs(radius, np.stack(transfers), True, at, self.limited)
+
+    def _own_transfer(self, own: OwnBlur | None, radius: FloatArray, at: Frequencies) -> NDArray[Any]:
+        """Transfer at every level (L x F) by `own`, or of the disc of `radius` (L, pixels); complex where not round."""
+        if own is None:
+            return transfer(at.radius, radius[:, None], "disc")
+        for vergence in (self.lowest, self.highest):
+            own.check(vergence, 0.5 / self.pixel_angle)
+        if own.isotropic:
+            return own.transfer(at.radius / self.pixel_angle, self.vergences[:, None])
+        known: Callable[..., NDArray[Any]] = _through_focus
+        work = known if isinstance(own.optics, Hashable) else _through_focus.__wrapped__
+        return work(own, self.pixel_angle, self.lowest, self.highest, self.levels, at)
 
     def _finest(self) -> float:
         """Cycles per pixel beyond which no two views pass anything, so that there is nothing to compare."""
         ends = []
-        for one in self.optics:
-            if not isinstance(one, HasThroughFocus):
+        for one in self.own:
+            if one is None:
                 return 0.5
-            end: Callable[..., float] = _end if isinstance(one, Hashable) else _end.__wrapped__
+            end: Callable[..., float] = _end if isinstance(one.optics, Hashable) else _end.__wrapped__
             ends.append(end(one, self.pixel_angle))
         return sorted(ends)[-2]
 
 
-def _over_plane(optics: Optics, radius: FloatArray, search: Search, at: Frequencies) -> NDArray[Any]:
-    """Transfer of `optics`, whose disc has the `radius` (L, pixels), over the plane: L x F, complex where not round."""
-    if isinstance(optics, HasThroughFocus) and not optics.isotropic:
-        known: Callable[..., NDArray[Any]] = _through_focus
-        work = known if isinstance(optics, Hashable) else _through_focus.__wrapped__
-        return work(optics, search.pixel_angle, search.lowest, search.highest, search.levels, at)
-    if isinstance(optics, HasTransfer):
-        return optics.transfer(at.radius / search.pixel_angle, search.vergences[:, None])
-    return transfer(at.radius, radius[:, None], "disc")
-
-
 @lru_cache(maxsize=64)
-def _end(optics: HasThroughFocus, pixel_angle: float) -> float:
-    """The plane's frequency (cycles per pixel) from which on `optics` pass nothing to the right; 0.5 at most."""
+def _end(own: OwnBlur, pixel_angle: float) -> float:
+    """The plane's frequency (cycles per pixel) from which on its optics pass nothing to the right; 0.5 at most."""
     along = plane().right
     assert along is not None
-    passed = optics.through_focus(np.zeros((1, 1)), along[None] / pixel_angle, optics.focus_vergence)
+    passed = own.through_focus(np.zeros((1, 1)), along[None] / pixel_angle, own.optics.focus_vergence)
     return float(along[min(int(np.flatnonzero(passed)[-1]) + 1, len(along) - 1)])
 
 
 @lru_cache(maxsize=8)
 def _through_focus(
-    optics: HasThroughFocus, pixel_angle: float, lowest: float, highest: float, levels: int, at: Frequencies
+    own: OwnBlur, pixel_angle: float, lowest: float, highest: float, levels: int, at: Frequencies
 ) -> NDArray[np.complex64]:
     """Transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
     down, right = at.down, at.right
     assert down is not None
     assert right is not None
-    found = optics.through_focus(down[:, None] / pixel_angle, right / pixel_angle, np.linspace(lowest, highest, levels))
+    found = own.through_focus(down[:, None] / pixel_angle, right / pixel_angle, np.linspace(lowest, highest, levels))
     table = np.asarray(found, np.complex64).reshape(levels, -1)
     table.setflags(write=False)
     return table

@@ -11,16 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, is_number
-from focalgradient.optics import HasTransfer, Optics
+from focalgradient.optics import Optics, own_blur
 from focalgradient.progress import Progress
-from focalgradient.psf import PsfName
+from focalgradient.psf import PsfName, check_psf
 
 __all__ = ["BlurSource", "MethodName", "RecoverySettings"]
 
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
 BlurSource = Literal["auto", "optics", "disc", "gaussian", "blend"]
-"""Where the blur of a view comes from: its optics' own transfer (`optics.HasTransfer`), or a model of the radius."""
+"""Where the blur of a view comes from: its optics' own (`optics.own_blur`), or a model of its radius."""
+
+BY_RADIUS: tuple[PsfName, ...] = ("disc", "gaussian")
+"""Shapes of blur that every method can use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,18 +44,28 @@ class RecoverySettings:
 
     @property
     def model(self) -> PsfName:
-        """Model of the blur, for what knows a view's blur by its radius alone."""
-        return "gaussian" if self.psf == "gaussian" else "disc"
+        """Shape of the blur, for methods that know a view's blur by its radius alone; another shape is refused."""
+        return check_psf(self.psf, BY_RADIUS, f"method {self.method!r}")
 
     def resolved(self, optics: Sequence[Optics]) -> RecoverySettings:
-        """The same, with ``psf="auto"`` decided for these `optics`: their own transfer where all know it, else a disc.
+        """Return the same, with ``psf="auto"`` decided: these `optics`' own blur where any offer it, else a disc.
 
-        Equalisation alone can use a transfer of any form.
+        Equalisation alone can use a blur of any form, and autofocus uses none. With other methods a disc must be asked
+        for where optics offer another blur.
         """
+        own = [one for one in map(own_blur, optics) if one is not None and one.forms_views]
         if self.psf != "auto":
             return self
-        own = self.method == "equalise" and all(isinstance(one, HasTransfer) for one in optics)
-        return replace(self, psf="optics" if own else "disc")
+        if not own:
+            return replace(self, psf="disc")
+        if self.method == "equalise":
+            return replace(self, psf="optics")
+        if self.method == "autofocus":
+            return self
+        raise InputError(
+            f"the optics ({own[0].name}) offer a blur of their own, which method {self.method!r} cannot use: take "
+            "method 'equalise', or give psf 'disc' to take the blur for a disc."
+        )
 
     def given_noise(self, count: int) -> NDArray[np.float64] | None:
         """Standard deviation of the noise of each of `count` views, as given; None where it is to be estimated."""

@@ -200,6 +200,16 @@ class Eye:
         """
         return np.abs(self.defocus(distance)) * (self.pupil_diameter / 2)
 
+    @property
+    def by_rays(self) -> bool:
+        """True: views of an eye in one wavelength are rendered by rays, whose blur is a disc (`optics.own_blur`)."""
+        return True
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
+        return all(m == 0 for _, m, _ in self.aberrations)
+
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
     ) -> NDArray[np.float64] | NDArray[np.complex128]:

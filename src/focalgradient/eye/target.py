@@ -12,18 +12,21 @@ from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields, check_number
-from focalgradient.optics import HasTransfer, HasWaveband
+from focalgradient.optics import HasWaveband
 from focalgradient.psf import pixel_transfer
 from focalgradient.view import View
 
 __all__ = ["BandOptics", "Target"]
 
 
-class BandOptics(HasTransfer, HasWaveband, Protocol):
+class BandOptics(HasWaveband, Protocol):
     """Optics of one waveband that know their transfer, as `Cones` do."""
+
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+        """Return the transfer of round blur: see `focalgradient.optics.own_blur`."""
 
 
 @dataclass(frozen=True, slots=True)

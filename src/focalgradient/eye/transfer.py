@@ -19,7 +19,7 @@ from focalgradient.eye.light import Light
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
-from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
+from focalgradient.optics import Optics, check_optics, own_blur
 from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "check_blur_name", "in_light", "point_spread"]
@@ -89,11 +89,10 @@ def blur_transfer(
     check_optics(optics)
     down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
-    if model == "wave" and isinstance(optics, HasTransfer):
-        _no_light(optics, wavelength_nm, light)
-        if isinstance(optics, HasOpticalTransfer):
-            return optics.optical_transfer(down, right, vergence)
-        return optics.transfer(np.hypot(down, right), vergence)
+    own = None if isinstance(optics, Eye) else own_blur(optics)
+    if model == "wave" and own is not None:
+        _no_light(wavelength_nm, light)
+        return own.optical_transfer(down, right, vergence)
     transfers = (
         share * _one_transfer(down, right, one, nm, vergence, model, k)
         for one, nm, share in in_light(optics, wavelength_nm, light)
@@ -140,7 +139,7 @@ def point_spread(
     """
     check_number("vergence", vergence, "dioptres")
     check_optics(optics)
-    if isinstance(optics, HasTransfer):
+    if not isinstance(optics, Eye) and own_blur(optics) is not None:
         raise InputError("optics know their transfer, but not their point spread: give an Eye or a Lens.")
     spreads = (
         share * pupil_spread(angle_y, angle_x, _pupil(one, nm, vergence))
@@ -203,7 +202,7 @@ def _pupil(optics: Optics, nm: float, vergence: float) -> Pupil:
     return Pupil(optics.aperture_diameter, nm, defocus)
 
 
-def _no_light(optics: HasTransfer, wavelength_nm: float | None, light: Light | None) -> None:
+def _no_light(wavelength_nm: float | None, light: Light | None) -> None:
     """Refuse a light for optics that have their own."""
     if wavelength_nm is not None or light is not None:
         raise InputError("optics have light of their own, but wavelength_nm or light is given too: leave it out.")

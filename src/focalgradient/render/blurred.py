@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.optics import HasOpticalTransfer, HasTransfer, Optics, check_optics
+from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.render.hidden import NOTHING, complete, nearest_behind
@@ -225,11 +225,11 @@ def _kernels(optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_
     blurs = vergence - np.float32(scale * optics.focus_vergence)
     largest = float(np.abs(blurs).max())
     check_radius(largest)
-    own = isinstance(optics, (HasTransfer, HasOpticalTransfer))
-    return (_own_kernels(optics, blurs, scale, pixel_angle) if own else disc_kernels(largest)), own
+    own = own_blur(optics)
+    return (disc_kernels(largest) if own is None else _own_kernels(own, blurs, scale, pixel_angle)), own is not None
 
 
-def _own_kernels(optics: Optics, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
+def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
     """Point spread functions by the optics' own transfer, for blurs in pixels (signed), each to the nearest `STEP`."""
     fine = np.unique(np.rint(blurs / FINE_STEP).astype(np.int64))
     few = len(fine) <= FEW
@@ -242,13 +242,8 @@ def _own_kernels(optics: Optics, blurs: NDArray[np.float32], scale: float, pixel
         side = 2 * (reach + edge) + 1
         down = np.fft.fftfreq(side)[:, None] / pixel_angle
         right = np.fft.rfftfreq(side)[None, :] / pixel_angle
-        vergence = blur / scale + optics.focus_vergence if scale else optics.focus_vergence
-        transfer: NDArray[np.float64] | NDArray[np.complex128]
-        if isinstance(optics, HasOpticalTransfer):
-            transfer = optics.optical_transfer(down, right, vergence)
-        else:
-            assert isinstance(optics, HasTransfer)
-            transfer = optics.transfer(np.hypot(down, right), vergence)
+        vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence
+        transfer = own.optical_transfer(down, right, vergence)
         picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
     return kernels_of(steps, pictures)

@@ -15,7 +15,7 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
 from focalgradient.depth.search import Search, one_focus
 from focalgradient.depth.validity import BLUR_ERROR, SECONDARY_MINIMUM
-from focalgradient.psf import DISC_K
+from focalgradient.psf import sigma_per_radius
 
 __all__ = ["estimate"]
 
@@ -91,7 +91,7 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
         placement = placement.then(problem.registered.placements[number])
     pixel, whole = _draw(average_segments(edges, 2 * settings.window), placement, view.shape)
     per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
-    per_sigma = settings.k if settings.psf == "gaussian" else DISC_K  # sigma per radius
+    per_sigma = sigma_per_radius(settings.model, settings.k)
     # The residual blur variance of a calibrated camera (negative where it sharpens); of an eye none is known.
     residual = getattr(view.optics, "residual_blur_variance", 0.0) / (view.pixel_angle * per_sigma) ** 2
     radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))

@@ -23,7 +23,7 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
-from focalgradient.psf import DISC_K, PsfName
+from focalgradient.psf import PsfName, check_psf, sigma_per_radius
 from focalgradient.view import check_mask
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
@@ -167,8 +167,9 @@ def measure_edges(
             weighted=fit == "regression",
         )
         valid &= np.isfinite(square)
-    sigma_per_radius = k if psf == "gaussian" else DISC_K if fit != "likelihood" else 1.0
-    square, square_sd = square / sigma_per_radius**2, square_sd / sigma_per_radius**2
+    # Of a disc the likelihood fits the radius itself.
+    per_radius = 1.0 if psf == "disc" and fit == "likelihood" else sigma_per_radius(psf, k)
+    square, square_sd = square / per_radius**2, square_sd / per_radius**2
     radius = np.sqrt(np.maximum(square, 0.0))
     # First order in the square; near zero, where the root is steep, the root of the square's own.
     radius_sd = square_sd / (2 * np.sqrt(np.maximum(square, 0.0) + square_sd / 4))
@@ -270,8 +271,7 @@ def _checked(
     mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
     """The image as 32-bit numbers; refused where it or a setting cannot be used."""
-    if psf not in ("disc", "gaussian"):
-        raise InputError(f"psf is {psf!r}, but must be one of disc, gaussian.")
+    check_psf(psf, ("disc", "gaussian"), "edges")
     if fit not in ("likelihood", "regression", "unweighted"):
         raise InputError(f"fit is {fit!r}, but must be 'likelihood', 'regression' or 'unweighted'.")
     if not (k > 0 and math.isfinite(k)):

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.parallel import share_rows
-from focalgradient.psf import PsfName
+from focalgradient.psf import PsfName, check_psf
 
 __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
 
@@ -82,7 +82,7 @@ class Profile:
         >>> round(float(np.interp(1.0, np.linspace(0, 6, 4097), Profile.of("gaussian").edge)), 4)
         0.8413
         """
-        if psf == "gaussian":
+        if check_psf(psf, ("disc", "gaussian"), "edges") == "gaussian":
             from scipy.special import ndtr
 
             u = np.linspace(0, 6, 4097)

@@ -183,7 +183,7 @@ def _whiten(row, own, level, f, conjugate):  # type: ignore[no-untyped-def]
 
 def noise_passed(
     filters: NDArray[Any], own: NDArray[Any], measure: FloatArray, variance: FloatArray | None = None
-) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray]:
+) -> tuple[NDArray[Any], FloatArray, FloatArray, FloatArray, FloatArray]:
     """What noise of a `variance` (n; 1 in every view) and of the sources `own` comes to behind `filters` (n x L x F).
 
     Returns
@@ -196,10 +196,12 @@ def noise_passed(
         L: what it adds to the variance of the score, per level^2.
     change
         L: what the noise's own change by level would add to the residual's variance.
+    derivative
+        L: the variance of the residual's derivative by level.
     """
     views, levels, count = filters.shape
     gains = np.empty((views + len(own), levels, count), filters.real.dtype)
-    sums = np.zeros((3, levels))
+    sums = np.zeros((4, levels))
     white = np.asarray(np.ones(views) if variance is None else variance, filters.real.dtype)
     share_rows(levels, lambda first, last: _noise_passed(filters, own, measure, white, first, last, gains, sums))
     return gains, *sums
@@ -233,3 +235,4 @@ def _noise_passed(filters, own, measure, white, first, last, gains, sums):  # ty
             sums[0, level] += gain * measure[f]
             sums[1, level] += gain * slope * measure[f]
             sums[2, level] += 2 * change * measure[f]
+            sums[3, level] += slope * measure[f]

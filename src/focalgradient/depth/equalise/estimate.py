@@ -40,6 +40,7 @@ from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
 from focalgradient.depth.numerics import HELD_APART, NODES, block_sum
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import blur_is_known
+from focalgradient.psf import check_psf
 
 __all__ = ["estimate"]
 
@@ -110,12 +111,13 @@ def estimate(problem: Problem) -> Estimate:
     slips: dict[str, float] = {}
     # A displacement, of which the user is warned, looks like blur of another shape.
     if gains is None and settings.psf != "optics" and not registered.warnings:
-        shape = Shape(settings.model if settings.psf != "blend" else "blend", settings.k)
+        shape = Shape(check_psf(settings.psf), settings.k)
         slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
         if valid.any() and not texts:
             shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
-    reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank)} if untrusted else {}
+    searched = search.lowest, search.highest
+    reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank, searched)} if untrusted else {}
     return Estimate(
         vergence,
         vergence_sd,

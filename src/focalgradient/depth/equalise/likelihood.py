@@ -57,13 +57,8 @@ LEAST_NOISE = 1e-4
 JUMP = 0.5
 """Share of the local variance of depth about its plane that is added to its variance: a choice."""
 
-NARROW = 0.5
-"""Window in which texture is near, over that in which depth is estimated."""
-
-NEAR = 0.02
-"""Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
-edge less than this from 1.6 standard deviations of the wide window on."""
-
+BEYOND = 2.0
+"""Standard deviations beyond an end of the range searched from which a plane of depth leaves it: a choice."""
 
 Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 """Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""
@@ -104,6 +99,7 @@ class Nodes:
     unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
+    curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, and not what is left, curves the cost
 
     def part(self, rows: slice, columns: slice) -> Nodes:
         """The nodes of these rows and columns."""
@@ -129,6 +125,7 @@ class Equalised:
     window: float
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
     even: EvenCoordinate
+    limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
 
     @property
     def levels(self) -> int:
@@ -202,7 +199,7 @@ class Equalised:
         added = np.interp(level, np.arange(self.levels), more / expected)
         misfit = np.maximum(misfit - added, np.minimum(misfit, 0.01))
         unambiguous, inside = flags.reshape(2, *support.shape)
-        return Nodes(level, sd, misfit, texture, unambiguous, inside, support)
+        return Nodes(level, sd, misfit, texture, unambiguous, inside, support, np.ones_like(inside))
 
     def noise_found(self, nodes: Nodes) -> float:
         """Noise variance, in units of the one assumed, from the quarter of the textured nodes that fit best.
@@ -275,25 +272,19 @@ class Equalised:
             numerics.STEEP,
             growth.separate,
         )
+        inside = nodes.inside & ~self._leaves_range(fitted, sd)
         fitted, sd = self.even.levels(fitted, sd)
         # Where blur is next to nothing the cost is no parabola: its own width counts, and a plane cannot mend it.
         reach = 3 + 3 * nodes.sd
         fitted = np.clip(nodes.level + np.clip(fitted - nodes.level, -reach, reach), 0, self.levels - 1)
-        return replace(nodes, level=fitted, sd=np.maximum(sd, np.minimum(nodes.sd / growth.windows[-1], 2 * sd)))
+        sd = np.maximum(sd, np.minimum(nodes.sd / growth.windows[-1], 2 * sd))
+        return replace(nodes, level=fitted, sd=sd, inside=inside)
 
-    def near_texture(
-        self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0
-    ) -> NDArray[np.bool_]:
-        """Whether a node's depth rests on texture near it (h x w), and not on what the tail of its window reaches.
-
-        Blank paper beside a strong edge has that edge's depth, if the two lie on one surface; and what compression,
-        the model and the linearised fit err about the edge, many times over.
-        """
-        alone = np.interp(local.level, np.arange(self.levels), sum(r.noise_slope for r in self.residuals))
-        blocks = numerics.block_sum(weight * (local.slope - (noise * alone).astype(np.float32)), self.step)
-        window = self.window / self.step
-        wide, narrow = (numerics.gather(blocks.astype(np.float32)[None], w)[0] for w in (window, NARROW * window))
-        return np.asarray(narrow >= NEAR * wide)
+    def _leaves_range(self, value: FloatArray, sd: FloatArray) -> NDArray[np.bool_]:
+        """Whether a `value` of the even coordinate lies beyond an end of the range where depth may lie beyond it."""
+        first, last = self.even.value[[0, -1]]
+        below, above = self.limited
+        return np.asarray((below & (value < first - BEYOND * sd)) | (above & (value > last + BEYOND * sd)))
 
     def noise_by_view(self, local: ResidualStatistics, taper: Image | None = None, together: int = 1) -> FloatArray:
         """Noise variance of each view, and of each waveband's independent texture, in units of the ones assumed.
@@ -431,7 +422,7 @@ def equalise(
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
     residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     change = np.sum([residual.change for residual in residuals], axis=0)
-    return Equalised(residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius))
+    return Equalised(residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius), blurs.limited)
 
 
 def _step(window: float) -> int:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.errors import InputError, check_finite
-from focalgradient.optics import HasTransfer, HasWaveband
+from focalgradient.optics import HasWaveband, own_blur
 from focalgradient.psf import pixel_transfer, transfer
 from focalgradient.view import View
 
@@ -179,8 +179,9 @@ def _spectra(
 def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -> FloatArray:
     """A view's transfer at every level and ring: L x F."""
     one = view.optics
-    if isinstance(one, HasTransfer):
-        return np.asarray(one.transfer(radii / angle, levels[:, None]))
+    own = own_blur(one)
+    if own is not None and own.forms_views:
+        return own.transfer(radii / angle, levels[:, None])
     radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2 / angle
     return np.asarray(transfer(radii, radius[:, None], "disc"))
 

@@ -39,6 +39,7 @@ class Residuals:
     gains: FloatArray  # n x L x radial samples: the filters' power gains, which shape each view's noise
     measure: FloatArray  # share of all frequencies at each radial sample
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
+    noise_derivative: FloatArray  # L: variance of the residual's derivative by level from noise of variance 1
 
     @classmethod
     def of(
@@ -77,9 +78,9 @@ class Residuals:
             if own is None:  # of what was kept of them
                 filters = _combined(coefficients, parts)
         sources = np.zeros((0, *filters.shape), filters.dtype) if own is None else own
-        gains, noise, noise_slope, change = noise_passed(filters, sources, measure, variance)
+        gains, noise, noise_slope, change, derivative = noise_passed(filters, sources, measure, variance)
         radial = spectra.measure_and_power()[0]
-        return cls(images, coefficients, noise, noise_slope, frequencies.to_radial(gains), radial, change)
+        return cls(images, coefficients, noise, noise_slope, frequencies.to_radial(gains), radial, change, derivative)
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
         """Share of all frequencies at each of `frequencies`."""

@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes
+from focalgradient.depth.equalise.texture import rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth
@@ -143,8 +144,8 @@ def _with_texture_of_its_own(
     equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, scale: float
 ) -> Nodes:
     """The same nodes, without texture where it lies far away, or shows in hardly a node among others without any."""
-    near = equalised.near_texture(nodes, local, weight, scale)
-    nodes = replace(nodes, texture=np.where(near, nodes.texture, 0))
+    near, by_depth = rests_on_texture(equalised, nodes, local, weight, scale)
+    nodes = replace(nodes, texture=np.where(near, nodes.texture, 0), curved_by_depth=by_depth)
     found = informative_nodes(nodes)
     if not found.any() or np.median(nodes.misfit[found]) < ERRS:
         return nodes

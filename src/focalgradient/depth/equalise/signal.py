@@ -52,6 +52,9 @@ OVER_ERROR = 20.0
 a model error is a share of the contrast. What is left is 1/100 to 1/300 of that power on a photographed flat sheet and
 on rendered squares, and 1/6 to 1/25 on photographs of printed squares whose optics are not those stated."""
 
+OUTSIDE = 0.3
+"""Share of the places with texture outside the range searched above which the range is named as the cause: a choice."""
+
 SUPPORT = 0.1
 """Share of a window that must be usable."""
 
@@ -67,7 +70,13 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
     textured = _clear_of_noise(nodes) if one_waveband else nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
         textured &= ~_contradicts(nodes)
-    return nodes.unambiguous & nodes.inside & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
+    located = nodes.unambiguous & nodes.inside & nodes.curved_by_depth
+    return located & textured & (nodes.support >= SUPPORT) & (nodes.misfit < MISFIT)
+
+
+def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
+    """Nodes that no depth searched explains: the fit leaves the range, or the cost's minimum is not a depth."""
+    return ~nodes.inside | ~nodes.curved_by_depth
 
 
 def show_blocks(images: Sequence[Image]) -> bool:
@@ -105,12 +114,22 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
 
 
-def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank: float | None) -> str:
-    """Why nothing is claimed, though the views show texture."""
+def why_rejected(
+    nodes: Nodes, explained: float, tau: float, sound: bool, blank: float | None, searched: tuple[float, float]
+) -> str:
+    """Why nothing is claimed, though the views show texture; `searched` are the lowest and highest vergence (D)."""
     if blank is not None:
         return (
             "the views show little but noise, and that is uneven, as compression makes it: store the views without "
             "loss, or crop them to what has texture"
+        )
+    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+    outside = outside_range(nodes) & textured
+    if outside.sum() > OUTSIDE * textured.sum():
+        return (
+            f"no depth between {searched[0]:.3g} and {searched[1]:.3g} D explains {outside.sum() / textured.sum():.0%} "
+            "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
+            "leaves detail: change near and far, or focus nearer to them"
         )
     remedy = (
         "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
@@ -120,7 +139,6 @@ def why_rejected(nodes: Nodes, explained: float, tau: float, sound: bool, blank:
         why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
         why = "what they show in either waveband is too different" if sound else why
         return f"the views contradict each other, as {why}: {remedy}"
-    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
     if np.sum(clear & weak) > np.sum(textured & ~clear):
         return (

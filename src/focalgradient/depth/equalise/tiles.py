@@ -138,8 +138,7 @@ def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step
     """Nodes of a whole frame of `shape` from those of its tiles."""
     size = tuple(-(-n // step) for n in shape)
     first = parts[0][1]
-    names = ("level", "sd", "misfit", "texture", "unambiguous", "inside", "support")
-    whole = {name: np.empty(size, getattr(first, name).dtype) for name in names}
+    whole = {name: np.empty(size, getattr(first, name).dtype) for name in Nodes.__slots__}
     for tile, nodes in parts:
         place = tuple(slice(core.start // step, -(-core.stop // step)) for core in tile.core)
         for name, values in whole.items():

@@ -97,7 +97,9 @@ def check_views(
     )
     settings.check(len(views))
     check_usable(views, "spectra", window)
-    search = Search.over([view.optics for view in views], views[0].pixel_angle, near, far)
+    optics = [view.optics for view in views]
+    settings = settings.resolved(optics)
+    search = Search.over(optics, views[0].pixel_angle, near, far)
     registered = RegisteredViews.of(views, align)
     for text in (*registered.warnings, *([] if search.side_known else [search.side_text])):
         warnings.warn(FocalGradientWarning(text), stacklevel=2)

@@ -24,7 +24,7 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
 from focalgradient.depth.validity import SECONDARY_MINIMUM
-from focalgradient.psf import DISC_K, PsfName, transfer
+from focalgradient.psf import PsfName, has_edge, sigma_per_radius, transfer
 
 __all__ = ["Differences", "JointEstimate", "Pair"]
 
@@ -133,7 +133,7 @@ class Differences:
         scene, bands = scene_level(registered.images), Bands.of(window)
         hypotheses = []
         for blur in radius.T:
-            weight = disc_pass(blur.max(), limit=DISC_LIMIT, power=6) if psf == "disc" else np.ones(RADIAL)
+            weight = disc_pass(blur.max(), limit=DISC_LIMIT, power=6) if has_edge(psf) else np.ones(RADIAL)
             transfers = transfer(RADII, blur[:, None], psf, k)
             # What blur carried in from beyond the frame, or from masked pixels, is left out.
             margin = min(2 + int(MARGIN * blur.max()), min(registered.shape) // 6)
@@ -142,7 +142,7 @@ class Differences:
                 hypotheses.append(Hypothesis.of((i, j), transfers[[i, j]], weight, sd, scene, margin))
         reach = int(np.clip(2 * radius.max(), 16, 64))
         compared = compare(bands, registered.images, registered.usable, hypotheses, reach)
-        sigma = (DISC_K if psf == "disc" else k) * search.pixels
+        sigma = sigma_per_radius(psf, k) * search.pixels
         return cls(
             search, vergences, sigma**2, pairs, [compared[p :: len(pairs)] for p in range(len(pairs))], bands.step
         )

@@ -1,0 +1,69 @@
+"""Tell a depth that rests on texture from a minimum of the cost that is not a depth."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.depth import numerics
+from focalgradient.depth.equalise.even import CHANGING
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
+from focalgradient.depth.filters import Image
+
+__all__ = ["rests_on_texture"]
+
+NARROW = 0.5
+"""Window in which texture is near, over that in which depth is estimated."""
+
+NEAR = 0.02
+"""Share of the information in the wide window that must lie in the narrow one: even texture gives a quarter, a lone
+edge less than this from 1.6 standard deviations of the wide window on."""
+
+MOST_CURVATURE = 5.0
+"""Curvature of the cost, over the power that depth gives the residual's derivative, above which the minimum is not a
+depth: 0.5 to 3.2 at the true depth, 8 to thousands where the truth lies outside the range searched (walls through eyes
+and lenses, 5th to 95th percentile)."""
+
+
+def rests_on_texture(
+    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each node's depth rests on texture near it, and whether the residual's derivative curves its cost.
+
+    A blank surface beside a strong edge takes the edge's depth where the two lie on one surface; else what compression,
+    the model and the linearised fit err about the edge, many times over: its texture is in the window's tail.
+
+    At the true depth the residual is noise, so that the cost's curvature, from which `nodes` have their texture, is
+    the power of the residual's derivative beyond noise: the information matrix equality, by which White (1982) tests
+    for misspecified models. Where no candidate explains the views, what is left of them bends the cost as well, and
+    makes minima where the derivative is little more than noise.
+
+    Parameters
+    ----------
+    equalised, nodes
+        The views, compared at every level, and their depth.
+    local
+        Residual statistics of each pixel at that depth.
+    weight
+        H x W, 0 or 1: the pixels that are used.
+    noise
+        Noise variance in units of the one assumed.
+
+    Returns
+    -------
+    near, curved_by_depth
+        Both h x w.
+    """
+    place, shown = np.arange(equalised.levels), local.level
+    by_noise = np.interp(shown, place, noise * sum(r.noise_derivative for r in equalised.residuals)).astype(np.float32)
+    unit = np.interp(shown, place, noise * sum(r.noise_slope for r in equalised.residuals)).astype(np.float32)
+    power, unit = (
+        numerics.block_sum(weight * image, equalised.step).astype(np.float32)[None]
+        for image in (local.slope - by_noise, unit)
+    )
+    window = equalised.window / equalised.step
+    wide, narrow = (numerics.gather(power, size)[0] for size in (window, NARROW * window))
+    curvature = nodes.texture * numerics.gather(unit, window)[0]
+    by_depth = curvature <= MOST_CURVATURE * np.maximum(wide, 0)
+    # At a focus that all views share, the derivative vanishes, and the cost goes by the fourth power of blur.
+    return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)

@@ -1,0 +1,76 @@
+"""Walls that lie outside the range searched, or are blurred beyond detail: rejected, with the range as the cause."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from blurred import lens, wall
+
+from focalgradient import recover_depth
+from focalgradient.eye import Cones, Eye, Photons, eye_views
+from focalgradient.eye.retina import S_FINEST_CPD
+
+MINUTE = np.radians(1 / 60)
+NEAR, FAR = 0.7, 2.0
+
+
+def eye_depth(mm: float, bands: tuple[str, ...], vergence: float, side: int = 144, seed: int = 1):
+    """Depth of a wall from the views of each band at two moments, with the photon noise of 200 cd/m^2."""
+    cones = [
+        Cones.of(Eye(1e-3 * mm, focus), band, finest_cpd=S_FINEST_CPD if band == "S" else np.inf)
+        for focus in (0.75, 0.25)
+        for band in bands
+    ]
+    views = eye_views(1 / vergence, cones, (side, side), MINUTE, noise=Photons(200.0), seed=seed)
+    return recover_depth([one.view for one in views])
+
+
+@pytest.mark.filterwarnings("ignore:view")
+@pytest.mark.parametrize(
+    ("mm", "bands", "vergence"),
+    [(4, ("L+M", "S"), 4.0), (6, ("L+M", "S"), 4.0), (6, ("L+M",), 2.5), (4, ("L+M",), 6.0)],
+)
+def test_walls_far_out_of_an_eyes_focus_are_rejected(mm, bands, vergence) -> None:
+    depth = eye_depth(mm, bands, vergence)
+    assert depth.valid.mean() < 0.005
+    assert "outside the range searched" in depth.details["rejected"]
+
+
+@pytest.mark.parametrize(("mm", "vergence"), [(4, 1.5), (3, 2.5), (6, 0.5)])
+def test_walls_within_the_range_stay_right(mm, vergence) -> None:
+    depth = eye_depth(mm, ("L+M", "S"), vergence)
+    error = np.abs(depth.vergence - vergence)[depth.valid]
+    assert depth.valid.mean() > 0.8
+    assert np.mean(error <= 2 * depth.vergence_sd[depth.valid]) > 0.93
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("lenses", [[lens(2.8, 0.7), lens(2.8, 1.0)], [lens(2.8, f) for f in (0.7, 0.85, 1.1)]])
+@pytest.mark.parametrize("distance", [0.2, 0.3, 0.45, 0.6, 2.4, 5.0])
+def test_walls_outside_near_and_far_are_rejected(lenses, distance) -> None:
+    depth = recover_depth(wall(lenses, distance, seed=2), near=NEAR, far=FAR)
+    assert depth.valid.mean() < 0.005
+
+
+@pytest.mark.filterwarnings("ignore:the views share one plane")
+def test_a_wall_just_beyond_the_default_range_is_rejected() -> None:
+    """Blur of 16.5 pixels at 3 m; the search ends at 16."""
+    views = wall([lens(8), lens(2)], 3.0)
+    depth = recover_depth(views)
+    assert depth.valid.mean() < 0.005
+    assert "outside the range searched" in depth.details["rejected"]
+    wider = recover_depth(views, near=0.85, far=4.0)
+    assert np.median(wider.distance[wider.valid]) == pytest.approx(3.0, rel=0.02)
+
+
+@pytest.mark.filterwarnings("ignore:the views share one plane")
+def test_walls_at_an_end_of_the_range_are_kept() -> None:
+    """At a limit that is given, at infinity and at a shared focus."""
+    for lenses, distance, asked in (
+        ([lens(2.8, 0.7), lens(2.8, 1.0)], 0.8, {"near": 0.8, "far": 2.0}),
+        ([lens(8, 0.85), lens(2.8, 0.85)], 0.85, {}),
+        ([lens(8, 10.0), lens(8, 4.0)], 1e6, {}),
+    ):
+        depth = recover_depth(wall(lenses, distance, seed=3), **asked)
+        assert depth.valid.mean() > 0.7
+        assert np.mean(np.abs(depth.vergence - 1 / distance)[depth.valid] <= 3 * depth.vergence_sd[depth.valid]) > 0.93

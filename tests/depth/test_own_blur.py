@@ -1,0 +1,191 @@
+"""Optics that offer a blur of their own, in every form: their blur is used, or refused by name, never a disc."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
+from focalgradient.depth.limits import comparison_bound
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.optics import own_blur
+from focalgradient.psf import check_psf, disc_transfer, pixel_transfer
+
+PIXEL, SIDE, TRUTH = 3e-4, 160, 1.25
+FORMS = ("transfer", "optical_transfer", "through_focus")
+
+
+class Mirror:
+    """A mirror lens: blur is a ring, whose hole is half as wide as its rim; `stretch` makes it oval."""
+
+    aperture_diameter = 0.008
+
+    def __init__(self, focus: float, stretch: float = 1.0) -> None:
+        self.focus_vergence, self.stretch = 1 / focus, stretch
+
+    def ring(self, radial, defocus):
+        radius = self.aperture_diameter / 2 * np.abs(defocus)
+        return (disc_transfer(radial, radius) - 0.25 * disc_transfer(radial, radius / 2)) / 0.75
+
+    def oval(self, down, right, defocus):
+        return self.ring(np.hypot(self.stretch * np.asarray(down), right), defocus)
+
+
+def _transfer(self, frequency, vergence):
+    return self.ring(np.asarray(frequency), self.focus_vergence - np.asarray(vergence))
+
+
+def _optical_transfer(self, frequency_y, frequency_x, vergence):
+    return self.oval(frequency_y, frequency_x, self.focus_vergence - vergence)
+
+
+def _through_focus(self, frequency_y, frequency_x, vergences):
+    down, right = np.broadcast_arrays(np.asarray(frequency_y), np.asarray(frequency_x))
+    levels = np.asarray(vergences).reshape(-1, *(1,) * down.ndim)
+    return self.oval(down, right, self.focus_vergence - levels)
+
+
+METHODS = {"transfer": _transfer, "optical_transfer": _optical_transfer, "through_focus": _through_focus}
+OFFERED = [some for count in (1, 2, 3) for some in itertools.combinations(FORMS, count)]
+
+
+def kind(offered, isotropic) -> type[Mirror]:
+    """A user's own class with these methods, that states `isotropic`, or does not where that is None."""
+    stated = {} if isotropic is None else {"isotropic": isotropic}
+    return type("MyMirror", (Mirror,), {name: METHODS[name] for name in offered} | stated)
+
+
+def views(optics, noise: float = 0.005) -> list[View]:
+    """A textured wall through `optics`, filtered over the plane of frequencies; wider than the frame."""
+    random = np.random.default_rng(1)
+    size = SIDE + 96
+    down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
+    radial = np.hypot(down, right)
+    radial[0, 0] = np.inf
+    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / radial
+    spectrum *= 0.2 / np.fft.irfft2(spectrum, (size, size)).std()
+    seen = []
+    for one in optics:
+        blurred = one.oval(down / PIXEL, right / PIXEL, one.focus_vergence - 1 / TRUTH) * pixel_transfer(down, right)
+        image = 1 + np.fft.irfft2(spectrum * blurred, (size, size))[48:-48, 48:-48]
+        seen.append(View((image + noise * random.standard_normal((SIDE, SIDE))).astype(np.float32), one, PIXEL))
+    return seen
+
+
+@pytest.mark.parametrize("isotropic", [True, False, None])
+@pytest.mark.parametrize("offered", OFFERED, ids="+".join)
+def test_own_blur_in_any_form_gives_the_right_depth_or_is_refused(offered, isotropic) -> None:
+    made = kind(offered, isotropic)
+    pair = views([made(0.9), made(1.1)])
+    if isotropic is False and offered == ("transfer",):
+        with pytest.raises(InputError, match=r"MyMirror.*not round.*only `transfer`"):
+            recover_depth(pair)
+        return
+    depth = recover_depth(pair)
+    assert depth.details["psf"] == "optics"
+    assert depth.valid.mean() > 0.5
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(TRUTH, rel=0.01)
+
+
+@pytest.mark.parametrize("offered", [("optical_transfer",), ("through_focus",), FORMS], ids="+".join)
+def test_oval_blur_gives_the_right_depth(offered) -> None:
+    made = kind(offered, False)
+    depth = recover_depth(views([made(0.9, 1.3), made(1.1, 1.3)]), psf="optics")
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(TRUTH, rel=0.01)
+
+
+def test_oval_blur_that_is_said_to_be_round_is_refused() -> None:
+    made = kind(("through_focus",), True)
+    with pytest.raises(InputError, match=r"MyMirror is said to be round.*isotropic = False"):
+        recover_depth(views([made(0.9, 1.3), made(1.1, 1.3)]))
+
+
+@pytest.mark.parametrize("offered", [("transfer",), ("optical_transfer",), ("through_focus",)], ids="+".join)
+@pytest.mark.parametrize("method", ["spectra", "edges", "ratio"])
+def test_methods_that_know_discs_refuse_other_blur_by_name(method, offered) -> None:
+    made = kind(offered, None)
+    pair = views([made(0.9), made(0.9 if method == "ratio" else 1.1)])
+    if method == "ratio":
+        pair[0].optics.aperture_diameter = 0.002
+    with pytest.raises(InputError, match=rf"MyMirror.*blur of their own, which method '{method}' cannot use"):
+        recover_depth(pair, method=method)
+    with pytest.raises(InputError, match=r"psf is 'optics'"):
+        recover_depth(pair, method=method, psf="optics")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_disc_that_is_asked_for_is_warned_about() -> None:
+    made = kind(("transfer",), None)
+    with pytest.warns(FocalGradientWarning, match=r"taken for a disc, as asked for, but the optics \(MyMirror\)"):
+        recover_depth(views([made(0.9), made(1.1)]), psf="disc")
+
+
+def test_optics_without_a_blur_of_their_own_cannot_be_asked_for_it() -> None:
+    made = kind((), True)
+    pair = views([made(0.9), made(1.1)])
+    assert own_blur(pair[0].optics) is None
+    with pytest.raises(InputError, match="MyMirror"):
+        recover_depth(pair, psf="optics")
+
+
+def test_a_transfer_that_is_not_one_is_refused_by_name() -> None:
+    for name, wrong, message in (
+        ("transfer", lambda self, f, v: 0.5 * _transfer(self, f, v), "0.5 at frequency 0"),
+        ("transfer", lambda self, f, v: _transfer(self, f, v)[:1, :3], "has shape"),
+        ("through_focus", lambda self, y, x, v: np.nan * _through_focus(self, y, x, v), "finite"),
+    ):
+        made = type("Broken", (Mirror,), {name: wrong})
+        with pytest.raises(InputError, match=rf"Broken.*{message}"):
+            recover_depth(views([made(0.9), made(1.1)]))
+    made = type("Broken", (Mirror,), {"transfer": _transfer, "isotropic": "yes"})
+    with pytest.raises(InputError, match=r"isotropic of Broken is 'yes'"):
+        recover_depth(views([made(0.9), made(1.1)]))
+
+
+def test_every_form_is_given_whichever_is_offered() -> None:
+    frequency = np.linspace(0, 1500, 7)
+    expected = kind(FORMS, True)(0.9)
+    for offered in OFFERED:
+        own = own_blur(kind(offered, True)(0.9))
+        assert own.transfer(frequency, np.array([[0.5], [0.9]])) == pytest.approx(
+            expected.transfer(frequency, np.array([[0.5], [0.9]]))
+        )
+        assert own.through_focus(frequency[:, None], frequency, [0.5, 0.9]) == pytest.approx(
+            expected.through_focus(frequency[:, None], frequency, [0.5, 0.9])
+        )
+
+
+@pytest.mark.parametrize("offered", [("transfer",), ("optical_transfer",), ("through_focus",)], ids="+".join)
+def test_pictures_are_blurred_by_own_blur(offered) -> None:
+    point = np.full((64, 64), 0.01, np.float32)
+    point[32, 32] = 10
+    made = kind(offered, None)(0.9)
+    spread = blur(point, np.full(point.shape, 1.8), made, pixel_angle=PIXEL).image
+    assert spread[32, 32] < 0.5 * spread.max()  # a ring's middle is dark
+
+
+def test_bounds_know_round_blur_and_refuse_other() -> None:
+    asked = {"power": np.ones_like, "noise": 0.01, "area": 100.0}
+    round_, disc = kind(("optical_transfer",), True), kind((), None)
+    bounds = [comparison_bound([made(0.9), made(1.1)], 0.8, PIXEL, **asked) for made in (round_, disc)]
+    assert abs(bounds[0] / bounds[1] - 1) > 0.02
+    with pytest.raises(InputError, match="MyMirror is not round"):
+        comparison_bound([kind(("optical_transfer",), False)(f) for f in (0.9, 1.1)], 0.8, PIXEL, **asked)
+
+
+def test_a_shape_that_a_place_does_not_know_is_refused_by_name() -> None:
+    asked = ("ratio", None, None, "hexagon", 0.5, 8.0, None, False, 1e-3, lambda share, words: None)
+    with pytest.raises(InputError, match=r"psf is 'hexagon'.*for method 'ratio'"):
+        RecoverySettings(*asked).model  # noqa: B018
+    with pytest.raises(InputError, match="psf is 'hexagon'"):
+        check_psf("hexagon")
+
+
+def test_a_lens_is_a_disc_beside_own_blur() -> None:
+    pair = views([kind(FORMS, True)(0.9), kind(FORMS, True)(1.1)])
+    pinhole = Lens(0.025, np.inf, 1.0)
+    sharp = views([kind(FORMS, True)(TRUTH)])[0]
+    depth = recover_depth([View(sharp.image, pinhole, PIXEL), pair[1]], far=3.0, near=1.12)
+    assert depth.details["psf"] == "optics"
