@@ -7,11 +7,13 @@ One row for each fault: what it gave before it was fixed, and what it gives now.
 
 from __future__ import annotations
 
+import data_safety_conduct
 import data_safety_server
 from reruns import Lines
 
 TABLE = Lines("People's data: what outsiders, full disks and untrue texts could do to them")
 data_safety_server.register(TABLE)
+data_safety_conduct.register(TABLE)
 
 
 if __name__ == "__main__":

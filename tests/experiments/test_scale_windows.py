@@ -8,9 +8,13 @@ from pathlib import Path
 
 import pytest
 from headless import LOOK, Headless, Running, headless, keep, make_set, psychopy_here
+from walked import walked
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import DepthTrial, load_design
+from focalgradient.design.pages import pages_of
+from focalgradient.design.sequence import sequence
+from focalgradient.design.words import load_words
 from focalgradient.report import make_report
 from focalgradient.statistics import quality
 
@@ -101,6 +105,11 @@ def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
     folder.mkdir()
     with headless(folder / "x") as screen:
         running, events = take_part(screen, folder, design, answer)
+    made = load_design(folder / "mine.toml")
+    words = load_words(made.language)
+    steps = sequence(made, words, pages_of(made, words, "01"), made.trials("01"))
+    wanted = ["question" if event == "trial" else event for event, _ in walked(steps, 1 + events.count("feedback"))]
+    assert [event for event in events if event in {*wanted, "standard"}] == wanted
     found = validate(folder / "data", folder / "set")
     assert found.problems == ()
     table = read_dataset(folder / "data").depth_rating

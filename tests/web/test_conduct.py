@@ -1,0 +1,177 @@
+"""What a participant meets in Chromium: the laboratory's sequence, also after a reload; form, consent, debriefing."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import LOOK, chromium, step, take_part
+from participant import DEPTH, NECKER
+from playwright.sync_api import Browser, Error
+from test_browser import SCALES, journal, served
+from walked import walked
+
+from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design import load_design
+from focalgradient.design.pages import pages_of
+from focalgradient.design.sequence import sequence
+from focalgradient.design.words import load_words
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
+
+SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
+TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER}
+PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as made:
+        yield made
+
+
+def keep(page: Any, name: str) -> None:
+    if LOOK:
+        page.screenshot(path=str(Path(LOOK, f"{name}.png")))
+
+
+def shown(page: Any) -> list[tuple[str, str]]:
+    """What the page has shown since it was loaded, but for what comes before the sequence."""
+    log = page.evaluate("focalgradient.page.shown")
+    return [(event, text) for event, text in log if event not in ("consent", "form")]
+
+
+def go_on(page: Any, trials: int) -> None:
+    """Take part until so many trials that count have been shown."""
+    seen: list[str] = []
+    end = time.monotonic() + 200
+    while sum(text.startswith("main") for event, text in shown(page) if event == "trial") < trials:
+        assert time.monotonic() < end, f"stuck at {seen[-1:]}"
+        with suppress(Error):  # the screen has changed meanwhile
+            step(page, seen, "")
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize(
+    "task", ["bipolar", *(pytest.param(one, marks=pytest.mark.slow) for one in TASKS if one != "bipolar")]
+)
+def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser, tmp_path: Path, task: str) -> None:
+    server = served(tmp_path, TASKS[task] + "practice_rounds = 2\n")
+    design: Any = load_design(tmp_path / "design.toml")
+    words = load_words(design.language)
+    trials, pages = design.trials("001"), pages_of(design, words, "001", browser=True)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(server.address)
+    page.wait_for_function("globalThis.focalgradient")
+    go_on(page, 3)
+    before = shown(page)
+    rounds = 1 + before.count(("feedback", pages.again().text))  # type: ignore[union-attr]
+    whole = walked(sequence(design, words, pages, trials), rounds)
+    assert before == whole[: len(before)]
+    page.reload()
+    page.wait_for_function("globalThis.focalgradient")
+    take_part(page, until=".page h1:has-text('" + pages.opening()[0].text.splitlines()[0] + "')")
+    done = len(trials) - page.evaluate("focalgradient.page.left.length")
+    assert done >= 2  # of those that count: they are not asked for again
+    take_part(page)
+    assert shown(page) == walked(sequence(design, words, pages, trials, done))
+    page.close()
+    server.end()
+    assert validate(tmp_path / "data", tmp_path / "set" if task != "necker" else None).problems == ()
+
+
+def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "consent.txt").write_text(
+        "Version: 2.1\nWhat we do\n\nYou look at a cube.\fYour rights\n\nYou can stop."
+    )
+    server = served(tmp_path, NECKER, "--consent", tmp_path / "consent.txt")
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(f"http://127.0.0.1:{server.port}/")
+    page.wait_for_selector("h1:text-is('What we do')")
+    keep(page, "consent-1")
+    page.click("button:text-is('Go on')")
+    page.wait_for_selector("h1:text-is('Your rights')")
+    keep(page, "consent-2")
+    page.click("button:text-is('I agree')")
+    page.wait_for_selector("#form-age")
+    page.fill("#form-age", "old")
+    page.click("button[type=submit]")
+    assert "number of years" in page.inner_text("[role=alert]")
+    keep(page, "form-wrong")
+    page.fill("#form-age", "34")
+    page.fill("#form-sex", "W")
+    page.fill("#form-handedness", "left\u0007")
+    page.click("button[type=submit]")
+    assert "letters, digits" in page.inner_text("[role=alert]")
+    page.fill("#form-handedness", "left")
+    page.click("button[type=submit]")
+    seen = take_part(page, until="h1:text-is('What this was about')")
+    keep(page, "debriefing")
+    assert not any("right or wrong" in text for text in seen)
+    take_part(page)
+    keep(page, "thanks")
+    page.close()
+    server.end()
+    found = read_dataset(tmp_path / "data").participants.iloc[0]
+    assert (found["age"], found["sex"], found["handedness"]) == (34, "w", "left")
+    noted = next(event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "sitting")
+    assert (noted["consent"]["version"], noted["consent"]["file"]) == ("2.1", "consent.txt")
+
+
+def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, NECKER)
+    context = browser.new_context(**PHONE, is_mobile=True)  # type: ignore[arg-type]
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=abc")
+    page.wait_for_selector("text=This screen is too small")
+    keep(page, "phone")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    context.close()
+    server.end()
+    assert "abc" not in "".join(path.read_text() for path in tmp_path.glob("data-links*"))
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_hidden_refresh_rate_is_no_obstacle(browser: Browser, tmp_path: Path) -> None:
+    """As where a browser rounds its clock against fingerprinting: frames seem to come at one time."""
+    server = served(tmp_path, NECKER)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.add_init_script("""{
+        const real = requestAnimationFrame;
+        globalThis.requestAnimationFrame = (act) => real((now) => act(100 * Math.round(now / 100)));
+    }""")
+    page.goto(server.address)
+    take_part(page)
+    page.close()
+    server.end()
+    log = read_journal(journal(tmp_path))
+    assert log.head["apparatus"]["refresh_hz"] is None
+    assert "refresh rate" in log.head["apparatus"]["clock"]
+    assert validate(tmp_path / "data").problems == ()
+
+
+def test_the_pointer_is_hidden_until_the_question(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, DEPTH)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.add_init_script("""addEventListener("DOMContentLoaded", () => {
+        globalThis.pointers = [];
+        const look = () => {
+            const picture = document.querySelector("#picture"), slider = document.querySelector("input[type=range]");
+            const kind = picture ? "picture" : slider ? "question" : null;
+            if (kind) pointers.push([kind, getComputedStyle(document.querySelector("#stage")).cursor]);
+            requestAnimationFrame(look);
+        };
+        look();
+    });""")
+    page.goto(server.address)
+    page.wait_for_function("globalThis.focalgradient")
+    go_on(page, 1)
+    found = {(kind, cursor == "none") for kind, cursor in page.evaluate("pointers")}
+    assert found == {("picture", True), ("question", False)}
+    page.close()
+    server.end()
