@@ -7,6 +7,7 @@ import re
 import sys
 import tempfile
 from collections import Counter
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def fast_script() -> str:
 
 def impossible_answers() -> str:
     """Answers that no page sends."""
-    cases = {
+    cases: dict[str, dict[str, Any]] = {
         "unknown key": {"presses": [[0.5, "q", True]]},
         "key after the end": {"presses": [[70.0, "f", True]]},
         "trial of 100,000 s": {"trial_duration": 100_000.0},
@@ -126,13 +127,11 @@ def form_and_consent() -> str:
 def phone() -> str:
     """What a phone is shown, and how many labels it takes; a refresh rate that the browser hides."""
     sys.path[:0] = [str(TESTS / "web"), str(TESTS / "experiments")]
-    from chromium import chromium
-    from test_browser import served
-
+    chromium, served = import_module("chromium").chromium, import_module("test_browser").served
     with tempfile.TemporaryDirectory() as name, chromium() as browser:
         server = served(Path(name), DESIGN)
         size = {"width": 390, "height": 844}
-        page = browser.new_context(viewport=size, screen=size, has_touch=True, is_mobile=True).new_page()  # type: ignore[arg-type]
+        page = browser.new_context(viewport=size, screen=size, has_touch=True, is_mobile=True).new_page()
         page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=abc")
         page.wait_for_selector("h1")
         head = page.inner_text("h1")
@@ -154,7 +153,7 @@ def untrue_texts() -> str:
             wrong["example on the flat side"] += example_of(design) <= (1 + steps) / 2
             wrong["drawings that were not shown"] += words("depth.about_drawings").strip() in told
             wrong["digits that choose no step"] += words("depth.answer_steps") in told and steps > 9
-        cube = _told(NeckerDesign(gradients=["none"], longest_run=20), language)
+        cube = _told(NeckerDesign(gradients=("none",), longest_run=20), language)
         wrong["no right or wrong before scored cubes"] += bool(re.search("right or wrong|kein Falsch", cube))
         wrong["blur without blur"] += words("necker.about_blur") in cube
         pinhole = _told(Pinhole(), language)
