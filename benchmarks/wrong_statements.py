@@ -117,10 +117,10 @@ def _rules_of_the_cube() -> str:
     return f"{rules} rules, {'1 scenes' if '1 scenes' in text else '1 scene'}"
 
 
-@TABLE.line("3.2.3", "own effect of 2 instead of 1.3: the fewest subjects", "no option for it")
+@TABLE.line("3.2.3", "effects of 1.3 and 2: power of H1 with 6 subjects", "no option for it")
 def _own_effect() -> str:
     texts = (preregistered("", **given) for given in ({}, {"effect": 2.0}))
-    return " and ".join(text.split("## Number of subjects")[1].split()[0] for text in texts)
+    return " and ".join(text.split("| 6 | ")[1].split(" ")[0] for text in texts)
 
 
 @TABLE.line(

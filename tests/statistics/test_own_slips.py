@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import math
+import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -342,3 +344,47 @@ def test_names_that_are_one_are_so_both_ways() -> None:
     for group in groups[:2] + groups[4:]:
         assert len({same_name(one) for one in group}) == 1
     assert len({same_name(group[0]) for group in groups}) == len(groups)
+
+
+def workbook(rows: list[Row], sheets: int = 1) -> bytes:
+    """A workbook as spreadsheets write it: names as shared strings, numbers as numbers."""
+    texts: dict[str, int] = {}
+    lines = []
+    for number, row in enumerate(rows, start=1):
+        cells = []
+        for letter, value in zip("ABCDEFGH", row, strict=False):
+            try:
+                cells.append(f'<c r="{letter}{number}"><v>{float(value)!r}</v></c>')
+            except ValueError:
+                cells.append(f'<c r="{letter}{number}" t="s"><v>{texts.setdefault(value, len(texts))}</v></c>')
+        lines.append(f'<row r="{number}">{"".join(cells)}</row>')
+    space = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for sheet in range(1, sheets + 1):
+            archive.writestr(
+                f"xl/worksheets/sheet{sheet}.xml",
+                f"<worksheet {space}><sheetData>{''.join(lines)}</sheetData></worksheet>",
+            )
+        archive.writestr("xl/worksheets/sheet9.xml", f"<worksheet {space}><sheetData/></worksheet>")
+        strings = "".join(f'<si><t xml:space="preserve">{html.escape(text)}</t></si>' for text in texts)
+        archive.writestr("xl/sharedStrings.xml", f"<sst {space}>{strings}</sst>")
+    return content.getvalue()
+
+
+def test_a_workbook_passes_the_same_checks(tmp_path: Path) -> None:
+    own = rows()
+    own[3][0], own[5][4] = "p01 ", "999"
+    path = tmp_path / "own.xlsx"
+    path.write_bytes(workbook([HEAD, *own, ["Mean", *own[0][1:]]]))
+    found = read_ratings(path)
+    as_csv = read(tmp_path, [*own, ["Mean", *own[0][1:]]])
+    assert found.notices == as_csv.notices
+    assert len(found.notices) == 3
+    assert found.table["rating"].tolist() == as_csv.table["rating"].tolist()
+    path.write_bytes(workbook([HEAD, *own], 2))
+    with pytest.raises(InputError, match="has 2 sheets with cells, but must have one"):
+        read_ratings(path)
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(InputError, match="cannot be read as a workbook"):
+        read_ratings(path)

@@ -99,7 +99,7 @@ def report(
     workers: int | None,
     scheduler: str | None,
 ) -> None:
-    """Analyse the data set in DATASET, of people or of simulated observers; or a table of your own (CSV, TSV).
+    """Analyse the data set in DATASET, of people or of simulated observers; or a table of your own (CSV, TSV, XLSX).
 
     Writes report.html (one page, with all pictures), report.md, the figures (PNG, PDF), every table (CSV), all trials
     as one table, and R scripts of the headline test into the folder --out. What can be analysed is; what cannot is

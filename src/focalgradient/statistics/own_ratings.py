@@ -90,7 +90,7 @@ def read_ratings(
     focal_length_mm: float | None = None,
     steps: bool = False,
 ) -> OwnRatings:
-    r"""Read depth ratings from a CSV or TSV file, a row a trial (long) or a column a condition (wide).
+    r"""Read depth ratings from a CSV, TSV or XLSX file, a row a trial (long) or a column a condition (wide).
 
     Parameters
     ----------

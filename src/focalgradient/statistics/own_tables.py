@@ -16,6 +16,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import check_width, printable, read_bytes
 from focalgradient.statistics.own_names import clean, united
 from focalgradient.statistics.own_rows import without_headers, without_summaries
+from focalgradient.statistics.own_workbooks import is_workbook, sheet_text
 
 __all__ = [
     "ABSENT",
@@ -63,7 +64,7 @@ def conditions_like(meaning: str) -> str:
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """The cells of a CSV or TSV file as text, blank rows left out; the index is (file, row).
+    """The cells of a CSV, TSV or XLSX file as text, blank rows left out; the index is (file, row).
 
     The delimiter is the one that the header has most of: comma, semicolon or tab. Lines before the header that are
     blank or begin with # are skipped. What is wider than 4,096 columns, longer than `MOST_ROWS` or larger than
@@ -103,6 +104,8 @@ def read_table(path: Path) -> pd.DataFrame:
 
 def _text(path: Path) -> str:
     data = read_bytes(path, "a table", LARGEST_TABLE)
+    if is_workbook(data):
+        return sheet_text(data, printable(path))
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as a spreadsheet saves "Unicode text"
         return data.decode("utf-16", "replace")
     try:

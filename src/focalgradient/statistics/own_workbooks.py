@@ -1,0 +1,129 @@
+"""Read the sheet of an Excel workbook (XLSX) as text, so that it passes through the same checks as a CSV file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import zipfile
+import zlib
+from xml.etree import ElementTree
+
+from focalgradient.errors import InputError
+
+__all__ = ["is_workbook", "sheet_text"]
+
+LARGEST = 64 * 2**20
+"""Maximum size of a part of a workbook, unpacked, in bytes: some 500,000 rows of six cells."""
+
+MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
+"""Size of a sheet, as Excel has it."""
+
+CELL = re.compile(r"([A-Z]{1,3})([0-9]{1,7})")
+
+
+def is_workbook(data: bytes) -> bool:
+    """Whether bytes are those of a ZIP archive, as XLSX files are."""
+    return data.startswith(b"PK\x03\x04")
+
+
+def sheet_text(data: bytes, name: str) -> str:
+    """The cells of the only sheet that holds any, with tabs between them; a row of the sheet is a row of the text.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+    name
+        Of the file, for errors.
+
+    Raises
+    ------
+    InputError
+        If it is no workbook, too large, or several of its sheets hold cells.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            parts = archive.namelist()
+            sheets = sorted(one for one in parts if re.fullmatch(r"xl/worksheets/[^/]+\.xml", one))
+            texts = _texts(_part(archive, "xl/sharedStrings.xml", name)) if "xl/sharedStrings.xml" in parts else []
+            filled = [rows for one in sheets if (rows := _rows(_part(archive, one, name), texts))]
+    except (
+        zipfile.BadZipFile,
+        ElementTree.ParseError,
+        KeyError,
+        NotImplementedError,
+        RuntimeError,
+        zlib.error,
+    ) as error:
+        raise InputError(f"{name} cannot be read as a workbook ({error}): save its sheet as a CSV file.") from error
+    if len(filled) != 1:
+        raise InputError(
+            f"{name} has {len(filled)} sheets with cells, but must have one: save the right one as a CSV file."
+        )
+    written = io.StringIO()
+    writer = csv.writer(written, delimiter="\t", lineterminator="\n")
+    (rows,) = filled
+    for number in range(1, max(rows) + 1):
+        cells = rows.get(number, {})
+        writer.writerow([cells.get(column, "") for column in range(1, max(cells, default=1) + 1)])
+    return written.getvalue()
+
+
+def _part(archive: zipfile.ZipFile, part: str, name: str) -> ElementTree.Element:
+    with archive.open(part) as file:
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise InputError(f"{name} is too large for a table: leave out what is not needed, or save it as a CSV file.")
+    if b"<!DOCTYPE" in content[:1000] or b"<!ENTITY" in content:
+        raise InputError(f"{name} defines entities, which no spreadsheet writes: save its sheet as a CSV file.")
+    return ElementTree.fromstring(content)
+
+
+def _local(element: ElementTree.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def _text(element: ElementTree.Element) -> str:
+    """Text of a cell or a shared string, without phonetic hints."""
+    return "".join(
+        each.text or ""
+        for run in (element, *(one for one in element if _local(one) == "r"))
+        for each in run
+        if _local(each) == "t"
+    )
+
+
+def _texts(root: ElementTree.Element) -> list[str]:
+    return [_text(one) for one in root if _local(one) == "si"]
+
+
+def _rows(root: ElementTree.Element, texts: list[str]) -> dict[int, dict[int, str]]:
+    """Texts of the cells that hold some, by row and column, both from 1."""
+    rows: dict[int, dict[int, str]] = {}
+    for cell in (one for one in root.iter() if _local(one) == "c"):
+        found = CELL.fullmatch(cell.get("r", ""))
+        if found is None:
+            raise KeyError("a cell without a place")
+        column = 0
+        for letter in found[1]:
+            column = 26 * column + ord(letter) - ord("A") + 1
+        value = _value(cell, texts)
+        if value.strip() and int(found[2]) <= MOST_ROWS and column <= MOST_COLUMNS:
+            rows.setdefault(int(found[2]), {})[column] = value
+    return rows
+
+
+def _value(cell: ElementTree.Element, texts: list[str]) -> str:
+    """Text of a cell: a number to 15 digits, as a spreadsheet has them."""
+    kind = cell.get("t", "n")
+    held = {_local(one): one for one in cell}
+    if kind == "inlineStr":
+        return _text(held["is"]) if "is" in held else ""
+    text = (held["v"].text or "") if "v" in held else ""
+    if kind == "s" and text.isdigit():
+        return texts[int(text)] if int(text) < len(texts) else ""
+    try:
+        return f"{float(text):.15g}" if kind == "n" and text else text
+    except ValueError:
+        return text
