@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from focalgradient import Lens, View
 from focalgradient.psf import pixel_transfer, transfer
@@ -22,12 +23,16 @@ def lens(f_number: float, focus: float = 0.85) -> Lens:
 
 @dataclass(frozen=True)
 class Camera:
-    """Where what an undisturbed view shows at p is found, centre + scale (p - centre) + shift, and how bright."""
+    """Where what an undisturbed view shows at p is found, centre + scale R (p - centre) + shift, and how bright.
+
+    R turns by `turn` radians, from right towards down.
+    """
 
     scale: float = 1.0
     down: float = 0.0
     right: float = 0.0
     gain: float = 1.0
+    turn: float = 0.0
 
 
 def texture(seed: int, contrast: float = 0.2) -> NDArray[np.float64]:
@@ -64,7 +69,24 @@ def wall(
             for n, shift in zip(SHAPE, (camera.down, camera.right), strict=True)
         )
         image = (np.exp(2j * np.pi * rows[:, None] * right) @ blurred @ np.exp(2j * np.pi * down * columns)).real
+        if camera.turn:
+            image = _turned(blurred, rows - TILE / 2, columns - TILE / 2, camera.turn)
         random = np.random.default_rng([seed, 1 + number])
         image = camera.gain * (image + noise * random.standard_normal(SHAPE))
         views.append(View(image.astype(np.float32), optics, PIXEL))
     return views
+
+
+def _turned(
+    spectrum: NDArray[np.complex128], rows: NDArray[np.float64], columns: NDArray[np.float64], turn: float
+) -> NDArray[np.float64]:
+    """The series of `spectrum` at places turned back by `turn`: by splines of degree 5 between four times its pixels."""
+    fine = 4 * TILE
+    padded = np.zeros((fine, fine), complex)
+    at = np.fft.fftfreq(TILE, 1 / TILE).astype(int)
+    padded[np.ix_(at, at)] = spectrum
+    image = np.fft.ifft2(padded).real * fine**2
+    down = np.cos(turn) * rows[:, None] - np.sin(turn) * columns
+    right = np.cos(turn) * columns + np.sin(turn) * rows[:, None]
+    places = 4 * np.stack([down + TILE / 2, right + TILE / 2])
+    return ndimage.map_coordinates(image, places, order=5, mode="grid-wrap")

@@ -1,5 +1,7 @@
 """Real photographs move: a shift is measured, said, and removed on request."""
 
+import math
+
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, Camera, lens, texture, wall
@@ -61,7 +63,27 @@ def test_the_third_view_is_named() -> None:
         recover_depth(views, near=0.85)
 
 
-@pytest.mark.parametrize("placement", [Placement(1.01, 2.3, -1.7), Placement(0.97, 0.5, 0.0)])
+@pytest.mark.parametrize("degrees", [-1.0, 0.3, 2.0])
+def test_rotation_is_measured_and_removed(degrees: float) -> None:
+    views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees), down=0.6)], seed=5)
+    depth = recover_depth(views, near=0.85, align=True)
+    assert depth.details["turn_deg"] == pytest.approx([0, degrees], abs=0.02)
+    assert depth.details["shift_px"][1] == pytest.approx([0.6, 0.0], abs=0.03)
+    assert depth.valid.mean() > 0.95
+    error = (depth.vergence - 1 / DISTANCE)[depth.valid]
+    assert np.median(np.abs(error)) < 1.5 * np.median(depth.vergence_sd[depth.valid])
+
+
+@pytest.mark.parametrize(("degrees", "way"), [(-0.15, "counterclockwise"), (0.3, "clockwise")])
+def test_rotation_left_in_is_named(degrees: float, way: str) -> None:
+    views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees))])
+    with pytest.warns(FocalGradientWarning, match=rf"view 2 is turned by {abs(degrees):.2f} degrees {way}"):
+        recover_depth(views, near=0.85)
+
+
+@pytest.mark.parametrize(
+    "placement", [Placement(1.01, 2.3, -1.7), Placement(0.97, 0.5, 0.0), Placement(1.01, 2.3, -1.7, 0.05)]
+)
 def test_resampling_a_wave_is_exact(placement: Placement) -> None:
     """A plane wave sampled elsewhere is known in closed form."""
     height, width = 90, 120
@@ -71,7 +93,8 @@ def test_resampling_a_wave_is_exact(placement: Placement) -> None:
         return np.cos(0.9 * x + 0.6 * y + 0.3)
 
     moved, covered = resample(wave(down, right).astype(np.float32), placement)
-    there = placement.scale * down + placement.down, placement.scale * right + placement.right
+    cos, sin = placement.scale * math.cos(placement.turn), placement.scale * math.sin(placement.turn)
+    there = cos * down + sin * right + placement.down, cos * right - sin * down + placement.right
     inside = (np.abs(there[0]) <= height / 2) & (np.abs(there[1]) <= width / 2)
     assert (covered == inside).all()
     middle = np.s_[16:-16, 16:-16]  # the mirror image beyond the frame is no wave
@@ -79,11 +102,10 @@ def test_resampling_a_wave_is_exact(placement: Placement) -> None:
 
 
 def test_placements_compose() -> None:
-    first, second = Placement(1.01, 3.0, -2.0), Placement(0.99, 0.5, 0.25)
+    first, second = Placement(1.01, 3.0, -2.0, 0.1), Placement(0.99, 0.5, 0.25, -0.03)
     both = first.then(second)
-    for point in (-10.0, 0.0, 7.0):  # what the second finds, the first finds in the view
-        through = first.scale * (second.scale * point + second.down) + first.down
-        assert both.scale * point + both.down == pytest.approx(through)
+    for point in ((-10.0, 3.0), (0.0, 0.0), (7.0, 20.0)):  # what the second finds, the first finds in the view
+        assert both.of(*point) == pytest.approx(first.of(*second.of(*point)))
 
 
 def test_a_region_that_differs_does_not_pull_the_rest() -> None:

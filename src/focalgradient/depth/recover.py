@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -136,7 +137,7 @@ def recover_depth(
         Standard deviation of the pixels' noise in the images' units, one for all or one for each view; estimated
         from the views where not given (then alike in all, up to their exposure).
     align
-        Measure translation and scale between the views and remove them first.
+        Measure translation, rotation and scale between the views and remove them first.
     false_alarm
         Probability with which the check masks a pixel whose views do agree.
     outlines
@@ -229,6 +230,7 @@ def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
         "gain": registered.gains,
         "shift_px": [[p.down, p.right] for p in registered.placements],
         "scale": [p.scale for p in registered.placements],
+        "turn_deg": [math.degrees(p.turn) for p in registered.placements],
         **estimate.details,
         "share_valid": float(estimate.valid.mean()),
     }

@@ -1,16 +1,19 @@
-"""Registered views: brought onto one pixel grid (magnification, shift) and to one exposure."""
+"""Registered views: brought onto one pixel grid (magnification, rotation, shift) and to one exposure."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
+from focalgradient.parallel import share_rows
 from focalgradient.view import View
 
 __all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resample"]
@@ -38,14 +41,21 @@ LEAST_USABLE = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where a view's pixels lie: pixel p of the reference is found in the view at centre + scale (p - centre) + shift.
+    """Where a view's pixels lie: pixel p of the reference is found in the view at c + scale R (p - c) + shift.
 
-    `down` and `right` are in pixels, the centre is the middle of the frame.
+    R is a rotation by `turn` in radians, clockwise as one sees it; `down` and `right` are the shift in pixels; c is the
+    middle of the frame.
     """
 
     scale: float = 1.0
     down: float = 0.0
     right: float = 0.0
+    turn: float = 0.0
+
+    def of(self, down: float, right: float) -> tuple[float, float]:
+        """Where the pixel at (`down`, `right`) from the middle of the reference is found, from the view's middle."""
+        cos, sin = self.scale * math.cos(self.turn), self.scale * math.sin(self.turn)
+        return cos * down + sin * right + self.down, cos * right - sin * down + self.right
 
     def displacement(self, shape: tuple[int, int]) -> float:
         """The farthest that any pixel of a frame of `shape` is displaced, in pixels.
@@ -53,29 +63,76 @@ class Placement:
         >>> round(Placement(1.001, 0.3, 0.4).displacement((600, 800)), 3)
         1.0
         """
-        height, width = shape
-        stretch = abs(self.scale - 1) / 2
-        return float(np.hypot(abs(self.down) + stretch * height, abs(self.right) + stretch * width))
+        corners = [(side * shape[0] / 2, shape[1] / 2) for side in (-1, 1)]
+        corners += [(-down, -right) for down, right in corners]
+        return max(math.dist(self.of(*corner), corner) for corner in corners)
 
     def then(self, other: Placement) -> Placement:
         """The placement of a view whose image, once resampled by `self`, is still displaced by `other`."""
-        return Placement(
-            self.scale * other.scale, self.down + self.scale * other.down, self.right + self.scale * other.right
-        )
+        down, right = self.of(other.down, other.right)
+        return Placement(self.scale * other.scale, down, right, self.turn + other.turn)
 
 
 def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
     """The view on the reference's grid, and which of its pixels the view covers; both H x W.
 
-    Interpolates with a Lanczos kernel of 8 pixels, which is separable as scale and shift are.
+    Interpolates with a Lanczos kernel of 8 pixels: along rows and columns in turn, as scale and shift are separable;
+    a rotation is made of two passes along lines that are each shifted on their own (Catmull & Smith 1980).
     """
     if placement == Placement():
         return image, np.ones(image.shape, np.bool_)
     height, width = image.shape
+    if placement.turn:
+        return _turned(image, placement)
     down, rows = _interpolation(height, placement.scale, placement.down)
     across, columns = _interpolation(width, placement.scale, placement.right)
     resampled = (across @ (down @ image).T).T
     return np.ascontiguousarray(resampled, np.float32), rows[:, None] & columns
+
+
+def _turned(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
+    """As `resample`, of a view that is rotated."""
+    height, width = image.shape
+    row, column = np.arange(height) - (height - 1) / 2, np.arange(width) - (width - 1) / 2
+    down, right = placement.of(*np.ix_(row, column))
+    covered = (np.abs(down) <= height / 2) & (np.abs(right) <= width / 2)
+    # At the row `y` of the view, the reference's column x is found at right = a x + b y + c.
+    cos, tan = math.cos(placement.turn), math.tan(placement.turn)
+    first = placement.right + tan * (placement.down - row)
+    along = _along_lines(np.asarray(image, np.float32), placement.scale / cos, first + (width - 1) / 2)
+    second = placement.down + placement.scale * math.sin(placement.turn) * column
+    across = _along_lines(np.ascontiguousarray(along.T), placement.scale * cos, second + (height - 1) / 2)
+    return np.ascontiguousarray(across.T), covered
+
+
+def _along_lines(lines: Image, scale: float, middle: NDArray[np.float64]) -> Image:
+    """Each of `lines` (N x count) resampled at `scale` times its own pixels, the middle one's at its `middle`."""
+    resampled = np.empty_like(lines)
+    share_rows(len(lines), lambda first, last: _resample_lines(lines, scale, middle, first, last, resampled))
+    return resampled
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _resample_lines(lines, scale, middle, first, last, resampled):  # type: ignore[no-untyped-def]
+    count = lines.shape[1]
+    stretch = max(1.0, scale)
+    reach = int(np.ceil(8 * stretch))
+    for line in range(first, last):
+        for x in range(count):
+            place = middle[line] + scale * (x - (count - 1) / 2)
+            base = int(np.floor(place))
+            value = total = 0.0
+            for tap in range(base + 1 - reach, base + reach + 1):
+                distance = np.pi * abs(tap - place) / stretch
+                if distance >= 8 * np.pi:
+                    continue
+                weight = 1.0
+                if distance > 1e-9:
+                    weight = np.sin(distance) / distance * np.sin(distance / 8) / (distance / 8)
+                mirrored = (tap + count) % (2 * count) - count
+                value += weight * lines[line, mirrored if mirrored >= 0 else -1 - mirrored]
+                total += weight
+            resampled[line, x] = value / total
 
 
 def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
@@ -100,10 +157,11 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
 def measure_placement(
     reference: Image, image: Image, usable: NDArray[np.bool_] | None = None, *, steps: int = 12
 ) -> tuple[Placement, float]:
-    """Where `image` lies against `reference` (both H x W): translation and scale, to a few hundredths of a pixel.
+    """Where `image` lies against `reference` (both H x W): translation, rotation and scale, to some
+    hundredths of a pixel.
 
     Least squares on smoothed images, robust to regions that differ. Blur is symmetric: a difference in blur between
-    the images leaves translation and scale unbiased. Not so where light is clipped: where pixels are not `usable`
+    the images leaves these unbiased. Not so where light is clipped: where pixels are not `usable`
     (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the displacement that
     the placement makes at most.
     """
@@ -124,14 +182,14 @@ def measure_placement(
         placement = placement.then(step)
         if step.displacement((height, width)) < 0.002 or not 0.5 < placement.scale < 2:
             break
-    error = factor * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1]))
-    return Placement(placement.scale, factor * placement.down, factor * placement.right), error
+    error = factor * float(np.sqrt(variance @ [(height**2 + width**2) / 4, 1, 1, (height**2 + width**2) / 4]))
+    return replace(placement, down=factor * placement.down, right=factor * placement.right), error
 
 
 def _placement_step(
     reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
 ) -> tuple[Placement, NDArray[np.float64]]:
-    """What a placement still lacks, by linear least squares, and the variances of its scale and shifts."""
+    """What a placement still lacks, by linear least squares, and the variances of its scale, shifts and turn."""
     height, width = reference.shape
     down, right = np.ogrid[-(height - 1) / 2 : height / 2, -(width - 1) / 2 : width / 2]
     moved_image, covered = resample(image, placement)
@@ -141,7 +199,8 @@ def _placement_step(
     if np.var(np.diff(moved_image)) > np.var(np.diff(reference)):
         sharp, blurred, sign = moved_image, reference, 1
     slope_down, slope_right = np.gradient(blurred)
-    moved = np.stack([down * slope_down + right * slope_right, slope_down, slope_right])[:, used]
+    turned = right * slope_down - down * slope_right
+    moved = np.stack([down * slope_down + right * slope_right, slope_down, slope_right, turned])[:, used]
     versions = np.stack([sharp, *(ndimage.gaussian_filter(sharp, sd) for sd in (1.5, 3.0, 6.0))])[:, used]
     columns = np.concatenate([moved, versions, np.ones_like(moved[:1])]).astype(float)
     target = blurred[used].astype(float)
@@ -156,8 +215,8 @@ def _placement_step(
     score = columns * (weight**2 * (target - fit @ columns))
     by_cell = np.stack([np.bincount(cells[used], row, 64) for row in score])
     inverse = np.linalg.pinv(weighted @ weighted.T)
-    variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:3]
-    return Placement(1 + sign * fit[0], sign * fit[1], sign * fit[2]), variance
+    variance = np.diag(inverse @ (by_cell @ by_cell.T) @ inverse)[:4]
+    return Placement(1 + sign * fit[0], *(sign * fit[1:4]).tolist()), variance
 
 
 def _shrink(image: Image, factor: int) -> Image:
@@ -259,9 +318,12 @@ def _displacement_warning(number: int, shift: Placement, error: float, shape: tu
             raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
         return f"{trouble}: check that they show one scene."
     if not align and displacement > max(SHIFT_WARNING, 3 * error):
+        angle = math.degrees(shift.turn)
+        turned = f"turned by {abs(angle):.2f} degrees {'counter' * (angle < 0)}clockwise and "
         return (
-            f"view {number} is displaced against view 1 by up to {displacement:.2f} pixels ({shift.right:+.2f} right, "
-            f"{shift.down:+.2f} down, scale {shift.scale:.5f}), which biases depth: align the views (align=True)."
+            f"view {number} is {turned * (abs(shift.turn) * math.hypot(*shape) / 2 > SHIFT_WARNING)}displaced against "
+            f"view 1 by up to {displacement:.2f} pixels ({shift.right:+.2f} right, {shift.down:+.2f} down, scale "
+            f"{shift.scale:.5f}), which biases depth: align the views (align=True)."
         )
     return ""
 
