@@ -80,7 +80,7 @@ def wall(
 def _turned(
     spectrum: NDArray[np.complex128], rows: NDArray[np.float64], columns: NDArray[np.float64], turn: float
 ) -> NDArray[np.float64]:
-    """The series of `spectrum` at places turned back by `turn`: by splines of degree 5 between four times its pixels."""
+    """The series of `spectrum` at places turned back by `turn`: by quintic splines between four times its pixels."""
     fine = 4 * TILE
     padded = np.zeros((fine, fine), complex)
     at = np.fft.fftfreq(TILE, 1 / TILE).astype(int)

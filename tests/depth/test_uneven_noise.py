@@ -110,3 +110,28 @@ def test_a_map_without_a_valid_pixel_says_why():
     assert "contradict each other" in depth.details["rejected"]
     assert "no pixel is valid: the views" in depth.summary()
     assert "rejected" not in recover_depth([first, second], near=0.86, far=2.4).details
+
+
+@pytest.mark.parametrize(
+    ("focus", "near", "sds"),
+    [
+        ((0.85, 0.85), 0.86, (0.01, 0.03)),
+        ((0.85, 0.85), 0.86, (0.03, 0.01)),
+        ((0.85, 1.25), None, (0.03, 0.004)),
+        ((0.85, 1.25), None, (0.004, 0.03)),
+    ],
+)
+def test_noise_is_estimated_for_each_view(focus, near, sds):
+    """Frames of one camera at two ISO settings: the noise of each is found, and depth is covered."""
+    lenses = [Lens(0.025, 8 if near is None else stop, at) for stop, at in zip((16, 5.6), focus, strict=True)]
+    random = np.random.default_rng(3)
+    frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
+    sharp = np.fft.rfft2(random.standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE)
+    seen = []
+    for lens, sd in zip(lenses, sds, strict=True):
+        image = 1 + 5e-2 * np.fft.irfft2(sharp * transfer(frequency, lens.blur_radius(DISTANCE) / PIXEL, "disc"))
+        seen.append(View((image + sd * random.standard_normal(image.shape)).astype(np.float32), lens, PIXEL))
+    depth = recover_depth(seen, near=near)
+    assert depth.details["noise"] == pytest.approx(sds, rel=0.35)
+    assert depth.valid.mean() > 0.85
+    assert coverage(depth, True) > 0.9

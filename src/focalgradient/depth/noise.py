@@ -7,7 +7,6 @@ is the tightest depends on what is in the frame: texture all over, a few edges, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import equalise
+from focalgradient.depth.equalise.residual_power import band_power
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
@@ -43,10 +43,15 @@ NOISE_SIDE = 192
 """Side in pixels of the part of the views in which noise is estimated."""
 
 LENIENCE = 2.0
-"""Times the noise that an image can hold up to which what is left of the views is put down to noise."""
+"""Times the largest standard deviation of white noise that a view can have, up to which noise may be raised by what
+else is left of the views: that the blur model errs a little is counted as noise, too."""
 
-UNEVEN = 0.05
-"""Logarithm of the ratio of exposures from which noise before and after exposure are distinguished."""
+RIM = 12
+"""Pixels at the border of the part in which noise is estimated that are left out, and over which weights then rise."""
+
+ROUNDS, SETTLED = 6, 0.05
+"""Rounds of equalising and of estimating each view's noise from what is left, at most; and the logarithm of a change of
+standard deviations below which they end."""
 
 QUARTER = 0.25
 """Share of the places as bright whose noise lies below the law: what the views show beside noise adds to the rest."""
@@ -190,46 +195,40 @@ def noise_from_residuals(
 ) -> tuple[list[float], float | None]:
     """Standard deviation of each registered view's noise: `given`, or from what equalising leaves of a textured crop.
 
+    White noise reaches a view's finest detail, which bounds it. Below that the power of the residual by frequency and
+    depth shows each view's noise (`BandPower`).
+
     Also returns by how much its variance may still be raised, as the whole frame may ask for; None where it is given.
     """
     if given is not None:
         return [float(sd / gain) for sd, gain in zip(given, registered.gains, strict=True)], None
     part = registered.most_textured_crop(NOISE_SIDE)
-    floor = STORAGE * float(np.mean([image.std() for image in part.images]))
-    gains = np.array(registered.gains)
-    # An upper bound first: what the finest detail of the most blurred view holds.
     finest = np.array([noise_from_spectrum(image) for image in part.images])
-    start = max(floor, float((finest * gains).min()))
-    # What an image holds of finest detail bounds its noise; that the blur model errs a little is counted as noise too.
-    most = LENIENCE * finest + floor
-    # Noise comes after exposure, alike in all views, or before, in proportion to it.
-    uneven = float(np.ptp(np.log(gains))) > UNEVEN
-    shapes = [1 / gains, np.ones_like(gains)] if uneven else [1 / gains]
-    found = [_fit_noise(part, blurs, window, start * shape, floor, most, uneven) for shape in shapes]
-    _, noise_sd = min(found, key=lambda one: one[0])
+    emptiest = [noise_floor(image, usable=part.usable) for image in part.images]
+    floor = STORAGE * float(np.mean([image.std() for image in part.images]))
+    white, most = finest + floor, LENIENCE * finest + floor
+    noise_sd = np.maximum(floor, np.minimum(finest, emptiest))
+    usable = part.usable.astype(np.float32)
+    taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
+    gains = np.array(registered.gains)
+    for _ in range(ROUNDS):
+        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window)
+        nodes = equalised.read(usable)
+        images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
+        # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.
+        alike = [(shape / noise_sd) ** 2 for shape in (1 / gains, np.ones_like(gains))]
+        ratio = np.sqrt(band_power(equalised, nodes, images, taper).variances(alike, (white / noise_sd) ** 2))
+        settled = np.ptp(np.log(ratio)) < SETTLED
+        if settled:
+            ratio *= math.sqrt(equalised.noise_found(nodes) / float(np.mean(ratio**2)))
+        before, found = noise_sd, noise_sd * ratio
+        noise_sd = np.maximum(floor, found * min(1.0, float(np.min(most / found))))
+        if settled and np.abs(np.log(noise_sd / before)).max() < SETTLED:
+            break
     return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 
 
-def _fit_noise(
-    part: RegisteredViews,
-    blurs: Blurs,
-    window: float,
-    start: FloatArray,
-    floor: float,
-    most: Sequence[float] | FloatArray,
-    uneven: bool,
-) -> tuple[float, FloatArray]:
-    """Noise in the proportions of `start`, and how badly these fit."""
-    noise_sd = np.maximum(floor, start)
-    for _ in range(3):
-        equalised = equalise(part.images, blurs, noise_sd.tolist(), window=window)
-        nodes = equalised.read(part.usable.astype(np.float32))
-        change = math.sqrt(equalised.noise_found(nodes))
-        # Of the wrong proportions the fit is uneven over the frame, and each view's residual contradicts them.
-        misfit = np.log(np.maximum(nodes.misfit[nodes.support > 0.5], 1e-6))
-        each = equalised.noise_by_view(equalised.evaluate(nodes)) if uneven else np.ones(1)
-        badness = float(misfit.std() + 0.2 * np.ptp(np.log(each)))
-        noise_sd = np.maximum(floor, noise_sd * min(change, float(np.min(most / noise_sd))))
-        if 0.7 < change < 1.4:
-            break
-    return badness, noise_sd
+def _ramp(count: int) -> FloatArray:
+    """Weights that rise from 0 at the border of the frame, beyond which blur and filters reach, to 1."""
+    place = np.minimum(np.arange(count), np.arange(count)[::-1])
+    return np.sin(np.pi / 2 * np.clip((place - RIM) / RIM, 0, 1)) ** 2

@@ -135,7 +135,7 @@ def recover_depth(
         Standard deviation in pixels of the Gaussian window in which depth is estimated.
     noise
         Standard deviation of the pixels' noise in the images' units, one for all or one for each view; estimated
-        from the views where not given (then alike in all, up to their exposure).
+        for each view where not given.
     align
         Measure translation, rotation and scale between the views and remove them first.
     false_alarm

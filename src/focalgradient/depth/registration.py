@@ -157,10 +157,9 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
 def measure_placement(
     reference: Image, image: Image, usable: NDArray[np.bool_] | None = None, *, steps: int = 12
 ) -> tuple[Placement, float]:
-    """Where `image` lies against `reference` (both H x W): translation, rotation and scale, to some
-    hundredths of a pixel.
+    """Where `image` lies against `reference` (both H x W): how it is shifted, turned and scaled.
 
-    Least squares on smoothed images, robust to regions that differ. Blur is symmetric: a difference in blur between
+    Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. Blur is symmetric: a difference in blur between
     the images leaves these unbiased. Not so where light is clipped: where pixels are not `usable`
     (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the displacement that
     the placement makes at most.

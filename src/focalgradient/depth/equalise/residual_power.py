@@ -1,0 +1,145 @@
+"""Power of the residual by radial frequency: identifies which view the noise comes from.
+
+Where one view is much blurred, the residual's fine detail is that view's own noise; its coarse detail is the noise of
+both views. Depth changes which view is blurred. So the residual's power in bands of frequency, at places of different
+depth, is a weighted sum of the views' noise variances whose weights (the filters' power gains) differ: a regression
+gives each variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy import fft, optimize, stats
+
+from focalgradient.depth import numerics
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.filters import RADII, FloatArray, Image
+
+__all__ = ["BandPower", "band_power"]
+
+EDGES: FloatArray = np.array([0.03, 0.06, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45])
+"""Edges of the bands in cycles per pixel: below them windows hold too few periods, above them nothing is compared."""
+
+GROUPS = 6
+"""Groups of nodes of similar depth, at most."""
+
+LEAST_NODES = 16
+"""Nodes in a group, at least: a choice."""
+
+QUARTER = 0.25
+"""Quantile of the nodes' power that is compared: what contradicts the model can only add to it."""
+
+LEAST_GAIN = 0.02
+"""Power gain of a band, over the largest, below which it is not compared: little but rounding and leakage is in it."""
+
+ADDS = 0.1
+"""Relative excess of power beyond which a band counts less: model error adds to power, noise does not take from it."""
+
+WORSE = 30.0
+"""Ratio of mean squares (an F statistic) above which the views' noises differ: equal noise gives
+-6 to 21 on walls, slants, steps and spheres, a ratio of 1.5 between standard deviations 15 to 240, of 3 from 70 on."""
+
+ALIKE = 0.05
+"""Weight of the prior that all noise is alike, in bands: decides where the bands leave a view's noise open."""
+
+ITERATIONS, LEAST = 8, 1e-3
+"""Iterations of reweighting; and the least variance that is found, over the largest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BandPower:
+    """The residual's power in N bands of groups of nodes, and what each view's noise of variance 1 puts into them."""
+
+    power: FloatArray  # N: by the lower quartile over the group's nodes, corrected for chance
+    gains: FloatArray  # N x n, for noise of the variance assumed
+
+    def variances(self, alike: Sequence[FloatArray], most: FloatArray) -> FloatArray:
+        """Noise variance of each view, in units of the one assumed, by least squares robust to excess.
+
+        The variances are in the proportions of one of `alike` (n each) where these explain the power about as well as
+        the views' own do: what is not known better is simpler. Each is at most that of `most` (n): what
+        is left beyond that is no white noise.
+
+        >>> gains = np.array([[0.9, 0.1], [0.5, 0.5], [0.1, 0.9]] * 8)
+        >>> BandPower(gains @ [1.0, 4.0], gains).variances([np.ones(2)], np.full(2, 9.0)).round(2).tolist()
+        [1.0, 4.0]
+        """
+        count = self.gains.shape[1]
+        if len(self.power) <= count:
+            return alike[0] / alike[0].mean()
+        fits = [self._fitted(shape[:, None], np.full(1, np.inf)) for shape in alike]
+        simple, more = min(fits, key=lambda fit: fit[1])
+        own, loss = self._fitted(np.diag(simple), most / simple)
+        worse = (more - loss) / (count - 1) / (loss / (len(self.power) - count) + 1e-12)
+        return own if worse > WORSE else simple
+
+    def _fitted(self, basis: FloatArray, most: FloatArray) -> tuple[FloatArray, float]:
+        """Variances as a non-negative combination, with factors about alike, of the columns of `basis`; their loss.
+
+        The factors are `most` at most.
+        """
+        gains, count = self.gains @ basis, basis.shape[1]
+        prior = ALIKE * (np.eye(count) - 1 / count)
+        factor = np.full(count, float(np.median(self.power / gains.sum(axis=1))))
+        for _ in range(ITERATIONS):
+            expected = gains @ factor
+            weight = 1 / (expected * (1 + np.maximum(self.power / expected - 1, 0) / ADDS))
+            rows, power = gains * weight[:, None], self.power * weight
+            rows = np.vstack([rows, prior / factor.mean()])
+            found = optimize.lsq_linear(rows, np.concatenate([power, np.zeros(count)]), (0, most))
+            factor = np.maximum(found.x, LEAST * found.x.max() + 1e-12)
+        excess = self.power / (gains @ factor) - 1
+        # The loss whose minimum this is: quadratic below, as the logarithm's above.
+        loss = np.where(excess > 0, ADDS**2 * 2 * (excess / ADDS - np.log1p(np.maximum(excess, 0) / ADDS)), excess**2)
+        return basis @ factor, float(loss.sum())
+
+
+def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weight: Image) -> BandPower:
+    """Power of the residual `images` (H x W) at the depth of `nodes`, by the pixels' `weight` (H x W, tapered)."""
+    window = equalised.window / equalised.step
+    blocks = numerics.block_sum(weight**2, equalised.step).astype(np.float32)
+    usable = numerics.gather(blocks[None], window)[0]
+    some = (nodes.support > 0.5) & (usable > 0.5 * usable.max())
+    textured = some & (nodes.texture >= 1)
+    some = textured if textured.mean() > 0.02 else some
+    level = nodes.level[some]
+    count = int(np.clip(some.sum() // LEAST_NODES, 1, GROUPS))
+    limits = np.quantile(level, np.linspace(0, 1, count + 1)[1:-1]) if level.size else np.zeros(0)
+    group = np.searchsorted(limits, level)
+    size = equalised.window_size() * nodes.support[some]
+    powers, gains = [], []
+    for residual, image in zip(equalised.residuals, images, strict=True):
+        spectrum = fft.rfft2(weight * image, workers=-1)
+        radius = np.hypot(fft.fftfreq(image.shape[0])[:, None], fft.rfftfreq(image.shape[1]))
+        for low, high in pairwise(EDGES.tolist()):
+            inside = (low <= RADII) & (high > RADII) & (residual.measure > 0)
+            passed = residual.gains[:, :, inside] * residual.measure[inside]
+            by_level = passed.sum(axis=2)
+            spread = passed.sum(axis=0) ** 2 / residual.measure[inside]
+            share = by_level.sum(axis=0) ** 2 / np.maximum(spread.sum(axis=1), 1e-30)
+            if not share.all():  # a small image has no frequency there
+                continue
+            band = fft.irfft2(spectrum * ((radius >= low) & (radius < high)), image.shape, workers=-1)
+            energy = numerics.block_squares(band[None].astype(np.float32), np.ones_like(weight), equalised.step)
+            mean = numerics.gather(energy.astype(np.float32), window)[0][some] / usable[some]
+            for number in range(count):
+                at = group == number
+                if not at.any():
+                    continue
+                place = np.rint(level[at]).astype(int)
+                freedom = share[place] * size[at]
+                by_chance = stats.chi2.ppf(QUARTER, freedom) / freedom
+                gain = by_level[:, place].sum(axis=0)
+                ratio = np.quantile(mean[at] / np.maximum(gain, 1e-30) / by_chance, QUARTER)
+                each = (by_level[:, place] / np.maximum(gain, 1e-30)).mean(axis=1) * gain.mean()
+                powers.append(ratio * gain.mean())
+                gains.append(each)
+    power, gain = np.array(powers), np.array(gains).reshape(len(powers), -1)
+    total = gain.sum(axis=1) if len(power) else power
+    kept = total > LEAST_GAIN * total.max(initial=0.0)
+    # Every band counts alike, whatever the filters let through of it.
+    return BandPower(power[kept] / total[kept], gain[kept] / total[kept, None])
