@@ -159,10 +159,10 @@ def measure_placement(
 ) -> tuple[Placement, float]:
     """Where `image` lies against `reference` (both H x W): how it is shifted, turned and scaled.
 
-    Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. Blur is symmetric: a difference in blur between
-    the images leaves these unbiased. Not so where light is clipped: where pixels are not `usable`
-    (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the displacement that
-    the placement makes at most.
+    Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. Blur is symmetric:
+    a difference in blur between the images leaves these unbiased. Not so where light is clipped: where pixels are not
+    `usable` (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the
+    displacement that the placement makes at most.
     """
     factor = max(2, min(reference.shape) // 120)
     small = [_shrink(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
