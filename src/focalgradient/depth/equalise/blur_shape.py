@@ -98,10 +98,13 @@ def fit_models(
 
 def judge_shape(
     split: SplitBand, problem: Problem, shape: Shape, noise_sd: Sequence[float], noise: float
-) -> tuple[dict[str, dict[str, float]], list[str]]:
-    """How well each shape of blur fits, where coarse and fine detail disagree by `shape`, and the warning of it."""
+) -> tuple[dict[str, dict[str, float]], list[str], bool]:
+    """How well each shape of blur fits, where coarse and fine detail disagree by `shape`, and the warning of it.
+
+    Last, whether another shape is likelier.
+    """
     if split.tau < DOUBTFUL:
-        return {}, []
+        return {}, [], False
     shapes = [shape, *(one for one in CANDIDATES if one.psf != shape.psf)]
     fits = fit_shapes(
         problem.search,
@@ -113,7 +116,8 @@ def judge_shape(
     )
     best = min(range(len(shapes)), key=lambda number: fits[number].misfit)
     # The shape that leaves least may yet err more in depth: then neither is right.
-    if fits[best].misfit < BETTER * fits[0].misfit and fits[best].tau < fits[0].tau:
+    is_better = fits[best].misfit < BETTER * fits[0].misfit and fits[best].tau < fits[0].tau
+    if is_better:
         better = shapes[best]
         more = "" if better.psf == "disc" else f", k={better.k:g}"
         advice = (
@@ -126,4 +130,5 @@ def judge_shape(
         f"the blur is not quite {shape}: depth from coarse detail and depth from fine detail differ by {split.tau:.0%} "
         f"of the blur, which is part of the standard deviations; {advice}."
     )
-    return {str(one): {"misfit": fit.misfit, "tau": fit.tau} for one, fit in zip(shapes, fits, strict=True)}, [text]
+    stated = {str(one): {"misfit": fit.misfit, "tau": fit.tau} for one, fit in zip(shapes, fits, strict=True)}
+    return stated, [text], is_better

@@ -27,9 +27,10 @@ from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import zone_reach
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, may_jump, overlap
+from focalgradient.depth.equalise.rivals import judge_rivals
 from focalgradient.depth.equalise.robust import Part, Robust, read_again, robust_depth
 from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
-from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import UNLIKE, SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles, tiles_about
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
@@ -83,13 +84,19 @@ def estimate(problem: Problem) -> Estimate:
     frame = _by_tiles(problem, blurs, noise_sd, raisable, shared)
     settings.progress(0.9, "estimating depth")
     equalised, nodes, agrees, split, noise_sd = frame.equalised, frame.nodes, frame.agrees, frame.split, frame.noise_sd
+    shape = None if settings.psf == "optics" else Shape(check_psf(settings.psf), settings.k)
+    rival = None
+    # A displacement, which the user is warned about, looks like other blur.
+    if gains is None and not registered.warnings and blurs.frequencies.down is None:
+        rival = judge_rivals(problem, blurs, noise_sd, shape is not None and shape.psf == "disc")
+    tau = split.tau if rival is None else max(split.tau, min(rival.change, LARGEST_TAU))
     if gains is not None:
         moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
 
     informative = informative_nodes(nodes, gains is None)
     left = _coherent_error(equalised, nodes, informative) if gains is None else np.zeros(nodes.level.shape)
-    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, left, search, split, registered.shape)
+    vergence, vergence_sd, known = _to_pixels(equalised, nodes, frame.curved, left, search, tau, registered.shape)
     textured = (nodes.texture >= 1) & (nodes.support > 0.5)
     explained = float(informative[textured].mean()) if textured.any() else 0.0
     # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves nothing.
@@ -103,18 +110,23 @@ def estimate(problem: Problem) -> Estimate:
     ends = frame.outlines if trusted else None
     if ends is not None:
         at = ends.replaced
-        vergence[at], vergence_sd[at], known_there = _about_outlines(ends, left, equalised.step, search, split)
+        vergence[at], vergence_sd[at], known_there = _about_outlines(ends, left, equalised.step, search, tau)
         valid[at] = (known_there & registered.usable)[at]
     shapes: dict[str, dict[str, float]] = {}
     texts: list[str] = []
     misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
     slips: dict[str, float] = {}
     # A displacement, of which the user is warned, looks like blur of another shape.
-    if gains is None and settings.psf != "optics" and not registered.warnings:
-        shape = Shape(check_psf(settings.psf), settings.k)
-        slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
-        if valid.any() and not texts:
-            shapes, texts = judge_shape(split, problem, shape, noise_sd, 1.0)
+    is_named = False
+    if gains is None and not registered.warnings:
+        if shape is not None:
+            slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
+            is_named = bool(texts)
+            if valid.any() and not is_named:
+                shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
+        if not is_named:
+            larger = rival is not None and rival.change >= UNLIKE
+            texts = [*([rival.text] if rival is not None and larger else []), *split.warnings()] or texts
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
     searched = search.lowest, search.highest
     reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank, searched)} if untrusted else {}
@@ -130,6 +142,7 @@ def estimate(problem: Problem) -> Estimate:
             "split_band": split.stated(),
             **({"fit_by_shape": shapes} if shapes else {}),
             **({"fit_by_optics": slips} if slips else {}),
+            **({} if rival is None else {"likelier": asdict(rival)}),
             "share_of_texture_explained": explained,
             **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),
@@ -158,12 +171,12 @@ def _coherent_error(equalised: Equalised, nodes: Nodes, informative: NDArray[np.
     return np.asarray(error[tuple(nearest)], float)
 
 
-def _model_sd(left: FloatArray, radius: FloatArray, search: Search, split: SplitBand) -> FloatArray:
-    """Standard deviation of vergence from the model's error: by the split-band test, or by what is `left` (in levels).
+def _model_sd(left: FloatArray, radius: FloatArray, search: Search, tau: float) -> FloatArray:
+    """Standard deviation of vergence from the model's error: `tau` of the blur, or by what is `left` (in levels).
 
     Both measure one error, and the larger counts.
     """
-    return np.maximum(left * search.spacing, split.tau * np.maximum(LEAST_BLUR, radius) / search.slope)
+    return np.maximum(left * search.spacing, tau * np.maximum(LEAST_BLUR, radius) / search.slope)
 
 
 def _to_pixels(
@@ -172,7 +185,7 @@ def _to_pixels(
     curved: FloatArray,
     left: FloatArray,
     search: Search,
-    split: SplitBand,
+    tau: float,
     shape: tuple[int, int],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence, its sd, and whether noise leaves the blur known, at each pixel of a frame of `shape`.
@@ -198,12 +211,12 @@ def _to_pixels(
         radius = search.radius(vergence[band].astype(float))
         known[band] = blur_is_known(sd * search.spacing * search.slope, radius)
         sd = np.sqrt(sd**2 + more)
-        vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, split))
+        vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, tau))
     return vergence, vergence_sd, known
 
 
 def _about_outlines(
-    ends: Outlines, left: FloatArray, step: int, search: Search, split: SplitBand
+    ends: Outlines, left: FloatArray, step: int, search: Search, tau: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
     """Vergence and its sd where outlines replace what windows give, and (H x W) whether it is valid.
 
@@ -218,7 +231,7 @@ def _about_outlines(
     valid[at] &= blur_is_known(own_sd * search.slope, radius)
     valid[at] &= own_sd <= np.maximum(TENTH * vergence, BLUR_BESIDE / search.slope)
     y, x = np.nonzero(at)
-    return vergence, np.hypot(sd, _model_sd(left[y // step, x // step], radius, search, split)), valid
+    return vergence, np.hypot(sd, _model_sd(left[y // step, x // step], radius, search, tau)), valid
 
 
 def _noise_and_gains(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:

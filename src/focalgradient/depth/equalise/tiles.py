@@ -156,11 +156,15 @@ def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
     def mean(values: list[tuple[float, ...]]) -> tuple[float, ...]:
         return tuple(float(value) for value in weight @ np.array(values) / weight.sum())
 
-    taus = tuple(float(np.sqrt(v)) for v in mean([tuple(tau**2 for tau in split.taus) for split in some]))
+    def root_mean_square(values: list[tuple[float, ...]]) -> tuple[float, ...]:
+        return tuple(float(np.sqrt(v)) for v in mean([tuple(one**2 for one in some) for some in values]))
+
+    taus, directions = (root_mean_square([getattr(split, name) for split in some]) for name in ("taus", "directions"))
     return SplitBand(
-        max(taus),
+        max(*taus, *directions),
         mean([split.cuts for split in some]),
         taus,
         mean([split.differences for split in some]),
+        directions,
         int(weight.sum()),
     )
