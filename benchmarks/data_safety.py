@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import data_safety_conduct
 import data_safety_server
+import malformed
 from reruns import Lines
 
 TABLE = Lines("People's data: what outsiders, full disks and untrue texts could do to them")
 data_safety_server.register(TABLE)
 data_safety_conduct.register(TABLE)
+malformed.register_data(TABLE)
 
 
 if __name__ == "__main__":

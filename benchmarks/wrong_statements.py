@@ -13,6 +13,7 @@ import math
 import tempfile
 from pathlib import Path
 
+import malformed
 import numpy as np
 from reruns import Lines
 
@@ -227,6 +228,8 @@ def _milliseconds() -> str:
     head, *rows = honest()
     return notices([[*head, "rt"], *([*row, "1500"] for row in rows)])
 
+
+malformed.register_statements(TABLE)
 
 if __name__ == "__main__":
     TABLE.main()

@@ -105,11 +105,11 @@ def test_a_factory_refuses_a_wrong_type(factory: Callable[..., object], kind: st
 VALUES = (1, "0.9", True, None, [], {}, [None, None], [[1], {"a": 1}])
 
 
-def _leaves(node: Any) -> Iterator[tuple[Any, Any]]:
+def leaves(node: Any) -> Iterator[tuple[Any, Any]]:
     """Every place in a tree: what it stands in, and its key there."""
     for key in list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ():
         yield node, key
-        yield from _leaves(node[key])
+        yield from leaves(node[key])
 
 
 def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
     whole = json.loads(path.read_text())
     whole["pictures"] = whole["pictures"][:1]
     refused = 0
-    for node, key in list(_leaves(whole)):
+    for node, key in list(leaves(whole)):
         kept = node[key]
         for value in VALUES:
             node[key] = value
@@ -184,7 +184,7 @@ def test_a_message_does_not_repeat_an_endless_word(tmp_path: Path) -> None:
     assert "9..." in result.stderr
 
 
-def test_blur_that_is_refused_leaves_no_settings(tmp_path: Path) -> None:
+def test_blur_that_is_refusedleaves_no_settings(tmp_path: Path) -> None:
     """A picture that is no video, with a folder of depth."""
     (tmp_path / "depth").mkdir()
     np.save(tmp_path / "depth" / "0.npy", np.ones((8, 8)))
