@@ -14,7 +14,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from click.testing import CliRunner
 from reruns import Lines
 
 from focalgradient.cli import main
@@ -46,8 +45,11 @@ def _wide_table() -> str:
         path = Path(folder, "a.csv")
         path.write_text(",".join(f"c{n}" for n in range(1_000_000)) + "\n" + "1," * 999_999 + "1\n")
         start = time.perf_counter()
-        result = CliRunner().invoke(main, ["report", str(path), "--out", str(Path(folder, "out"))])
-        return f"exit code {result.exit_code} after {time.perf_counter() - start:.0f} s"
+        try:
+            main(["report", str(path), "--out", str(Path(folder, "out"))])
+        except SystemExit as end:
+            return f"exit code {end.code} after {time.perf_counter() - start:.0f} s"
+    return "no refusal"
 
 
 def _manifest() -> str:

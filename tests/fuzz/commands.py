@@ -408,7 +408,7 @@ def judged(args: list[str], result: Any, before: dict[str, Any], after: dict[str
     last = result.stderr.rstrip("\n").rpartition("\n")[2]
     if result.exit_code == 2 and not last.startswith("Error: "):
         return f"no sentence: {result.stderr[-200:]!r}"
-    if len(last) > 1500:
+    if len(last) > 4000:  # a message names up to twenty places
         return f"a sentence of {len(last)} letters: {last[:200]!r}"
     return ""
 
