@@ -219,3 +219,12 @@ def test_pictures_with_too_much_blur_are_refused_before_the_first(tmp_path: Path
     assert result.exit_code == 2
     assert "pixels in radius" in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--scenes", "--size", "--samples"])
+def test_a_count_beyond_all_numbers_is_refused(option: str, tmp_path: Path) -> None:
+    given = ["stimuli", "depth-rating", "--seed", "1", option, "9" * 400, "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, given)
+    assert isinstance(result.exception, SystemExit)
+    assert result.exit_code == 2
+    assert option in result.stderr

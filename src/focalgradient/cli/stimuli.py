@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 __all__ = ["stimuli"]
 
+COUNT = click.IntRange(max=2**31 - 1)
+"""A whole number of scenes, pixels or rays; `make_depth_rating` and `make_necker` know how many there may be."""
+
 SECONDS = {"path": 126 / (512**2 * 256), "cast": 20 / (512**2 * 256)}
 """Seconds a scene, pixel and ray on two cores: 512 x 512 pixels with 256 rays took 126 s path traced."""
 
@@ -69,8 +72,10 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
 @stimuli.command("depth-rating", short_help="Pictures of scenes for judging depth.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the set.")
 @click.option("--seed", type=int, metavar="N", help="The same seed gives the same files; needed without --picture.")
-@click.option("--scenes", default=13, show_default=True, metavar="K", help="Number of scenes.")
-@click.option("--size", default=512, show_default=True, metavar="PX", help="Width and height of the pictures.")
+@click.option("--scenes", type=COUNT, default=13, show_default=True, metavar="K", help="Number of scenes.")
+@click.option(
+    "--size", type=COUNT, default=512, show_default=True, metavar="PX", help="Width and height of the pictures."
+)
 @click.option(
     "--engine",
     type=click.Choice(["auto", "path", "shaded", "cast"]),
@@ -78,7 +83,7 @@ def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[f
     show_default=True,
     help="What renders them: path traced, shaded, ray cast (plain scenes); auto path traces where Mitsuba runs.",
 )
-@click.option("--samples", default=256, show_default=True, metavar="N", help="Rays a pixel.")
+@click.option("--samples", type=COUNT, default=256, show_default=True, metavar="N", help="Rays a pixel.")
 @click.option("--chromatic", is_flag=True, help="Focus red, green and blue as an eye does.")
 @click.option(
     "--apertures",
@@ -323,7 +328,9 @@ class _Gradients(click.Choice[str]):
     help="Whose depth the blur has: none; the cube's; the depth-reversed shape's, which favours the nonrigid reading. "
     "Once for each.  [default: all three]",
 )
-@click.option("--size", default=640, show_default=True, metavar="PX", help="Width and height of the frames.")
+@click.option(
+    "--size", type=COUNT, default=640, show_default=True, metavar="PX", help="Width and height of the frames."
+)
 @click.option(
     "--edge", default=8.0, show_default=True, metavar="DEG", callback=positive(" of degrees"), help="Size of an edge."
 )
