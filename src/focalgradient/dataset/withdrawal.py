@@ -30,6 +30,7 @@ __all__ = [
 
 KEY = "Withdrawn"
 """Of ``dataset_description.json``: a list of the digests of records that were removed, null for one that had no record.
+While a participant is being removed, an entry has the label, so that what is cut off can be gone on with.
 
 A session in a browser has a random number, its record. Whoever collects it once more, from a platform's file or from
 another folder, has the record, too, and is refused; the digest leads nobody else to anything."""
@@ -101,25 +102,33 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
             owned.enter_context(Journal.take(path))  # nobody records it
         records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path)))]
         with writing(root):
-            entries = [entry if isinstance(entry, str) else None for entry in withdrawals(root)]
-            new: list[str | None] = [record for record in records if record not in entries]
-
-            def note() -> None:
-                content: dict[str, Any] = description | {KEY: entries + new}
-                create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
-
-            if new:  # first: cut off, the digests are known, and are not noted again
-                note()
+            entries = withdrawals(root)
+            begun = next((one for one in entries if isinstance(one, dict) and one.get("participant") == name), None)
+            if begun is None or "records" not in begun:
+                if not (outer or tables):
+                    return []
+                begun = {"participant": name, "records": records}
+                _note(root, description, [*entries, begun])
+                entries.append(begun)
             if sys.platform == "win32":
                 owned.close()
             for path in outer:
                 shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
-            if not records and (outer or tables):
-                new = [None]
-                note()
             for path in tables:
                 _without(path, name)
-    return [*outer, *tables]
+            others = [_without_label(entry) for entry in entries if entry is not begun]
+            _note(root, description, [*others, *(begun["records"] or [None])])
+    return [*outer, *tables] or [root / "dataset_description.json"]
+
+
+def _note(root: Path, description: dict[str, Any], entries: list[Any]) -> None:
+    content = description | {KEY: entries}
+    create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
+
+
+def _without_label(entry: Any) -> Any:
+    """An entry as it stays; those of earlier versions had label and date."""
+    return entry if isinstance(entry, str) or (isinstance(entry, dict) and "records" in entry) else None
 
 
 def files_naming(root: Path, participant: str) -> list[Path]:
