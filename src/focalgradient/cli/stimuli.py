@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["stimuli"]
 
-COUNT = click.IntRange(max=2**31 - 1)
+COUNT = click.IntRange(max=65_536)
 """A whole number of scenes, pixels or rays; `make_depth_rating` and `make_necker` know how many there may be."""
 
 SECONDS = {"path": 126 / (512**2 * 256), "cast": 20 / (512**2 * 256)}
