@@ -389,7 +389,11 @@ BAD = {
     "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
     "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),
     "no EXIF": (None, PHOTOGRAPHS, r"--focal-length MM, --f-number N .*, --focus-distance M .* and --pixel-pitch UM"),
-    "too few options": (None, (*PHOTOGRAPHS, "--f-number", "8"), r"--f-number N has 1 values, but needs one for each"),
+    "too many options": (
+        None,
+        (*PHOTOGRAPHS, *3 * ("--f-number", "8")),
+        r"--f-number N was given 3 times: give it once for all 2",
+    ),
     "zero option": (
         None,
         (*PHOTOGRAPHS, "--pixel-pitch", "0"),
@@ -414,6 +418,25 @@ def test_bad_input_is_refused_in_one_sentence(folder, prepare, args, said):
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     assert re.search(said, sentence(run("depth", *args)))
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+
+
+LENS = ("--focal-length", "25", "--pixel-pitch", "8")
+
+
+def test_what_is_given_once_serves_all_photographs(folder):
+    stops, once = ("--f-number", "16", "--f-number", "5.6"), ("--focus-distance", "0.85")
+    for words, out in ((once, "one"), (once + once, "two")):
+        assert run("depth", "a.png", "b.png", *LENS, *stops, *words, "--near", "0.85", "--out", out).exit_code == 0
+    one, two = (np.load(folder / out / "depth.npz") for out in ("one", "two"))
+    assert np.array_equal(one["vergence"], two["vergence"])
+    foci = ("--focus-distance", "0.85", "--focus-distance", "2")
+    assert run("depth", "a.png", "b.png", *LENS, "--f-number", "5.6", *foci, "--out", "three").exit_code in (0, 1)
+
+
+def test_one_value_of_each_leaves_all_views_alike(folder):
+    said = sentence(run("depth", *PHOTOGRAPHS, *LENS, "--f-number", "5.6", "--focus-distance", "0.85"))
+    assert "all 2 photographs have an f-number of 5.6 and their focus at 0.85 m" in said
+    assert "give --f-number N or --focus-distance M once for each photograph" in said
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")

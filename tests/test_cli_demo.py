@@ -125,5 +125,5 @@ def test_files_of_somebody_else_are_not_replaced(tmp_path):
     (tmp_path / "views.toml").write_text("mine")
     result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
     assert result.exit_code == 2
-    assert "holds views.toml already, and is no folder of examples" in result.output
+    assert "views.toml is there already and was not written by 'focalgradient demo'" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["views.toml"]

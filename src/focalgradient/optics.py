@@ -9,14 +9,14 @@ paper's equations in its own terms stand in `focalgradient.paper`.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
+from focalgradient.errors import InputError, check_number, described
+from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 
 __all__ = [
     "HasWaveband",
@@ -39,12 +39,6 @@ FORMS = ("through_focus", "optical_transfer", "transfer")
 
 BLUR_ERROR = 5e-3
 """Error up to which an optics' own transfer is 1 at frequency 0, and alike in all directions (`eye.Cones`: 1e-3)."""
-
-LONG, LONGEST = 2.0, 10.0
-"""Focal lengths in metres above which millimetres are suspected, and known: the longest made for a camera has 5.2 m."""
-
-FASTEST = 0.5
-"""Least f-number of a lens in air, whose rays cannot meet at more than a right angle (Abbe's sine condition)."""
 
 
 class Optics(Protocol):
@@ -87,7 +81,8 @@ class Lens:
     Raises
     ------
     InputError
-        If a length is not positive, or the focus lies within the focal length, or the focal length is over 10 m.
+        If a length is not positive, or the focus lies within the focal length, or the focal length is below 0.1 mm or
+        over 10 m, or the f-number below 0.02.
 
     Warns
     -----
@@ -113,33 +108,9 @@ class Lens:
         check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
         check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
         check_number("residual_blur_variance", self.residual_blur_variance, "rad^2")
-        self._check_units()
-        if self.focus_distance <= self.focal_length:
-            raise InputError(
-                f"focus_distance {self.focus_distance:g} m lies within the focal length "
-                f"{self.focal_length:g} m, where a lens forms no real image: focus farther than the focal length."
-            )
-
-    def _check_units(self) -> None:
-        """Refuse lengths in millimetres, and warn of what may be meant but is more likely a slip."""
-        if self.focal_length > LONGEST:
-            raise InputError(
-                f"focal_length is {self.focal_length:g} m, longer than any camera's: give it in metres, "
-                f"{self.focal_length / 1e3:g} for {self.focal_length:g} mm."
-            )
-        if self.focal_length > LONG:
-            warnings.warn(
-                f"focal_length is {self.focal_length:g} m: if millimetres are meant, give {self.focal_length / 1e3:g}.",
-                FocalGradientWarning,
-                stacklevel=4,
-            )
-        if self.f_number < FASTEST:
-            warnings.warn(
-                f"f_number is {self.f_number:g}, below the {FASTEST:g} that a lens in air can have: if it is the "
-                "aperture's diameter, give focal length / diameter.",
-                FocalGradientWarning,
-                stacklevel=4,
-            )
+        check_focal_length(self.focal_length)
+        check_f_number(self.f_number, self.focal_length)
+        check_focus(self.focus_distance, self.focal_length)
 
     @property
     def aperture_diameter(self) -> float:

@@ -52,6 +52,12 @@ Grey = NDArray[np.uint8]
 CODECS = {".mp4": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "MJPG", ".webm": "VP80"}
 """How each kind of file is encoded: what OpenCV's own FFmpeg writes everywhere and common players show."""
 
+CONTAINERS = "mov,mp4,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv,nut,m4v,h264,hevc,yuv4mpegpipe"
+"""Demuxers that FFmpeg may use: files of one video. Its others include lists, which open other files."""
+
+FFMPEG_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
+"""Environment variable from which OpenCV takes FFmpeg's options, as key;value|key;value."""
+
 LARGEST_VIDEO = 2**60
 """Bytes of a video: any number, as it is read frame by frame."""
 
@@ -100,7 +106,7 @@ class Source:
     Parameters
     ----------
     path
-        Any file that OpenCV's FFmpeg reads.
+        A file of one video in one of the `CONTAINERS`, as MP4, MOV, Matroska, AVI, WebM or MPEG.
     grey
         Makes one stored value of a pixel's blue, green and red (H x W x 3, uint8): by default luma, their weighted mean
         as stored.
@@ -120,7 +126,7 @@ class Source:
         before = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         try:
-            self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+            self._capture = _opened(path)
         finally:
             cv2.utils.logging.setLogLevel(before)
         if not self._capture.isOpened():
@@ -406,13 +412,26 @@ def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
 
 def check_frames(path: Path, frames: int) -> None:
     """Refuse, as an InputError, a video that lacks frames it was given, as on a full disk: OpenCV says nothing."""
-    video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    video = _opened(path)
     found = sum(1 for _ in takewhile(bool, (video.grab() for _ in range(frames))))
     video.release()
     if found < frames:
         raise InputError(
             f"{found} of {frames} frames of {printable(path.name)} could be written: make room on the disk."
         )
+
+
+def _opened(path: Path) -> cv2.VideoCapture:
+    """Open a video by the demuxers of `CONTAINERS` alone."""
+    before = os.environ.get(FFMPEG_OPTIONS)
+    os.environ[FFMPEG_OPTIONS] = f"protocol_whitelist;file|format_whitelist;{CONTAINERS}"
+    try:
+        return cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    finally:
+        if before is None:
+            del os.environ[FFMPEG_OPTIONS]
+        else:
+            os.environ[FFMPEG_OPTIONS] = before
 
 
 def check_ending(path: Path) -> None:

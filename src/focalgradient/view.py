@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_number
+from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, check_optics
+from focalgradient.plausibility import PIXEL_ANGLE, check_frame, check_pixel_pitch
 
 __all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle"]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
 
-LEAST_PITCH = 0.48e-6
-"""Pixel pitch in metres below which no sensor is made: the smallest sold, of phones, have 0.5 um."""
-
 WIDEST = 0.5
 """Angle in radians of one pixel from which no picture is left: two of them are a frame of 60 degrees."""
-
-_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -46,12 +41,13 @@ class View:
     ------
     InputError
         If the image is not an H x W array of finite floating-point numbers, the optics are none, the pixel angle is not
-        a positive angle below 0.5, or the mask is not an H x W array of booleans that is True somewhere.
+        a positive angle below 0.5, is below 0.05 um on the sensor of a `Lens`, or makes a frame of more than 160
+        degrees, or the mask is not an H x W array of booleans that is True somewhere.
 
     Warns
     -----
     FocalGradientWarning
-        If the pixel angle is below 0.4 um on the sensor of a `Lens`: a pixel pitch may have been given.
+        If the pixel angle is below 0.48 um on the sensor of a `Lens`: a pixel pitch may have been given.
 
     Examples
     --------
@@ -85,6 +81,7 @@ class View:
             )
         check_optics(self.optics)
         check_pixel_angle(self.pixel_angle, self.optics)
+        check_frame(self.pixel_angle, image.shape)
         check_mask(self.mask, image.shape)
 
     def __repr__(self) -> str:
@@ -128,15 +125,8 @@ def check_pixel_angle(pixel_angle: float, optics: Optics) -> None:
     """
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if pixel_angle >= WIDEST:
-        raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {_ANGLE}.")
-    pitch = pixel_angle * getattr(optics, "sensor_distance", math.inf)
-    if pitch < LEAST_PITCH:
-        warnings.warn(
-            f"pixel_angle is {pixel_angle:g} rad, which is {pitch * 1e6:.2g} um on the sensor, finer than any pixel "
-            f"made: {_ANGLE}.",
-            FocalGradientWarning,
-            stacklevel=4,
-        )
+        raise InputError(f"pixel_angle is {pixel_angle:g} rad, wider than a camera's pixel: {PIXEL_ANGLE}.")
+    check_pixel_pitch(pixel_angle * getattr(optics, "sensor_distance", math.inf), pixel_angle)
 
 
 def check_mask(mask: object, shape: tuple[int, ...]) -> None:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from focalgradient.cli.program import announce, resumable, show, summary_json, warnings_given, writable
+from focalgradient.cli.program import announce, resumable, show, summary_json, warnings_given, writable, write_set
 from focalgradient.errors import InputError
-from focalgradient.files import LARGEST_LIST, printable, read_text, replace_set
+from focalgradient.files import LARGEST_LIST, printable, read_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -167,7 +167,7 @@ def accommodate(text: str, out: Path, pupil_mm: float, cue: Cue, seed: int) -> N
         "retina.mp4": film_into,
         "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
     }
-    replace_set(out, writers, "summary.json")
+    write_set(out, writers, "summary.json")
     written = [printable(out / name) for name in writers]
     show(
         summary | {"written": written},

@@ -26,9 +26,19 @@ from focalgradient.cli.options import (
     read_depth_file,
     screen_size,
 )
-from focalgradient.cli.program import announce, json_option, resumable, show, summary_json, warnings_given, writable
+from focalgradient.cli.program import (
+    announce,
+    force_option,
+    json_option,
+    resumable,
+    show,
+    summary_json,
+    warnings_given,
+    writable,
+    write_set,
+)
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, read_json, read_toml, refuse_overwriting, replace_set
+from focalgradient.files import printable, read_json, read_toml, refuse_overwriting
 from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
@@ -130,6 +140,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 )
 @click.option("--gamma", default="sRGB", show_default=True, metavar="G", help="Exponent of the display, or sRGB.")
 @click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
+@force_option
 @json_option
 def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **options: Any) -> None:
     """See PICTURE through a lens or an eye, DEPTH giving the distance of each of its pixels.
@@ -188,8 +199,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
             found.append(facts)
             if several:
                 if not (out / SETTINGS).exists():
-                    replace_set(out, {SETTINGS: summary_json(settings)}, SETTINGS)
-                replace_set(out, writers, next(reversed(writers)))
+                    write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS)
+                write_set(out, writers, next(reversed(writers)))
         if next(frames, None) is not None:
             raise InputError(_uneven(picture, depth, "more frames", len(pairs)))
     summary = {
@@ -201,7 +212,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}
-    replace_set(out, last if several else writers | last, "summary.json")
+    write_set(out, last if several else writers | last, "summary.json")
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *(
@@ -219,7 +230,10 @@ def _uneven(video: Path, depth: Path, frames: str, files: int) -> str:
 def _same_settings(out: Path, settings: dict[str, Any]) -> None:
     """Refuse to go on with frames that other settings made."""
     path = out / SETTINGS
-    if path.exists() and read_json(path, "the settings of earlier frames") != json.loads(summary_json(settings)):
+    if not path.exists():
+        return
+    found, now = read_json(path, "the settings of earlier frames"), json.loads(summary_json(settings))
+    if not isinstance(found, dict) or {**found, "written_by": None} != {**now, "written_by": None}:
         raise InputError(
             f"{printable(out)} holds frames made with other settings ({SETTINGS}): give another --out, or empty it."
         )

@@ -14,9 +14,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 import numpy as np
 
-from focalgradient.cli.program import announce, json_option, progress, show, warnings_given, writable
+from focalgradient.cli.program import (
+    announce,
+    force_option,
+    json_option,
+    placing,
+    progress,
+    show,
+    warnings_given,
+    writable,
+)
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, refuse_overwriting, replacing
+from focalgradient.files import printable
 
 if TYPE_CHECKING:
     from focalgradient.calibration import Calibration, FieldFit, Prediction, Priors, Reading
@@ -57,6 +66,7 @@ FROM_VIEWS = 0.5
     help="How the target's blur is measured: along its edges, or by equalising pairs of different f-number over the "
     "whole frame, in the default method's own terms, where any texture will do.",
 )
+@force_option
 @json_option
 def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None) -> None:
     """Measure a camera's blur from photographs of a target at known distances.
@@ -106,12 +116,12 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
             "TARGETS.toml is missing: give the file that names the photographs of the target, or --sheet A4 for a "
             "sheet to print."
         )
-    writable(out.parent, (out.name,), [targets])
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
 
     settings = load_targets(targets)
-    refuse_overwriting((path for shot in settings.shots for path in (shot.image, shot.flat) if path), [out])
+    read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path]
+    writable(out.parent, (out.name,), [targets, *read])
     _refuse_other_names(out)
     readings: list[Reading] = []
     shots, fit, shape = settings.shots, room.calibrate, ""
@@ -145,7 +155,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
         _warn_of_the_odd(shots, readings)
         _check_prediction(readings, by_distance, by_view, camera)
     text = camera_toml(Calibrated(sensor=sensor.only, calibration=camera))
-    with replacing([out], out) as hidden:
+    with placing([out], out) as hidden:
         hidden[out].write_bytes(text.encode())
     show(
         _found(camera) | {"written": printable(out)},
@@ -173,7 +183,7 @@ def _write_sheet(paper: str, targets: Path | None, out: Path) -> None:
     from focalgradient.plotting.figures import as_file
 
     content = as_file(calibration_sheet(paper), "pdf")
-    with replacing([out], out) as hidden:
+    with placing([out], out) as hidden:
         hidden[out].write_bytes(content)
     show({"written": printable(out)}, f"Written: {printable(out)}")
 

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,9 +17,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.depth import depth
-from focalgradient.cli.program import json_option, progress, show, writable
-from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes, replace_set, write_whole
+from focalgradient.cli.program import force_option, json_option, progress, show, writable, write_set
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -112,6 +110,7 @@ TRUST = (
 
 @click.command(short_help="Write a folder of examples for every command.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the examples.")
+@force_option
 @json_option
 @click.pass_context
 def demo(context: click.Context, out: Path) -> None:
@@ -130,14 +129,11 @@ def demo(context: click.Context, out: Path) -> None:
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     targets = {f"target_{m}m_f{stop:g}.png": (m, stop) for m in TARGETS_M for stop in STOPS}
     names = ("near.png", "far.png", "views.toml", "cards.png", "video.mkv", "picture.png", "distance.npy")
-    everything = (*names, *targets, "targets.toml", "ratings.csv", "camera.toml", "README.txt", "depth")
-    writable(out, [name for name in everything if name != "depth"])
-    _refuse_others(out, everything)
+    writable(out, [*names, *targets, "targets.toml", "ratings.csv", "camera.toml", "README.txt"])
     with _compiled_meanwhile(), progress(7) as say:
-        out.mkdir(parents=True, exist_ok=True)
-        write_whole(out / "README.txt", README.encode())  # first: by it the folder is known as ours
         say("two photographs")
-        files: dict[str, bytes | Callable[[Path], object]] = {**_photographs(), "views.toml": VIEWS_TOML.encode()}
+        files: dict[str, bytes | Callable[[Path], object]] = {"README.txt": README.encode(), **_photographs()}
+        files["views.toml"] = VIEWS_TOML.encode()
         say("a target")
         for seed, (name, (metres, stop)) in enumerate(targets.items()):
             files[name] = _png(_view(_target(metres), SMALL, stop, FOCUS_M, seed=seed))
@@ -152,11 +148,11 @@ def demo(context: click.Context, out: Path) -> None:
         say("ratings")
         files["ratings.csv"] = _ratings()
         files["camera.toml"] = CAMERA.read_bytes()
-        replace_set(out, files, "views.toml")
+        write_set(out, files, "views.toml")
         say("compiling, the first time")
     show(
         None,  # the result is that of depth
-        f"Written: {len(files) + 1} files in {out}; README.txt says what each is.",
+        f"Written: {len(files)} files in {out}; README.txt says what each is.",
         f"Now: focalgradient depth {out / 'views.toml'} --out {out / 'depth'}",
     )
     context.invoke(depth, inputs=(out / "views.toml",), out=out / "depth", f_numbers=(), focus_distances=())
@@ -197,16 +193,6 @@ def compile_depth() -> None:
         lens = Lens(1e-3 * FOCAL_LENGTH_MM, STOPS[0], focus)
         views.append(View(image, lens, 1e-6 * PITCH_UM / lens.sensor_distance))
     recover_depth(views)
-
-
-def _refuse_others(out: Path, names: Sequence[str]) -> None:
-    """Refuse a folder in which a file of somebody else's would be replaced."""
-    if (out / "README.txt").is_file() and read_bytes(out / "README.txt").startswith(README.encode()[:60]):
-        return
-    if there := [name for name in names if (out / name).exists()]:
-        raise InputError(
-            f"{printable(out)} holds {there[0]} already, and is no folder of examples: give --out another folder."
-        )
 
 
 def _view(scene: Scene, shape: tuple[int, int], stop: float, focus: float, *, rays: int = 64, seed: int = 0) -> View:

@@ -17,13 +17,23 @@ import click
 import numpy as np
 
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
-from focalgradient.cli.options import optics_options, options_named, search_options, shared_options, shared_work
-from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_given, writable
+from focalgradient.cli.options import GIVEN, optics_options, options_named, search_options, shared_options, shared_work
+from focalgradient.cli.program import (
+    announce,
+    force_option,
+    json_option,
+    progress,
+    show,
+    summary_json,
+    warnings_given,
+    writable,
+)
 from focalgradient.depth.recover import METHODS, MethodName
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.memory import require
+from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.calibration import Calibration
@@ -81,6 +91,7 @@ NEEDED = 200
 )
 @optics_options
 @shared_options
+@force_option
 @json_option
 def depth(
     inputs: tuple[Path, ...],
@@ -126,7 +137,7 @@ def depth(
     Examples:
       focalgradient depth demo/views.toml --out results
       focalgradient depth VIEWS.toml --out results --near 0.9 --far 2.2
-      focalgradient depth f16.jpg f4.jpg --out results --focus-distance 0.85 --focus-distance 0.85
+      focalgradient depth f16.jpg f4.jpg --out results --focus-distance 0.85
       focalgradient depth frame01.toml frame02.toml frame03.toml --out results --workers 4
 
     \b
@@ -146,16 +157,14 @@ def depth(
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
     options: dict[str, Any] = {"method": method, "near_m": near, "far_m": far, "psf": psf, "align": align}
-    read = inputs if calibration is None else (*inputs, calibration)
+    read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]
     if len(inputs) > 1 and all(path.suffix.lower() == ".toml" for path in inputs):
         frames = {
             name: Frame((path,), optics, calibration, options, out / name).absolute()
             for name, path in zip(folders(inputs), inputs, strict=True)
         }
         for frame in frames.values():
-            writable(frame.out, NAMES)
-        places = [frame.out / name for frame in frames.values() for name in NAMES]
-        refuse_overwriting([*read, *_files_of(inputs, calibration)], places)
+            writable(frame.out, NAMES, read)
         recover_frames(_recovered, frames, out, shared_work(workers, scheduler, SECONDS[method] * len(frames)))
         return
     writable(out, NAMES, read)
@@ -177,17 +186,27 @@ def depth(
 
 
 def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path]:
-    """What several settings files name; where one is wrong, that is said when its frame has its turn."""
+    """What settings files name; where one is wrong, that is said when its frame has its turn."""
     from focalgradient.photographs import load_camera, load_settings
 
-    calibrated = None if calibration is None else load_camera(calibration)
-    for path in inputs:
+    calibrated = None
+    if calibration is not None:
+        with suppress(InputError):
+            calibrated = load_camera(calibration)
+    for path in (one for one in inputs if one.suffix.lower() == ".toml"):
         with suppress(InputError):
             yield from load_settings(path, calibrated).files
 
 
 def _recovered(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
     """Recover the depth of one frame; `given` are the warnings that were given by then."""
+    from focalgradient.photographs.settings import GIVEN as KEYS
+
+    with given_as({**GIVEN, **(KEYS if frame.inputs[0].suffix.lower() == ".toml" else {})}):
+        return _made(frame, given, say)
+
+
+def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recovered:
     start = time.perf_counter()
     method, options = frame.options["method"], frame.options
     say("reading the views")

@@ -18,8 +18,8 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.options import positive
-from focalgradient.cli.program import json_option, show
-from focalgradient.files import printable, write_whole
+from focalgradient.cli.program import force_option, json_option, show, writable, write_set
+from focalgradient.files import printable
 
 __all__ = ["Check", "doctor", "table"]
 
@@ -87,6 +87,7 @@ class Check:
     help="The laboratory's markers, as for run: test pulses of code 60 are sent, and timed.",
 )
 @click.option("--card", is_flag=True, help="Measure the screen's size by a bank card held to it.")
+@force_option
 @json_option
 def doctor(
     monitor: str | None,
@@ -148,7 +149,8 @@ def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
 
     found = read_luminance(path)
     drawn = path.with_name(f"{path.stem}-fit.png")
-    write_whole(drawn, as_file(luminance_figure(found), "png"))
+    writable(drawn.parent, [drawn.name], [path])
+    write_set(drawn.parent, {drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
     curves = ", ".join(f"{gun} {curve.gamma:.2f}" for gun, curve in found.curves.items())
     text = (
         f"gamma: {curves}; white {found.grey.white:.1f}, black {found.grey.black:.2f} cd/m2; drawn: {printable(drawn)}"

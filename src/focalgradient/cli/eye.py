@@ -14,9 +14,18 @@ import click
 import numpy as np
 
 from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.program import json_option, progress, show, summary_json, warnings_given, writable
+from focalgradient.cli.program import (
+    force_option,
+    json_option,
+    progress,
+    show,
+    summary_json,
+    warnings_given,
+    writable,
+    write_set,
+)
 from focalgradient.errors import InputError
-from focalgradient.files import printable, replace_set
+from focalgradient.files import printable
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -106,6 +115,7 @@ def _accommodation(_: click.Context, __: click.Parameter, given: float) -> float
     "or sine:MEAN,AMPLITUDE,HZ in dioptres, or a CSV file of time,dioptres.",
 )
 @shared_options
+@force_option
 @json_option
 def eye(
     scene: str | None,
@@ -185,7 +195,7 @@ def eye(
         "depth.npz": result.save,
         "summary.json": summary_json(summary | {"seconds": time.perf_counter() - start}),
     }
-    replace_set(out, writers, "summary.json")
+    write_set(out, writers, "summary.json")
     written = [printable(out / name) for name in writers]
     show(
         summary | {"written": written},

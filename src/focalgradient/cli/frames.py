@@ -14,9 +14,9 @@ from typing import Any
 
 import click
 
-from focalgradient.cli.program import resumable, show, warnings_given
+from focalgradient.cli.program import resumable, show, warnings_given, write_set
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import plain_name, printable, replace_set
+from focalgradient.files import plain_name, printable
 from focalgradient.parallel import completed
 
 __all__ = ["NAMES", "Frame", "Recovered", "by_worker", "folders", "recover_frames"]
@@ -70,7 +70,7 @@ class Recovered:
 
     def write(self, out: Path) -> None:
         """Write the files into a folder, whole or not at all."""
-        replace_set(out, self.files, "summary.json")
+        write_set(out, self.files, "summary.json")
 
 
 Recover = Callable[[Frame, list[str], Callable[[str], object]], Recovered]

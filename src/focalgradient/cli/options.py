@@ -23,6 +23,8 @@ PLANES = ("entrance_pupil", "sensor", "lens_front")
 
 __all__ = [
     "DEPTH_FILE",
+    "DIAMETER",
+    "GIVEN",
     "NEAREST",
     "OPENEST",
     "SERVER",
@@ -53,6 +55,23 @@ OF_DEPTH = {"scale": "--depth-scale", "baseline": "--baseline", "offset": "--dis
 DEPTH_FILE = ("depth_unit", "depth_scale", "baseline", "disparity_offset")
 """What `depth_file_options` adds."""
 
+GIVEN = {
+    "focal_length": ("--focal-length", "mm"),
+    "f_number": ("--f-number", ""),
+    "focus_distance": ("--focus-distance", "m"),
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "pupil_diameter": ("--pupil", "mm"),
+    "near": ("--near", "m"),
+    "far": ("--far", "m"),
+}
+"""Options of optics, with their units, by the library's parameter: for `focalgradient.plausibility.given_as`."""
+
+OPENEST = 0.1
+"""Smallest f-number; no lens in air has less than 0.5."""
+
+DIAMETER = ": if it is an aperture's diameter, give focal length / diameter"
+"""What a smaller number may be."""
+
 SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")
 """What needs which extra for which modules: see `check_installed`."""
@@ -69,12 +88,9 @@ NEAREST = 1e-3
 LEAST_PITCH_UM = 2.0
 """Micrometres: the pixels of the finest microdisplays are about 3; a smaller number is one of millimetres."""
 
-OPENEST = 0.1
-"""Smallest f-number; no lens in air has less than 0.5."""
-
 
 def positive(
-    unit: str = "", infinite: bool = False, least: float = LEAST, most: float = MOST
+    unit: str = "", infinite: bool = False, least: float = LEAST, most: float = MOST, hint: str = ""
 ) -> Callable[[click.Context, click.Parameter, float | tuple[float, ...] | None], Any]:
     """Refuse, as an option's callback, what is not a positive number of some `unit`, or beyond what can be meant."""
 
@@ -86,7 +102,7 @@ def positive(
                 raise InputError(f"{option.opts[0]} is {value:g}, but must be a positive number{unit}.")
             if not least <= value <= most and value != math.inf:
                 raise InputError(
-                    f"{option.opts[0]} is {value:g}, but must be a number{unit} from {least:g} to {most:g}."
+                    f"{option.opts[0]} is {value:g}, but must be a number{unit} from {least:g} to {most:g}{hint}."
                 )
         return given
 
@@ -357,8 +373,8 @@ _OPTICS: list[Callable[[Any], Any]] = [
         type=float,
         multiple=True,
         metavar="N",
-        callback=positive(infinite=True, least=OPENEST),
-        help="* f-number: once for each photograph, in order.",
+        callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
+        help="* f-number: once for all photographs, or once for each, in order.",
     ),
     click.option(
         "--focus-distance",
@@ -367,7 +383,7 @@ _OPTICS: list[Callable[[Any], Any]] = [
         multiple=True,
         metavar="M",
         callback=positive(" of metres", infinite=True, least=NEAREST),
-        help="* Distance of the plane in focus, in metres: once for each photograph, in order.",
+        help="* Distance of the plane in focus, in metres: once for all photographs, or once for each, in order.",
     ),
     click.option(
         "--pixel-pitch",

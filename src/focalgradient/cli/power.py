@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from focalgradient.cli.options import positive, shared_options, shared_work
-from focalgradient.cli.program import announce, json_option, resumable, show, writable
+from focalgradient.cli.program import announce, force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
-from focalgradient.files import printable, replace_set
+from focalgradient.files import printable
 
 if TYPE_CHECKING:
     from focalgradient.power import AnyStudy
@@ -76,6 +76,7 @@ OF_CUBE = ("nonrigid", "between_levels")
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True)
 @shared_options
+@force_option
 @json_option
 def power(
     task: str,
@@ -110,7 +111,7 @@ def power(
     from focalgradient.statistics import as_table
 
     study = _study(task, design, seed, {name: value for name, value in model.items() if value is not None})
-    writable(out, ["experiments.jsonl", "power.csv", "power.png", "power.pdf"], [] if design is None else [design])
+    writable(out, ["power.csv", "power.png", "power.pdf"], [] if design is None else [design])
     total = len(subjects) * experiments
     seconds = SECONDS[task] * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
@@ -120,7 +121,7 @@ def power(
     found = sum_up(table)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found)).items()}
     files["power.csv"] = as_table(found).assign(simulated=True).to_csv(index=False, lineterminator="\n").encode()
-    replace_set(out, files, "power.csv")
+    write_set(out, files, "power.csv")
     lines = ["Simulated subjects, of a statistical model: share of experiments that find"]
     for name, meaning in study.tests.items():
         shares = ", ".join(

@@ -20,7 +20,7 @@ import click
 import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError, one_line
-from focalgradient.files import existing, printable, refuse_overwriting
+from focalgradient.files import existing, printable, refuse_foreign, refuse_overwriting, replace_set, replacing
 from focalgradient.progress import Progress
 
 __all__ = [
@@ -28,7 +28,9 @@ __all__ = [
     "Terminated",
     "announce",
     "fail",
+    "force_option",
     "json_option",
+    "placing",
     "progress",
     "resumable",
     "show",
@@ -36,6 +38,7 @@ __all__ = [
     "summary_json",
     "warnings_given",
     "writable",
+    "write_set",
 ]
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -47,6 +50,9 @@ LONG = 10.0
 
 JSON = "focalgradient.json"
 """Where a command's context keeps that its result is to be printed as JSON."""
+
+FORCE, WRITTEN = "focalgradient.force", "focalgradient.written"
+"""Where it keeps that files of others may be replaced, and what the command has written by now."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -112,7 +118,9 @@ class Program(click.Group):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as stop:
-            click.echo(f"Interrupted: {str(stop) or 'nothing was written.'}", err=True)
+            written = ", ".join(ctx.meta.get(WRITTEN, ()))
+            before = f"{written} was written before that." if written else "nothing was written."
+            click.echo(f"Interrupted: {str(stop) or before}", err=True)
             ctx.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
 
 
@@ -197,6 +205,17 @@ def json_option(command: Command) -> Command:
 
     text = "Print the result as one JSON object, for programs."
     return click.option("--json", is_flag=True, expose_value=False, callback=remember, help=text)(command)
+
+
+def force_option(command: Command) -> Command:
+    """Add ``--force``: `writable` then allows that files of others are replaced."""
+
+    def remember(context: click.Context, _: click.Parameter, given: bool) -> None:
+        if given:
+            context.meta[FORCE] = True
+
+    text = "Replace files that this command has not written, too; never one that it reads."
+    return click.option("--force", is_flag=True, expose_value=False, callback=remember, help=text)(command)
 
 
 def show(result: Mapping[str, Any] | None, *lines: str) -> None:
@@ -333,7 +352,11 @@ def _refuse_data_set(out: Path) -> None:
 
 
 def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> None:
-    """Refuse what cannot be written, data sets, and files that are `inputs` too, before the long work and not after."""
+    """Refuse what cannot be written, before the long work and not after.
+
+    That are data sets, files that are `inputs` too, and, without ``--force``, files that the same command has not
+    written.
+    """
     _refuse_data_set(out)
     try:
         with tempfile.TemporaryFile(dir=existing(out)):
@@ -350,3 +373,30 @@ def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> No
                 f"{printable(out / name)} is a folder, where a file is to be written: move it or choose another --out."
             )
     refuse_overwriting(inputs, [out / name for name in names])
+    if not click.get_current_context().meta.get(FORCE):
+        remedy = "move it, choose another place to write to, or replace it with --force"
+        refuse_foreign([out / name for name in names], _written_by(), remedy)
+
+
+def write_set(out: Path, files: Mapping[str, bytes | Callable[[Path], object]], summary: str) -> None:
+    """Write the results of the command that runs, as `focalgradient.files.replace_set` does, with its mark."""
+    replace_set(out, files, summary, _written_by())
+    _remember(out)
+
+
+@contextmanager
+def placing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path]]:
+    """Write the results of the command that runs, as `focalgradient.files.replacing` does, with its mark."""
+    with replacing(places, summary, _written_by()) as hidden:
+        yield hidden
+    _remember(places[0])
+
+
+def _remember(place: Path) -> None:
+    """Keep what was written, for what is said should the command be interrupted now."""
+    click.get_current_context().meta.setdefault(WRITTEN, []).append(printable(place))
+
+
+def _written_by() -> str:
+    """The command that runs, as its files' marks name it."""
+    return f"focalgradient {click.get_current_context().command.name}"

@@ -8,9 +8,9 @@ from pathlib import Path
 import click
 
 from focalgradient.cli.options import SESSION_S, options_named, positive, shared_options, shared_work
-from focalgradient.cli.program import json_option, resumable, show, writable
+from focalgradient.cli.program import force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
-from focalgradient.files import printable, refuse_overwriting, replace_set
+from focalgradient.files import printable
 
 __all__ = ["report"]
 
@@ -82,6 +82,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     help="With --preregister: the same with the farthest object in focus, 1 is none.  [default: 1]",
 )
 @shared_options
+@force_option
 @json_option
 def report(
     folder: Path,
@@ -137,12 +138,12 @@ def report(
             raise InputError(
                 f"{wrong[0]} is of an analysis, but --preregister writes a text without data: leave it out."
             )
-        writable(out, ["preregistration.html", "preregistration.md"], inputs)
+        writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
         with options_named({"far_effect": "--far-effect", "ordinal is": "--ordinal is", "bound is": "--bound is"}):
             texts = preregistration(
                 folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal
             )
-        replace_set(out, texts, "preregistration.html")
+        write_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
         return
@@ -172,8 +173,8 @@ def report(
             executor=executor,
             progress=say,
         )
-    refuse_overwriting(inputs, [out / name for name in made.files])
-    replace_set(out, made.files, "report.html")
+    writable(out, list(made.files), inputs)
+    write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
         for sentence in sentences:
             click.echo(f"{kind}: {' '.join(sentence.split())}", err=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -17,10 +17,21 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import click
 import numpy as np
 
-from focalgradient.cli.options import NEAREST, OPENEST, focal_length_option, limit_options, positive
-from focalgradient.cli.program import announce, json_option, progress, show, summary_json, warnings_given, writable
+from focalgradient.cli.options import DIAMETER, GIVEN, NEAREST, OPENEST, focal_length_option, limit_options, positive
+from focalgradient.cli.program import (
+    announce,
+    force_option,
+    json_option,
+    placing,
+    progress,
+    show,
+    summary_json,
+    warnings_given,
+    writable,
+)
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable, replacing
+from focalgradient.files import printable, refuse_overwriting
+from focalgradient.plausibility import check_focal_length, check_frame, check_pixel_pitch, given_as
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -75,7 +86,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     type=float,
     multiple=True,
     metavar="N",
-    callback=positive(infinite=True, least=OPENEST),
+    callback=positive(infinite=True, least=OPENEST, hint=DIAMETER),
     help="* f-number: of frames 0, 2, 4, ..., and again for that of frames 1, 3, 5, ...",
 )
 @click.option(
@@ -112,6 +123,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     callback=positive(" of pixels", least=2, most=64),
     help="Standard deviation, in pixels, of the window in which detail is gathered: 2 to 64.",
 )
+@force_option
 @json_option
 def stream(
     video: Path,
@@ -153,10 +165,12 @@ def stream(
     grey = luminance(levels)
     with warnings_given() as given:
         with Source(video, grey) as source:
-            step, noise = _opening(source, content)
-        to_grid, scale, settings = _reader(optics, near, far, psf, window, levels, noise, step)
+            step, noise, shape = _opening(source, content)
+        with given_as(GIVEN):
+            _check_pixels(optics, shape)
+            to_grid, scale, settings = _reader(optics, near, far, psf, window, levels, noise, step)
         distance = bool(settings["optics"])
-        with replacing(places, note) as staged, Source(video, grey) as source:
+        with placing(places, note) as staged, Source(video, grey) as source:
             hidden = [staged[place] for place in places if place != note]
             with _Output(hidden[0], hidden[1] if values else None, source.fps, scale, distance) as output:
                 counts = _recover(source, content, step, to_grid, output)
@@ -201,13 +215,25 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
         raise InputError(
             f"--values and --out name one file twice (--out brings {note.name} too): give each a name of its own."
         )
-    for place in places:
-        writable(place.parent, (place.name,), [video])
+    refuse_overwriting([video], places)
+    if values is not None and values.suffix.lower() != ".npy":
+        raise InputError(f"--values is {printable(values)}, but its numbers are written as .npy: give a name in .npy.")
+    for folder in {place.parent for place in places}:
+        writable(folder, [place.name for place in places if place.parent == folder], [video])
     return places
 
 
-def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> tuple[float, float]:
-    """Log ratio of detail of even to odd frames, and the noise of stored values, from a video's first frames."""
+def _check_pixels(optics: Mapping[str, Any], shape: Sequence[int]) -> None:
+    """Refuse pixels that no sensor has, or that make no frame of this `shape`; none where no optics are given."""
+    if optics["f_numbers"]:
+        pitch, focal_length = 1e-6 * optics["pixel_pitch"], 1e-3 * optics["focal_length"]
+        check_focal_length(focal_length)
+        check_pixel_pitch(pitch, pitch / focal_length)
+        check_frame(pitch / focal_length, shape)
+
+
+def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> tuple[float, float, Sequence[int]]:
+    """Of a video's first frames: log ratio of detail of even to odd, noise of stored values, height and width."""
     from focalgradient.depth.noise import noise_floor
     from focalgradient.video import Frame, alternation
 
@@ -215,7 +241,8 @@ def _opening(source: Source, content: Callable[[NDArray[np.uint8]], float]) -> t
     step = alternation(first, content)
     images = [item.image for item in first if isinstance(item, Frame)][:4]
     announce(SECONDS * source.declared * images[0].size, f"{source.declared} frames")
-    return step, min(noise_floor(image.astype(np.float32), usable=image < 255) for image in images)  # of 8 bits
+    noise = min(noise_floor(image.astype(np.float32), usable=image < 255) for image in images)  # of 8 bits
+    return step, noise, images[0].shape
 
 
 @dataclass

@@ -14,6 +14,7 @@ from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, d
 from focalgradient.depth.settings import BlurSource
 from focalgradient.errors import InputError
 from focalgradient.optics import HasWaveband, Optics, OwnBlur, own_blur
+from focalgradient.plausibility import check_range
 from focalgradient.psf import check_psf, has_edge, transfer
 
 __all__ = ["Blurs", "Search"]
@@ -118,6 +119,8 @@ class Search:
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
                     "taken to lie beyond it; limit the search (near, far) or focus one view elsewhere"
                 )
+        foci = [(one.focus_vergence, getattr(one, "focal_length", None)) for one in optics]
+        check_range(foci, float(pixels.max()), (lowest, highest), near, far)
         own = [own_blur(one) for one in optics]
         step = OWN_STEP if all(one is not None and one.forms_views for one in own) else LEVEL_STEP
         if not all(one.isotropic for one in own if one is not None and one.forms_views):

@@ -1,5 +1,6 @@
 """Files from outside read with care, and files of ours written whole or not at all."""
 
+from focalgradient.files.marks import mark, marked_by, refuse_foreign
 from focalgradient.files.names import inner_name, plain_name, printable, refuse_overwriting
 from focalgradient.files.reading import (
     LARGEST,
@@ -35,6 +36,8 @@ __all__ = [
     "flush",
     "inner_name",
     "is_text",
+    "mark",
+    "marked_by",
     "move",
     "opened",
     "parse_json",
@@ -47,6 +50,7 @@ __all__ = [
     "read_text",
     "read_toml",
     "read_tsv",
+    "refuse_foreign",
     "refuse_overwriting",
     "replace_set",
     "replacing",

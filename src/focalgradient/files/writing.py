@@ -19,6 +19,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from focalgradient.errors import InputError
+from focalgradient.files.marks import mark
 from focalgradient.files.names import plain_name, printable
 
 __all__ = ["existing", "flush", "move", "replace_set", "replacing", "staged", "sweep", "write_whole"]
@@ -175,7 +176,7 @@ def _make(path: Path, content: bytes | Callable[[Path], object], mode: int = 0o6
 
 
 def replace_set(
-    out: str | os.PathLike[str], contents: Mapping[str, bytes | Callable[[Path], object]], summary: str
+    out: str | os.PathLike[str], contents: Mapping[str, bytes | Callable[[Path], object]], summary: str, by: str = ""
 ) -> None:
     """Write a set of results into a folder, in place of an older one, as `replacing` does.
 
@@ -187,15 +188,17 @@ def replace_set(
         What to write, by plain name, or what writes it to the path that it is given.
     summary
         The one of them that is moved last.
+    by
+        The command that writes them, of which each bears the `mark`: "focalgradient depth"; none if empty.
     """
     places = {plain_name(name): Path(out, name) for name in contents}
-    with replacing(list(places.values()), Path(out, summary)) as hidden:
+    with replacing(list(places.values()), Path(out, summary), by) as hidden:
         for name, content in contents.items():
             _make(hidden[places[name]], content)
 
 
 @contextmanager
-def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path]]:
+def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[dict[Path, Path]]:
     """Replace a set of files, in one folder or several, by what is written to the hidden paths that are given.
 
     All are made out of sight first. Then the old `summary` goes, the others are moved to their places, and the new
@@ -207,6 +210,8 @@ def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path
         Of the files; their folders are made where they are not there.
     summary
         The one of them that is moved last.
+    by
+        The command that writes them, of which each bears the `mark`: "focalgradient depth"; none if empty.
 
     Yields
     ------
@@ -227,6 +232,8 @@ def replacing(places: Sequence[Path], summary: Path) -> Iterator[dict[Path, Path
             hidden = {folder: folders.enter_context(staged(base)) for folder, base in bases.items()}
             made = {place: hidden[place.parent] / place.name for place in places}
             yield made
+            if by:
+                mark(made.values(), by)
             for path in made.values():
                 _flush_file(path)
             for folder in hidden:

@@ -58,15 +58,20 @@ def blurred(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str, amoun
     if amount > 0:
         angle = math.radians(1 / stimuli.display.pixels_per_degree)
         if design.judged == "blur":
-            # A lens as short as its aperture is wide, focused 1 / amount away; what it sees is at infinity.
-            lens = Lens(1e-3 * design.pupil_mm, 1.0, 1 / amount)
+            # Focused 1 / amount away; what it sees is at infinity.
+            lens = _lens(design.pupil_mm, 1 / amount)
             distance = np.full(light.shape[:2], math.inf)
         else:
             distance = stimuli.depth(scene).astype(float)
             x, y = stimuli.scene(scene).target(design.fixation).position_px
-            lens = Lens(1e-3 * amount, 1.0, float(distance[int(y), int(x)]))
+            lens = _lens(amount, float(distance[int(y), int(x)]))
         light = blur_picture(light, distance, lens, pixel_angle=angle)
     return stimuli.display.encode(light)
+
+
+def _lens(aperture_mm: float, focus_distance: float) -> Lens:
+    """A lens of that aperture, of a focal length (m) that does not matter to blur as an angle."""
+    return Lens(focal_length := min(0.01, focus_distance / 2), 1e3 * focal_length / aperture_mm, focus_distance)
 
 
 def answers(recorded: Sequence[Mapping[str, Any]]) -> list[tuple[float, bool]]:

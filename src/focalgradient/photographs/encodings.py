@@ -22,6 +22,9 @@ CLOSE = 0.02
 """Mean difference of two tone curves, as sRGB values from 0 to 1, up to which they count as one: gamma 2.2 lies within
 0.01 of sRGB, gamma 1.8 at 0.05."""
 
+FORMATS = ("PNG", "TIFF", "JPEG")
+"""Formats that Pillow may open: its others have decoders that nobody here needs, and that a file could reach."""
+
 EXIF, COLOUR_SPACE, SRGB = 0x8769, 0xA001, 1
 
 
@@ -50,7 +53,7 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
     'linear'
     """
     try:
-        with Image.open(io.BytesIO(data)) as image:
+        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
             profile, gamma, said = (image.info.get(key) for key in ("icc_profile", "gamma", "srgb"))
             exif = image.getexif().get_ifd(EXIF).get(COLOUR_SPACE)
     except Exception:  # what is damaged, or no kind of image that says it, is for the decoder to judge

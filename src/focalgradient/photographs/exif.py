@@ -16,7 +16,7 @@ from PIL import ExifTags, Image
 
 from focalgradient.errors import InputError
 from focalgradient.photographs.cameras import Calibrated
-from focalgradient.photographs.encodings import Encoding
+from focalgradient.photographs.encodings import FORMATS, Encoding
 from focalgradient.photographs.images import read_image_bytes
 from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
@@ -68,7 +68,7 @@ def from_exif(
         Where no focus distance is known, take the photographs for a stack in order of focus, evenly spaced in vergence
         from 1 to 2 (`Settings.relative`): depth is then a place in the stack. Optics that are missing do not matter.
     f_numbers, focus_distances_m
-        One for each file, in order, or none: taken from EXIF.
+        One for all files, or one for each, in order; or none: taken from EXIF.
     focal_length_mm, pixel_pitch_um
         None: taken from EXIF. The pitch follows from FocalPlaneXResolution, scaled where the image has been resized.
     encoding, telecentric, distances_from, focus_from, sensor_to_pupil_mm, sensor_to_front_mm
@@ -88,11 +88,8 @@ def from_exif(
         raise InputError(
             f"only {len(files)} photograph is given, but depth needs {least} or more of one scene: add another."
         )
-    for name, given in (("f_numbers", f_numbers), ("focus_distances_m", focus_distances_m)):
-        if given and len(given) != len(files):
-            raise InputError(
-                f"{name} has {len(given)} values, but needs one for each of the {len(files)} photographs, in order."
-            )
+    f_numbers = _for_each(files, "f_numbers", f_numbers)
+    focus_distances_m = _for_each(files, "focus_distances_m", focus_distances_m)
     camera: dict[str, Any] = {
         "focal_length_mm": focal_length_mm,
         "pixel_pitch_um": pixel_pitch_um,
@@ -118,6 +115,13 @@ def from_exif(
         camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
         f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
     camera, views = _complete(files, recorded, camera, f_numbers, focus_distances_m)
+    if least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
+        one = views[0]
+        raise InputError(
+            f"all {len(views)} photographs have an f-number of {one['f_number']:g} and their focus at "
+            f"{one['focus_distance_m']:g} m, so that all are blurred alike, and no depth follows: give f_numbers or "
+            "focus_distances_m once for each photograph, as they differ."
+        )
     settings = check_table(
         "the optics given",
         {
@@ -129,8 +133,24 @@ def from_exif(
         },
         Settings,
     )
-    settings.lenses()
+    settings.lenses()  # refuses those that are not plausible
     return settings
+
+
+def _for_each(files: Sequence[Path], name: str, given: Sequence[float]) -> Sequence[float]:
+    """What is given of each file, or once for all; or nothing.
+
+    Raises
+    ------
+    InputError
+        If it is given another number of times.
+    """
+    if len(given) not in (0, 1, len(files)):
+        raise InputError(
+            f"{name} was given {len(given)} times: give it once for all {len(files)} photographs, or once for each, "
+            "in order."
+        )
+    return list(given) * (len(files) if len(given) == 1 else 1)
 
 
 def _of_calibrated(
@@ -189,7 +209,7 @@ def _complete(
                 )
         return found[0]
 
-    once_each = "(one for each photograph, in order)"
+    once_each = "(once for all photographs, or for each, in order)"
     focal_length = shared("focal_length_mm", "focal length in mm")
     numbers: Sequence[float | None] = f_numbers or [one.f_number for one in recorded]
     f_number = each(numbers, "f-number", f"f_numbers {once_each}")
@@ -211,10 +231,11 @@ def _recorded(path: Path) -> _Recorded:
     size = (0, 0)
     data = read_image_bytes(path)
     # EXIF is foreign and optional: damaged is as good as absent, and Pillow's remarks on it help nobody.
-    with contextlib.suppress(Exception), warnings.catch_warnings(), Image.open(io.BytesIO(data)) as image:
+    with contextlib.suppress(Exception), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        size = image.size
-        tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
+        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            size = image.size
+            tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
     if is_raw(path):
         # Most are TIFF files of a kind that Pillow does not open, with the same EXIF in them.
         with contextlib.suppress(Exception):

@@ -25,7 +25,7 @@ from PIL import Image, ImageOps
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
-from focalgradient.photographs.encodings import Encoding, stated_encoding
+from focalgradient.photographs.encodings import FORMATS, Encoding, stated_encoding
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
 from focalgradient.srgb import srgb_to_linear
 from focalgradient.view import LUMINANCE
@@ -50,7 +50,9 @@ _STEP_OF_QUALITY_50 = 57.625
 
 _SMALLER = "crop or reduce the images, or give fewer of them"
 
-_JPEG = b"\xff\xd8\xff"
+_JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG"
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+"""How files of the formats begin that are decoded; the last two are TIFF of more than 4 GB."""
 
 _ARRAY = "an array of an image"
 
@@ -264,8 +266,10 @@ def _decode(path: Path, data: bytes) -> NDArray[Any]:
             if data.startswith(_JPEG):
                 # Pillow, unlike OpenCV, never writes on standard error and always refuses a truncated JPEG.
                 return _read_jpeg(data)
-            if data.startswith(b"\x89PNG"):
-                with Image.open(io.BytesIO(data)) as image:
+            if not data.startswith((_PNG, *_TIFF)):  # OpenCV would try its other decoders
+                raise _not_an_image(path)
+            if data.startswith(_PNG):
+                with Image.open(io.BytesIO(data), formats=FORMATS) as image:
                     image.verify()  # of a damaged PNG the decoder below would complain on standard error
             pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
     except MemoryError:
@@ -291,7 +295,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
-    with Image.open(io.BytesIO(data)) as image:
+    with Image.open(io.BytesIO(data), formats=FORMATS) as image:
         upright = ImageOps.exif_transpose(image)
         return np.asarray(upright if upright.mode == "L" else upright.convert("RGB"))
 
@@ -301,7 +305,7 @@ def _look_at_quality(path: Path) -> None:
     if is_raw(path) or path.suffix.lower() == ".npy":
         return
     try:
-        with opened(path, "an image file") as file, _quiet(), Image.open(file) as image:
+        with opened(path, "an image file") as file, _quiet(), Image.open(file, formats=FORMATS) as image:
             tables: dict[int, list[int]] = getattr(image, "quantization", {})
     except Exception:  # no kind of image that Pillow knows: no JPEG
         return
@@ -344,7 +348,7 @@ def _size(path: Path) -> int | None:
         with opened(path, "an image file") as file:
             return os.fstat(file.fileno()).st_size // (8 if array else 2)
     try:
-        with opened(path, "an image file") as file, _quiet(), Image.open(file) as image:
+        with opened(path, "an image file") as file, _quiet(), Image.open(file, formats=FORMATS) as image:
             return int(image.width * image.height)
     except InputError:
         raise

@@ -14,7 +14,7 @@ from PIL import Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
-from focalgradient.photographs.encodings import Encoding, profile_name
+from focalgradient.photographs.encodings import FORMATS, Encoding, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
 
 __all__ = ["DepthUnit", "Distances", "Picture", "picture_of", "png_of", "read_distances", "read_picture"]
@@ -196,7 +196,7 @@ def png_of(values: NDArray[np.uint8]) -> bytes:
 def _look_at_colours(path: Path, encoding: Encoding) -> None:
     """Refuse a picture whose alpha channel hides a part of it, as what is behind it is not known; warn of a profile."""
     try:
-        with Image.open(path) as image:
+        with Image.open(path, formats=FORMATS) as image:
             hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
             profile = image.info.get("icc_profile")
     except (OSError, ValueError, Image.DecompressionBombError):

@@ -20,10 +20,11 @@ from focalgradient.photographs.images import Photograph, read_photographs
 from focalgradient.photographs.planes import Plane, plane_name
 from focalgradient.photographs.tables import ImagePath, Sensor
 from focalgradient.photographs.vignetting import even_out
+from focalgradient.plausibility import given_as
 from focalgradient.tables import Table, load_table, shown
 from focalgradient.view import View
 
-__all__ = ["Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]
+__all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views", "read_views"]
 
 
 class Camera(Sensor):
@@ -152,6 +153,15 @@ class Settings(Table):
         return [pitch / lens.sensor_distance for lens in self.lenses()]
 
 
+GIVEN = {
+    "focal_length": ("focal_length_mm", "mm"),
+    "f_number": ("f_number", ""),
+    "focus_distance": ("focus_distance_m", "m"),
+    "pixel_pitch": ("pixel_pitch_um", "um"),
+}
+"""Keys of a settings file, with their units, by the library's parameter."""
+
+
 def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = None) -> Settings:
     """Read and check a settings file; its image paths are relative to its folder.
 
@@ -193,7 +203,8 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
                 "calibrate it at this zoom."
             )
     try:
-        settings.lenses()
+        with given_as(GIVEN):
+            settings.lenses()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return settings
@@ -245,5 +256,10 @@ def read_views(path: str | os.PathLike[str]) -> list[View]:
         As `load_settings` and `read_photographs` do.
     """
     settings = load_settings(path)
+    with given_as(GIVEN):
+        return _views_of(settings)
+
+
+def _views_of(settings: Settings) -> list[View]:
     images, flats = zip(*((shot.image, shot.flat) for shot in settings.shots), strict=True)
     return make_views(settings, read_photographs(images, settings.camera.encoding, flats))

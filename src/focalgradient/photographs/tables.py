@@ -27,10 +27,10 @@ class Sensor(Table):
     """What is fixed in a camera: focal length, pixels, and how their values are written."""
 
     focal_length_mm: Annotated[
-        float, Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of millimetres, like 25.0")
+        float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of millimetres, like 25.0")
     ]
     pixel_pitch_um: Annotated[
-        float, Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of micrometres, like 8.0")
+        float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of micrometres, like 8.0")
     ]
     """Of the sensor's pixels, also for camera raw files."""
     encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None

@@ -116,7 +116,7 @@ def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float
     head = json.dumps({"focalgradient": version("focalgradient")} | study.settings())
     text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
     first, *lines = text.split("\n")
-    if lines and first != head:
+    if text and first != head:
         raise InputError(
             f"{printable(file)} holds experiments of another effect, design, bound, seed or version, or is damaged: "
             "give another folder."

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -104,6 +105,12 @@ class Folder:
 
     def _write(self, name: str, content: bytes) -> None:
         place = self.path / name
+        known = name in self.files or name in self.damaged or name in (MANIFEST, UNFINISHED)
+        if not known and os.path.lexists(place) and _sha256(place) != hashlib.sha256(content).hexdigest():
+            raise InputError(
+                f"{printable(place)} is there already and belongs to no set of this kind: move it, or choose another "
+                "folder."
+            )
         going_on = (
             "make room or give a folder that you may write in; "
             f"the {len(self.files)} files finished before are valid, and the same command goes on from them"

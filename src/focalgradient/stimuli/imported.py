@@ -23,6 +23,7 @@ from PIL import Image, ImageOps
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import inner_name, plain_name, printable, read_array, read_bytes, read_text, refuse_overwriting
+from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
@@ -300,7 +301,8 @@ def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
     """The 8-bit values of a picture, H x W x 3."""
     where = f"{row.where}, column file: {row.file}"
     try:
-        with Image.open(io.BytesIO(read_bytes(folder / row.file, "a picture"))) as image:
+        content = io.BytesIO(read_bytes(folder / row.file, "a picture"))
+        with Image.open(content, formats=FORMATS) as image:
             if image.mode not in MODES:
                 raise InputError(f"{where} is of the kind {image.mode}, but must be 8-bit grey or RGB: convert it.")
             turned = ImageOps.exif_transpose(image).convert("RGBA")

@@ -201,7 +201,7 @@ class StimulusSet:
         if hashlib.sha256(content).hexdigest() != self.manifest["files"].get(picture.png):
             raise InputError(f"{path} has changed since the manifest was written: make the stimuli anew.")
         try:
-            with Image.open(io.BytesIO(content)) as image:
+            with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
                 return np.array(image.convert("RGB"))
         except (OSError, SyntaxError) as error:
             raise _lost(path) from error

@@ -35,5 +35,5 @@ def sheet_png(folder: Path, content: Mapping[str, Any], note: str) -> bytes:
 
 
 def _pixels(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    with Image.open(path) as image:
+    with Image.open(path, formats=("PNG",)) as image:
         return np.array(image)

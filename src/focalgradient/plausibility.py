@@ -1,0 +1,297 @@
+"""Physical plausibility of optics and scenes: the checks that find mixed-up units before they give wrong depth.
+
+Each bound follows from physics or from what is made; what it is stands beside it. Bounds are relative wherever
+possible (pixels of blur, focal lengths, the angle of the frame), so that a rendered scene may have any unit of length.
+Messages name each quantity as the user gave it: by the parameter and in SI units, or as `given_as` says.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import partial
+from typing import Final
+
+from focalgradient.errors import FocalGradientWarning, InputError
+
+__all__ = [
+    "PIXEL_ANGLE",
+    "RESOLVED",
+    "check_f_number",
+    "check_focal_length",
+    "check_focus",
+    "check_frame",
+    "check_pixel_pitch",
+    "check_range",
+    "given_as",
+    "likely",
+    "picture_slip",
+    "stated",
+]
+
+RESOLVED = 0.1
+"""Blur radius in pixels below which no depth is measured: a tenth of the pixel's own width, and about the standard
+error of the blur of a window of 8 pixels at a noise of 1 %."""
+
+SHORTEST, LONG, LONGEST = 1e-4, 2.0, 10.0
+"""Focal lengths in metres: the shortest that are made (wafer-level cameras of endoscopes) have 0.2 mm; above 2 m
+millimetres are suspected, and above 10 m known: the longest made for a camera has 5.2 m."""
+
+FASTEST, IMPOSSIBLE = 0.5, 0.02
+"""Least f-number of a lens in air, whose rays cannot meet at more than a right angle (Abbe's sine condition), and one
+that not even the synthetic apertures of rendered scenes have (0.28 in published ones)."""
+
+FINEST_PITCH, ENLARGED_PITCH = 0.48e-6, 0.05e-6
+"""Pixel pitches in metres: the smallest sold, of phones, have 0.5 um; below a tenth of that, an image would have been
+enlarged tenfold, and light of 0.55 um through f/0.5 is spread over five pixels."""
+
+WIDEST = math.tan(math.radians(80))
+"""Tangent of half the angle of a frame above which no lens forms it: at 80 degrees cos^4 leaves 0.1 % of the light."""
+
+PIXEL_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
+"""Remedy for the angle of a pixel."""
+
+MARKED = 1000.0
+"""Focal lengths to which a finite focus distance is plausible: the last mark of a lens before infinity lies at 100 to
+200 focal lengths."""
+
+HYPERFOCAL = 0.5
+"""Blur radius of infinity, in pixels, with the focus at the hyperfocal distance: a circle of confusion of a pixel."""
+
+CLOSEST = 5.0
+"""Focal lengths to which few lenses focus: magnification above 1/4."""
+
+UNITS: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "nm": 1e-9, "inches": 0.0254, "km": 1e3}
+"""Units of length in metres, in the order in which they are tried."""
+
+_WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres"}
+
+_GIVEN: ContextVar[Mapping[str, tuple[str, str]]] = ContextVar("given", default={})  # noqa: B039  never changed
+
+
+@contextmanager
+def given_as(names: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+    """Name quantities in messages as the user gave them: name and unit by parameter.
+
+    >>> with given_as({"focal_length": ("focal_length_mm", "mm")}):
+    ...     stated("focal_length", 0.025)
+    'focal_length_mm is 25 mm'
+    """
+    token = _GIVEN.set({**_GIVEN.get(), **names})
+    try:
+        yield
+    finally:
+        _GIVEN.reset(token)
+
+
+def stated(name: str, metres: float, verb: str = " is") -> str:
+    """A length with its name, as the user gave it.
+
+    >>> stated("focal_length", 0.025)
+    'focal_length is 0.025 m'
+    """
+    named, unit = _GIVEN.get().get(name, (name, "m"))
+    return f"{named}{verb} {metres / UNITS[unit]:.6g} {unit}"
+
+
+def likely(name: str, metres: float, fits: Callable[[float], bool]) -> str:
+    """The remedy for a length: its unit, and, where the same number in another unit `fits`, the number to give.
+
+    >>> likely("focal_length", 25.0, lambda metres: 1e-3 < metres < 2)
+    'give it in metres, 0.025 for 25 mm'
+    """
+    _, unit = _GIVEN.get().get(name, (name, "m"))
+    number, remedy = metres / UNITS[unit], f"give it in {_WORDS[unit]}"
+    for other, size in UNITS.items():
+        if other != unit and fits(number * size):
+            return f"{remedy}, {number * size / UNITS[unit]:.6g} for {number:.6g} {other}"
+    return remedy
+
+
+def check_focal_length(metres: float) -> None:
+    """Refuse a focal length that no lens has, and warn of one that is more likely a slip."""
+
+    def usual(other: float) -> bool:
+        return 1e-3 <= other <= LONG
+
+    if metres > LONGEST or metres < SHORTEST:
+        which = "longer than any camera's" if metres > LONGEST else "shorter than any lens's"
+        raise InputError(f"{stated('focal_length', metres)}, {which}: {likely('focal_length', metres, usual)}.")
+    if metres > LONG:
+        _, unit = _GIVEN.get().get("focal_length", ("", "m"))
+        smaller = {"m": "mm", "mm": "um"}[unit]
+        meant = f"if {_WORDS[smaller]} are meant, give {1e-3 * metres / UNITS[unit]:g}"
+        _warn(f"{stated('focal_length', metres)}: {meant}.")
+
+
+def check_f_number(f_number: float, focal_length: float) -> None:
+    """Refuse an f-number that is more likely the aperture's diameter; warn of one that no lens in air has."""
+    if f_number >= FASTEST:
+        return
+    named = _GIVEN.get().get("f_number", ("f_number", ""))[0]
+    text = f"{named} is {f_number:g}, below the {FASTEST:g} that a lens in air can have"
+    remedy = "if it is the aperture's diameter, give focal length / diameter"
+    if f_number < IMPOSSIBLE:
+        raise InputError(f"{text}: {remedy}, {focal_length / f_number:.3g} for {f_number:g} m.")
+    _warn(f"{text}: {remedy}.")
+
+
+def check_focus(focus_distance: float, focal_length: float) -> None:
+    """Refuse a focus within the focal length (m)."""
+    if focus_distance <= focal_length:
+        remedy = likely("focus_distance", focus_distance, partial(_near_focus, focal_length=focal_length))
+        raise InputError(
+            f"{stated('focus_distance', focus_distance, '')} lies within the focal length {focal_length:g} m, where a "
+            f"lens forms no real image: focus farther than the focal length, or {remedy}."
+        )
+
+
+def check_pixel_pitch(metres: float, angle: float) -> None:
+    """Refuse a pitch of pixels on the sensor, or its angle (rad), that no image has; warn of one that no sensor has."""
+    if metres >= FINEST_PITCH:
+        return
+    remedy = likely("pixel_pitch", metres, lambda other: FINEST_PITCH <= other <= 1e-4)
+    text = f"{stated('pixel_pitch', metres)}, finer than any pixel made (0.5 um)"
+    if "pixel_pitch" not in _GIVEN.get():
+        text = f"pixel_angle is {angle:g} rad, which is {metres * 1e6:.2g} um on the sensor, finer than any pixel made"
+        remedy = PIXEL_ANGLE
+    if metres < ENLARGED_PITCH:
+        raise InputError(f"{text}: {remedy}.")
+    _warn(f"{text}: {remedy}.")
+
+
+def check_frame(pixel_angle: float, shape: Sequence[int]) -> None:
+    """Refuse pixels (rad) of which an image of this `shape` is wider than any frame."""
+    half = pixel_angle * max(shape[:2]) / 2
+    if half > WIDEST:
+        raise InputError(
+            f"{max(shape[:2])} pixels of {pixel_angle:.3g} rad make a frame of {2 * math.degrees(math.atan(half)):.0f} "
+            "degrees, wider than a lens forms: look at the units of the pixel pitch and of the focal length (a pixel's "
+            "angle is pitch / sensor distance, in radians)."
+        )
+
+
+def check_range(
+    foci: Sequence[tuple[float, float | None]],
+    slope: float,
+    searched: tuple[float, float],
+    near: float | None,
+    far: float | None,
+) -> None:
+    """Refuse a search in which the blur of no view resolves any depth.
+
+    Parameters
+    ----------
+    foci
+        Vergence in focus (D) of each view, and its focal length (m), where it has one.
+    slope
+        Pixels of blur radius per dioptre of defocus in the view of the widest aperture.
+    searched
+        Lowest and highest vergence (D).
+    near, far
+        The limits (m) that were given.
+
+    Raises
+    ------
+    InputError
+        If a limit lies within the focal length; if blur changes by less than `RESOLVED` over the search; or if a
+        finite focus lies so far beyond the hyperfocal distance that nothing distinguishes it from infinity.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If a finite focus lies beyond the hyperfocal distance and `MARKED` focal lengths.
+    """
+    shortest = min((length for _, length in foci if length is not None), default=0.0)
+    for vergence, length in foci:
+        if length is None or vergence <= 0:
+            continue
+        distance = 1 / vergence
+        remedy = likely("focus_distance", distance, partial(_near_focus, focal_length=length))
+        beyond = f"{stated('focus_distance', distance)}, beyond the hyperfocal distance, where infinity is blurred by "
+        beyond += f"{slope * vergence:.2g} px only: {remedy}, or inf for infinity"
+        if slope * vergence < RESOLVED:
+            raise InputError(f"{beyond}; or look at the units of focal length ({length:g} m), f-number and pixel.")
+        if slope * vergence < HYPERFOCAL and distance > MARKED * length:
+            _warn(f"{beyond}.")
+    if near is not None and near <= shortest:
+        remedy = likely("near", near, lambda other: CLOSEST * shortest < other < MARKED * shortest)
+        raise InputError(
+            f"{stated('near', near)}, which lies within the focal length {shortest:g} m, where nothing is imaged: "
+            f"{remedy}."
+        )
+    change = slope * (searched[1] - searched[0])
+    if change < RESOLVED:
+        which = [(name, limit) for name, limit in (("near", near), ("far", far)) if limit is not None]
+        limits = " and ".join(stated(name, limit) for name, limit in which) or "the search has its usual limits"
+        remedies = [
+            likely(name, limit, lambda other: slope / other > RESOLVED and other > CLOSEST * shortest)
+            for name, limit in which
+        ]
+        raise InputError(
+            f"{limits}, over which blur changes by {change:.2g} px, too little for any depth: "
+            f"{remedies[0] if remedies else 'look at the units of focal length, f-number, focus and pixel pitch'}."
+        )
+
+
+def picture_slip(
+    distances: tuple[float, float], aperture: float, focus_vergence: float, pixel_angle: float, size: int
+) -> str | None:
+    """Why a picture's distances and its optics are unlikely to have the units that they are taken for; None if likely.
+
+    Parameters
+    ----------
+    distances
+        Nearest and farthest distance (m).
+    aperture, focus_vergence
+        Diameter of the aperture (m), and vergence in focus (D).
+    pixel_angle, size
+        Radians of a pixel, and pixels of the longer side.
+
+    Examples
+    --------
+    >>> picture_slip((0.8, 2.2), 0.0045, 1.25, 3.3e-4, 320)
+    >>> text = picture_slip((800.0, 2200.0), 0.0045, 1.25, 3.3e-4, 320)
+    >>> text[:58], text[-38:]
+    ('distances from 800 to 2200 m do not reach the focus at 0.8', ' likely, these are 0.8 to 2.2 m in mm.')
+    """
+    near, far = distances
+    slope = aperture / 2 / pixel_angle
+    if slope == 0 or not math.isfinite(near):
+        return None
+    ends = [slope * abs(focus_vergence - 1 / distance) for distance in distances]
+    inside = 1 / far <= focus_vergence <= 1 / near
+    if not inside and min(ends) > size:
+        return (
+            f"everything is blurred by {min(ends):.3g} px or more, wider than the picture: look at the units of focal "
+            "length, f-number, focus and pixel."
+        )
+    if inside or focus_vergence <= 0:
+        return None
+    focus = 1 / focus_vergence
+    off = max(focus / far, near / focus)
+    if off <= 10:
+        return None
+    text = f"distances from {near:.4g} to {far:.4g} m do not reach the focus at {focus:.4g} m"
+    number_unit = _GIVEN.get().get("focus_distance", ("focus_distance", "m"))
+    for unit, size_m in UNITS.items():
+        if size_m < 1 and near <= focus * size_m * (1 + 1e-9) and focus * size_m <= far * (1 + 1e-9):
+            return f"{text}: most likely, {number_unit[0]} {focus:g} is {focus * size_m:.4g} m in {unit}."
+    alike = slope * (1 / near - 1 / far) < RESOLVED
+    for unit, size_m in UNITS.items():
+        if size_m < 1 and near * size_m <= 2 * focus and focus / 2 <= far * size_m:
+            how = f", and are blurred alike to {RESOLVED:g} px" if alike else ""
+            return f"{text}{how}: most likely, these are {near * size_m:.4g} to {far * size_m:.4g} m in {unit}."
+    return None
+
+
+def _near_focus(metres: float, focal_length: float) -> bool:
+    """Whether a distance is one that lenses of this focal length (m) are focused at."""
+    return CLOSEST * focal_length < metres < MARKED * focal_length
+
+
+def _warn(text: str) -> None:
+    warnings.warn(FocalGradientWarning(text), stacklevel=5)
