@@ -30,9 +30,12 @@ ROOMS = {
     "depth": {"errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "view"},
     "scenes": {"errors", "parallel"},
     "render": {"errors", "optics", "parallel", "progress", "psf", "scenes", "view"},
-    "eye": {"depth", "errors", "files", "optics", "parallel", "progress", "psf", "render", "scenes", "view"},
+    "eye": {
+        *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "render", "scenes"),
+        "view",
+    },
     "srgb": set(),
-    "display": {"errors", "srgb"},
+    "display": {"errors", "plausibility", "srgb"},
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields
+from focalgradient.plausibility import check_display, check_screen_width
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["CARD", "EYE_STEP", "WEBER", "Display"]
@@ -80,6 +81,7 @@ class Display:
             value = getattr(self, name)
             if not (value > 0 and math.isfinite(value)):
                 raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
+        check_display(self.pixel_pitch, self.distance, self.size_px[0])
         guns = self.gamma if isinstance(self.gamma, tuple) and len(self.gamma) == 3 else (self.gamma,)
         if self.gamma != "sRGB" and not all(isinstance(gun, (int, float)) and 1 <= gun <= 4 for gun in guns):
             raise InputError(
@@ -95,7 +97,9 @@ class Display:
         """
         if not (size_px[0] > 0):
             raise InputError(f"size_px is {size_px!r}, but must be a display's positive width and height in pixels.")
-        return cls(size_px, width / size_px[0], **others)
+        display = cls(size_px, width / size_px[0], **others)
+        check_screen_width(width, display.distance)
+        return display
 
     @property
     def pixels_per_degree(self) -> float:

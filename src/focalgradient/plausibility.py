@@ -20,16 +20,24 @@ from focalgradient.errors import FocalGradientWarning, InputError
 __all__ = [
     "PIXEL_ANGLE",
     "RESOLVED",
+    "check_display",
     "check_f_number",
+    "check_field",
     "check_focal_length",
     "check_focus",
     "check_frame",
+    "check_hyperfocal",
+    "check_offset",
     "check_pixel_pitch",
     "check_range",
+    "check_screen_width",
+    "check_target",
     "given_as",
     "likely",
     "picture_slip",
     "stated",
+    "too_near",
+    "unit_of",
 ]
 
 RESOLVED = 0.1
@@ -51,6 +59,16 @@ enlarged tenfold, and light of 0.55 um through f/0.5 is spread over five pixels.
 WIDEST = math.tan(math.radians(80))
 """Tangent of half the angle of a frame above which no lens forms it: at 80 degrees cos^4 leaves 0.1 % of the light."""
 
+FINEST_DISPLAY = 2e-6
+"""Pixel pitch in metres below which no display is made: the finest microdisplays have about 3 um."""
+
+BINOCULAR = math.tan(math.radians(60))
+"""Tangent of half the field that both eyes see at once, about 120 degrees."""
+
+VERNIER = math.radians(0.03 / 60)
+"""Angle in radians of a pixel below which no eye sees it: the best vernier acuity is about 2 seconds of arc (Westheimer
+1975, Investigative Ophthalmology 14, 570)."""
+
 PIXEL_ANGLE = "give the angle in radians, pixel pitch / sensor distance"
 """Remedy for the angle of a pixel."""
 
@@ -61,10 +79,13 @@ MARKED = 1000.0
 HYPERFOCAL = 0.5
 """Blur radius of infinity, in pixels, with the focus at the hyperfocal distance: a circle of confusion of a pixel."""
 
+MACRO = 10.0
+"""Focal lengths within which a distance belongs to macrophotography: magnification above 1/9."""
+
 CLOSEST = 5.0
 """Focal lengths to which few lenses focus: magnification above 1/4."""
 
-UNITS: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "nm": 1e-9, "inches": 0.0254, "km": 1e3}
+UNITS: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "nm": 1e-9, "km": 1e3}
 """Units of length in metres, in the order in which they are tried."""
 
 _WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "um": "micrometres"}
@@ -95,6 +116,11 @@ def stated(name: str, metres: float, verb: str = " is") -> str:
     """
     named, unit = _GIVEN.get().get(name, (name, "m"))
     return f"{named}{verb} {metres / UNITS[unit]:.6g} {unit}"
+
+
+def unit_of(name: str) -> str:
+    """Unit in which the user gave a length."""
+    return _GIVEN.get().get(name, (name, "m"))[1]
 
 
 def likely(name: str, metres: float, fits: Callable[[float], bool]) -> str:
@@ -174,6 +200,56 @@ def check_frame(pixel_angle: float, shape: Sequence[int]) -> None:
         )
 
 
+def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
+    """Refuse the angle (rad) of a picture of so many pixels if they are finer than any sensor's, or any eye sees."""
+    half = math.tan(angle / 2)
+    pixel = 2 * half / pixels
+    degrees = math.degrees(angle)
+    text = f"{_GIVEN.get().get('field', ('field', ''))[0]} is {degrees:g} degrees, so that a pixel is "
+    text += f"{60 * math.degrees(pixel):.2g} arcmin wide"
+    slip = math.degrees(degrees)  # a number of radians, taken for one of degrees
+    remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians' if slip < 170 else ''}"
+    if focal_length is not None and pixel * focal_length < FINEST_PITCH:
+        text += f", or {1e6 * pixel * focal_length:.2g} um on the sensor, finer than any pixel made (0.5 um): {remedy}."
+        if pixel * focal_length < ENLARGED_PITCH:
+            raise InputError(text)
+        _warn(text)
+    elif focal_length is None and pixel < VERNIER:
+        raise InputError(f"{text}, finer than any eye sees: {remedy}.")
+
+
+def check_display(pixel_pitch: float, distance: float, width: int) -> None:
+    """Refuse pixels of a display (m) that are finer than are made or than any eye sees, or a display wider than one."""
+    pixel = pixel_pitch / distance
+    size = f"pixels of {1e6 * pixel_pitch:.4g} um"
+    if pixel_pitch < FINEST_DISPLAY:
+        remedy = likely("pixel_pitch", pixel_pitch, lambda other: 2e-5 < other < 5e-3)
+        raise InputError(f"{size} are finer than any display's (3 um): {remedy}.")
+    if pixel < VERNIER:
+        remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
+        raise InputError(
+            f"{size} at {distance:g} m are {60 * math.degrees(pixel):.2g} arcmin wide, finer than any eye sees: look "
+            f"at the units of the display's width or pixels, and of its distance ({remedy})."
+        )
+    if pixel * width / 2 > WIDEST:
+        remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
+        raise InputError(
+            f"{width} {size} at {distance:g} m fill {2 * math.degrees(math.atan(pixel * width / 2)):.0f} degrees: look "
+            f"at the units of the display's width or pixels, and of its distance ({remedy})."
+        )
+
+
+def check_screen_width(width: float, distance: float) -> None:
+    """Refuse a screen (m) that is wider than both eyes see at once."""
+    if width / 2 / distance > BINOCULAR:
+        remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= BINOCULAR)
+        angle = 2 * math.degrees(math.atan(width / 2 / distance))
+        raise InputError(
+            f"{stated('width', width)}, which at {distance:g} m fills {angle:.0f} degrees, more than both eyes see at "
+            f"once: {remedy}."
+        )
+
+
 def check_range(
     foci: Sequence[tuple[float, float | None]],
     slope: float,
@@ -207,16 +283,8 @@ def check_range(
     """
     shortest = min((length for _, length in foci if length is not None), default=0.0)
     for vergence, length in foci:
-        if length is None or vergence <= 0:
-            continue
-        distance = 1 / vergence
-        remedy = likely("focus_distance", distance, partial(_near_focus, focal_length=length))
-        beyond = f"{stated('focus_distance', distance)}, beyond the hyperfocal distance, where infinity is blurred by "
-        beyond += f"{slope * vergence:.2g} px only: {remedy}, or inf for infinity"
-        if slope * vergence < RESOLVED:
-            raise InputError(f"{beyond}; or look at the units of focal length ({length:g} m), f-number and pixel.")
-        if slope * vergence < HYPERFOCAL and distance > MARKED * length:
-            _warn(f"{beyond}.")
+        if length is not None and vergence > 0:
+            check_hyperfocal(1 / vergence, length, slope)
     if near is not None and near <= shortest:
         remedy = likely("near", near, lambda other: CLOSEST * shortest < other < MARKED * shortest)
         raise InputError(
@@ -235,6 +303,44 @@ def check_range(
             f"{limits}, over which blur changes by {change:.2g} px, too little for any depth: "
             f"{remedies[0] if remedies else 'look at the units of focal length, f-number, focus and pixel pitch'}."
         )
+
+
+def check_target(distance: float, focal_length: float, slope: float) -> None:
+    """Refuse a distance (m) of a target that no lens images, or that blur of `slope` (px/D) takes for infinity."""
+    remedy = likely("distance", distance, partial(_near_focus, focal_length=focal_length))
+    if distance <= focal_length:
+        raise InputError(
+            f"{stated('distance', distance)}, within the focal length {focal_length:g} m, where nothing is imaged: "
+            f"{remedy}."
+        )
+    if slope / distance < RESOLVED:
+        raise InputError(
+            f"{stated('distance', distance)}, where the target is blurred as infinity to {slope / distance:.2g} px: "
+            f"{remedy}, or look at the units of focal length ({focal_length:g} m), f-number and pixel."
+        )
+
+
+def check_offset(name: str, metres: float, nearest: float) -> None:
+    """Refuse an offset of distances, or its standard deviation, as large as the `nearest` distance (m) itself."""
+    if abs(metres) >= nearest:
+        remedy = likely(name, metres, lambda other: abs(other) < nearest)
+        raise InputError(f"{stated(name, metres)}, as much as the nearest distance, {nearest:g} m: {remedy}.")
+
+
+def too_near(distance: float, foci: Sequence[tuple[float, float | None]]) -> str | None:
+    """Say why an estimated median distance (m) is unlikely: among macrophotographs, with the foci far beyond it.
+
+    >>> too_near(0.017, [(1.18, 0.0025), (0.5, 0.0025)])[:57]
+    'the median distance is 0.017 m, 7 focal lengths, with the'
+    """
+    length = min((one for _, one in foci if one is not None), default=0.0)
+    nearest = max(vergence for vergence, _ in foci)
+    if not (0 < distance < MACRO * length and 0 < nearest < 0.1 / distance):
+        return None
+    return (
+        f"the median distance is {distance:.2g} m, {distance / length:.2g} focal lengths, with the nearest focus at "
+        f"{1 / nearest:.3g} m: look at the units of focal length, pixel pitch, f-number and focus."
+    )
 
 
 def picture_slip(
@@ -286,6 +392,17 @@ def picture_slip(
             how = f", and are blurred alike to {RESOLVED:g} px" if alike else ""
             return f"{text}{how}: most likely, these are {near * size_m:.4g} to {far * size_m:.4g} m in {unit}."
     return None
+
+
+def check_hyperfocal(distance: float, focal_length: float, slope: float) -> None:
+    """Refuse a finite focus (m) that nothing distinguishes from infinity; warn of one that hardly anything does."""
+    remedy = likely("focus_distance", distance, partial(_near_focus, focal_length=focal_length))
+    text = f"{stated('focus_distance', distance)}, beyond the hyperfocal distance, where infinity is blurred by "
+    text += f"{slope / distance:.2g} px only: {remedy}, or inf for infinity"
+    if slope / distance < RESOLVED:
+        raise InputError(f"{text}; or look at the units of focal length ({focal_length:g} m), f-number and pixel.")
+    if slope / distance < HYPERFOCAL and distance > MARKED * focal_length:
+        _warn(f"{text}.")
 
 
 def _near_focus(metres: float, focal_length: float) -> bool:

@@ -19,6 +19,10 @@ import numpy as np
 
 from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.options import (
+    DIAMETER,
+    GIVEN,
+    OPENEST,
+    SCREEN,
     depth_file_options,
     gamma_of,
     picture_encoding_option,
@@ -39,6 +43,7 @@ from focalgradient.cli.program import (
 )
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting
+from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch, given_as
 from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
@@ -73,7 +78,9 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option("--f-number", type=float, metavar="N", callback=positive(), help="f-number of a camera's lens.")
+@click.option(
+    "--f-number", type=float, metavar="N", callback=positive(least=OPENEST, hint=DIAMETER), help="Of a camera's lens."
+)
 @click.option(
     "--focal-length",
     type=float,
@@ -179,6 +186,9 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     tables = [options[name] for name in ("eye_file", "display_file") if options[name] is not None]
     writable(out, [*names, "summary.json"], [picture, depth, *tables])
     refuse_overwriting([path for one, other, _ in pairs for path in (one, other)], [out / name for name in names])
+    click.get_current_context().with_resource(
+        given_as({**GIVEN, "focus_distance": ("--focus", "m"), "field": ("--field", "")})
+    )
     with warnings_given() as early:
         display, lens = _display(options), _optics(options, focus)
     left = "what was finished is there; the same command goes on." if several else "nothing was written."
@@ -311,6 +321,8 @@ class _Job:
                 f"{printable(self.picture)} is {w} x {h} pixels but {printable(self.depth)} is {dw} x {dh}, and both "
                 "must be of one size: scale or crop one of them."
             )
+        _refuse_slips(distances.metres, self.optics, angle, self.options["depth_unit"])
+        check_frame(angle, shown.light.shape)
         lights = (self.options["wavelengths"] or 3) if self.options["chromatic"] else 1
         pictures = to_come * len(self.focus) * lights
         announce(SECONDS_PER_MEGAPIXEL * 1e-6 * distances.metres.size * pictures, f"{pictures} blurred pictures")
@@ -393,13 +405,17 @@ class _Job:
         if field is not None:
             if not field < 180:
                 raise InputError(f"--field is {field:g} degrees, but must be less than 180.")
+            focal_length = self.options["focal_length"]
+            check_field(math.radians(field), width, None if focal_length is None else 1e-3 * focal_length)
             return 2 * math.tan(math.radians(field) / 2) / width
         if pitch is not None:
             if self.options["focal_length"] is None:
                 raise InputError(
                     "--pixel-pitch is that of a camera's sensor, so it needs --focal-length: or give --field."
                 )
-            return float(1e-3 * pitch / self.options["focal_length"])
+            angle = float(1e-3 * pitch / self.options["focal_length"])
+            check_pixel_pitch(1e-6 * pitch, angle)
+            return angle
         if self.display is not None:
             return self.display.pixel_pitch / self.display.distance
         raise InputError(
@@ -456,6 +472,21 @@ def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
     return [eye_of(options, 1 / metres) for metres in focus]
 
 
+def _refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
+    """Refuse distances (m) that the optics hardly fit, unless the user states their unit: then that is warned of."""
+    from focalgradient.plausibility import picture_slip
+
+    ends = float(distances.min()), float(distances.max())
+    for one in optics:
+        slip = picture_slip(ends, one.aperture_diameter, one.focus_vergence, angle, max(distances.shape))
+        if slip is None:
+            continue
+        source = click.get_current_context().get_parameter_source("depth_unit")
+        if source is not click.core.ParameterSource.COMMANDLINE:
+            raise InputError(f"{slip} Where all is right, give --depth-unit {unit}.")
+        warnings.warn(FocalGradientWarning(slip), stacklevel=2)
+
+
 def _display(options: dict[str, Any]) -> Display | None:
     """The display, where it is known."""
     from focalgradient.display import Display
@@ -470,12 +501,14 @@ def _display(options: dict[str, Any]) -> Display | None:
             raise InputError(
                 f"{printable(path)} has the key {unknown[0]!r}, but a display has {', '.join(sorted(known))}."
             )
+        given = {"pixel_pitch": ("pixel_pitch_um", "um"), "distance": ("distance_m", "m")}
         try:
             values = dict(table)
             values["size_px"] = tuple(values.get("size_px", (1920, 1080)))
             values["pixel_pitch"] = 1e-6 * values.pop("pixel_pitch_um")
             values["distance"] = values.pop("distance_m")
-            return Display(**values)
+            with given_as(given):
+                return Display(**values)
         except (KeyError, TypeError) as error:
             raise InputError(
                 f"{printable(path)} does not describe a display: give size_px = [width, height], pixel_pitch_um, "
@@ -488,4 +521,5 @@ def _display(options: dict[str, Any]) -> Display | None:
         Display(gamma=curve)  # refuses a gamma out of range before the long work
         return None
     size = screen_size(options["screen"])
-    return Display.of_width(1e-2 * options["screen_width"], size, distance=options["distance"], gamma=curve)
+    with given_as(SCREEN):
+        return Display.of_width(1e-2 * options["screen_width"], size, distance=options["distance"], gamma=curve)

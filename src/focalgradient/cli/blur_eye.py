@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_toml
+from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.eye import Eye
@@ -23,6 +24,14 @@ def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
         warn_if_artificial(1e-3 * options["pupil"])
         return Eye(1e-3 * options["pupil"], accommodation)
     path: Path = options["eye_file"]
+    with given_as({"pupil_diameter": ("pupil_mm", "mm")}):
+        return _of_file(path, accommodation)
+
+
+def _of_file(path: Path, accommodation: float) -> Eye:
+    """The eye of a file, accommodated to `accommodation` (D)."""
+    from focalgradient.eye import Eye
+
     table = read_toml(path, "an eye's file")
     known = {"pupil_mm", "chromatic_scale", "stiles_crawford", "aberrations", "wavelength_nm"}
     known |= {"zernike", "measured_mm", "measured_nm"}
@@ -40,8 +49,8 @@ def eye_of(options: dict[str, Any], accommodation: float) -> Eye:
         others = {name: value for name, value in table.items() if name not in ("pupil_mm", "aberrations")}
         terms = tuple((n, m, float(um)) for n, m, um in table.get("aberrations", []))
         return Eye(1e-3 * table["pupil_mm"], accommodation, aberrations=terms, **others)
-    except InputError:
-        raise
+    except InputError as error:
+        raise InputError(f"{printable(path)}: {error}") from error
     except (TypeError, ValueError) as error:
         raise InputError(
             f"{printable(path)}: aberrations must be a list of [n, m, micrometres], and all else numbers."

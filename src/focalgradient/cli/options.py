@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from focalgradient.errors import InputError
+from focalgradient.plausibility import given_as
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
@@ -27,6 +28,7 @@ __all__ = [
     "GIVEN",
     "NEAREST",
     "OPENEST",
+    "SCREEN",
     "SERVER",
     "STORE",
     "depth_file_options",
@@ -71,6 +73,51 @@ OPENEST = 0.1
 
 DIAMETER = ": if it is an aperture's diameter, give focal length / diameter"
 """What a smaller number may be."""
+
+BODY_MM = 1.0, 1e4
+"""Millimetres from the sensor to a part of a lens: of a phone 3 to 5, of the longest lens 2 m."""
+
+UNITS = ": look at its unit"
+"""What a number out of range may be."""
+
+SCREEN = {
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "distance": ("--distance", "m"),
+    "width": ("--screen-width", "cm"),
+}
+"""The same for a display."""
+
+SERVER = ("the server", "web", "starlette", "uvicorn")
+STORE = ("the store", "store", "psycopg")
+"""What needs which extra for which modules: see `check_installed`."""
+
+SESSION_S = 0.04
+"""Seconds that the check of a session of some 400 trials takes, on one core."""
+
+LEAST, MOST = 1e-6, 1e9
+"""Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""
+
+NEAREST = 1e-3
+"""Metres: at less, a lens blurs by more than any picture is wide."""
+
+OPENEST = 0.1
+"""Smallest f-number; no lens in air has less than 0.5."""
+
+DIAMETER = ": if it is an aperture's diameter, give focal length / diameter"
+"""What a smaller number may be."""
+
+BODY_MM = 1.0, 1e4
+"""Millimetres from the sensor to a part of a lens: of a phone 3 to 5, of the longest lens 2 m."""
+
+UNITS = ": look at its unit"
+"""What a number out of range may be."""
+
+SCREEN = {
+    "pixel_pitch": ("--pixel-pitch", "um"),
+    "distance": ("--distance", "m"),
+    "width": ("--screen-width", "cm"),
+}
+"""The same for a display."""
 
 SERVER = ("the server", "web", "starlette", "uvicorn")
 STORE = ("the store", "store", "psycopg")
@@ -153,14 +200,10 @@ def display_of(
     if pixel_pitch is not None and screen_width is not None:
         raise InputError("--pixel-pitch and --screen-width say the same thing in two ways: give one of them.")
     others: dict[str, Any] = {"distance": distance, "gamma": curve, "white": white, "dither": dither}
-    if screen_width is not None:
-        return Display.of_width(screen_width * 1e-2, size, **others)
-    if pixel_pitch is not None and pixel_pitch < LEAST_PITCH_UM:
-        raise InputError(
-            f"--pixel-pitch is {pixel_pitch:g} micrometres, finer than any display: give micrometres, as "
-            f"{1e3 * pixel_pitch:g} for {pixel_pitch:g} millimetres."
-        )
-    return Display(size, (pixel_pitch or 276.7) * 1e-6, **others)
+    with given_as(SCREEN):
+        if screen_width is not None:
+            return Display.of_width(screen_width * 1e-2, size, **others)
+        return Display(size, (pixel_pitch or 276.7) * 1e-6, **others)
 
 
 def depth_file_options(command: Command) -> Command:
@@ -412,14 +455,14 @@ _OPTICS: list[Callable[[Any], Any]] = [
         "--sensor-to-pupil",
         type=float,
         metavar="MM",
-        callback=positive(" of millimetres"),
+        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
         help="* From the sensor to the entrance pupil, in millimetres.  [default: as of a thin lens]",
     ),
     click.option(
         "--sensor-to-front",
         type=float,
         metavar="MM",
-        callback=positive(" of millimetres"),
+        callback=positive(" of millimetres", least=BODY_MM[0], most=BODY_MM[1], hint=UNITS),
         help="* From the sensor to the front of the lens, in millimetres.",
     ),
 ]

@@ -13,6 +13,7 @@ import numpy as np
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import BlurSource, MethodName, RecoverySettings
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
 from focalgradient.psf import DISC_K
 from focalgradient.view import View
@@ -255,6 +256,10 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
         texts += problem.registered.warnings
     if not problem.search.side_known:
         texts.append(problem.search.side_text)
+    if estimate.valid.any():
+        foci = [(one.focus_vergence, getattr(one, "focal_length", None)) for one in problem.search.optics]
+        vergence = float(np.median(estimate.vergence[estimate.valid]))
+        texts += filter(None, [too_near(1 / vergence if vergence > 0 else math.inf, foci)])
     return texts + list(estimate.warnings)
 
 

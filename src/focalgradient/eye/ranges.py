@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_finite, described, is_number
+from focalgradient.plausibility import likely, stated, unit_of
 
 __all__ = ["check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
 
@@ -25,10 +26,13 @@ def check_pupil(pupil_diameter: Any) -> None:
     # A rounding's worth of slack, for millimetres that became metres.
     within = is_number(pupil_diameter) and SMALLEST_PUPIL * (1 - 1e-9) <= pupil_diameter <= LARGEST_PUPIL * (1 + 1e-9)
     if not within:
-        raise InputError(
-            f"pupil_diameter is {described(pupil_diameter)}, but must be from {SMALLEST_PUPIL} (0.1 mm) to "
-            f"{LARGEST_PUPIL} (9 mm): give it in metres."
-        )
+        value, bounds = f"pupil_diameter is {described(pupil_diameter)}", f"{SMALLEST_PUPIL} (0.1 mm)"
+        remedy, bounds = "give it in metres", f"{bounds} to {LARGEST_PUPIL} (9 mm)"
+        if is_number(pupil_diameter):
+            remedy = likely("pupil_diameter", pupil_diameter, lambda metres: USUAL_PUPIL <= metres <= LARGEST_PUPIL)
+            if unit_of("pupil_diameter") == "mm":
+                value, bounds = stated("pupil_diameter", pupil_diameter), "0.1 to 9 mm"
+        raise InputError(f"{value}, but must be from {bounds}: {remedy}.")
 
 
 def warn_if_artificial(pupil_diameter: float) -> None:

@@ -88,6 +88,7 @@ def from_exif(
         raise InputError(
             f"only {len(files)} photograph is given, but depth needs {least} or more of one scene: add another."
         )
+    once = 1 in (len(f_numbers), len(focus_distances_m))
     f_numbers = _for_each(files, "f_numbers", f_numbers)
     focus_distances_m = _for_each(files, "focus_distances_m", focus_distances_m)
     camera: dict[str, Any] = {
@@ -115,7 +116,7 @@ def from_exif(
         camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
         f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
     camera, views = _complete(files, recorded, camera, f_numbers, focus_distances_m)
-    if least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
+    if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:
         one = views[0]
         raise InputError(
             f"all {len(views)} photographs have an f-number of {one['f_number']:g} and their focus at "

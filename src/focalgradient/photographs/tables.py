@@ -42,11 +42,11 @@ class Sensor(Table):
     focus_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
     """The plane that focus distances count from: a lens's scale counts from the sensor. None: as other distances."""
     sensor_to_pupil_mm: Annotated[
-        float | None, Field(gt=0, le=1e6, allow_inf_nan=False, description="a positive number of millimetres, like 70")
+        float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 70")
     ] = None
     """From the sensor to the entrance pupil; None: as of a thin lens."""
     sensor_to_front_mm: Annotated[
-        float | None, Field(gt=0, le=1e6, allow_inf_nan=False, description="a positive number of millimetres, like 95")
+        float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 95")
     ] = None
     """From the sensor to the front of the lens, which distances from there need."""
 

@@ -16,7 +16,17 @@ from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
+from focalgradient.photographs.settings import GIVEN as KEYS
 from focalgradient.photographs.tables import ImagePath, Sensor
+from focalgradient.plausibility import (
+    check_focal_length,
+    check_focus,
+    check_hyperfocal,
+    check_offset,
+    check_pixel_pitch,
+    check_target,
+    given_as,
+)
 from focalgradient.psf import PsfName
 from focalgradient.tables import Table, load_table
 from focalgradient.view import View
@@ -198,4 +208,40 @@ def load_targets(path: str | os.PathLike[str]) -> Targets:
     InputError
         If it cannot be read, is not TOML, or has unknown, missing or wrong keys.
     """
-    return load_table(Path(path), read_toml(Path(path)), Targets)
+    targets = load_table(Path(path), read_toml(Path(path)), Targets)
+    try:
+        with given_as(GIVEN):
+            _check_units(targets)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return targets
+
+
+GIVEN = KEYS | {
+    "distance": ("distance_m", "m"),
+    "offset": ("offset_m", "m"),
+    "offset_sd": ("offset_sd_m", "m"),
+    "distance_sd": ("distance_sd_m", "m"),
+}
+"""Keys of TARGETS.toml, with their units, by the name of the quantity."""
+
+
+def _check_units(targets: Targets) -> None:
+    """Refuse optics and distances that are not plausible together."""
+    camera, priors = targets.camera, targets.priors
+    focal_length, pitch = 1e-3 * camera.focal_length_mm, 1e-6 * camera.pixel_pitch_um
+    check_focal_length(focal_length)
+    check_pixel_pitch(pitch, pitch / focal_length)
+    slope = focal_length**2 / min(shot.f_number for shot in targets.shots) / 2 / pitch
+    for shot in targets.shots:
+        check_target(shot.distance_m, focal_length, slope)
+        if shot.focus_distance_m is not None:
+            check_focus(shot.focus_distance_m, focal_length)
+            check_hyperfocal(shot.focus_distance_m, focal_length, slope)
+    nearest = min(shot.distance_m for shot in targets.shots)
+    for name, value in (
+        ("offset", priors.offset),
+        ("offset_sd", priors.offset_sd),
+        ("distance_sd", priors.distance_sd),
+    ):
+        check_offset(name, value, nearest)
