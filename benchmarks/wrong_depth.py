@@ -7,6 +7,7 @@ One row for each fault: what it gave before it was fixed, and what it gives now.
 
 from __future__ import annotations
 
+import unit_slips
 import wrong_calibration
 import wrong_depth_eyes
 from reruns import Lines
@@ -14,6 +15,7 @@ from reruns import Lines
 TABLE = Lines("Depth that was wrong without a word")
 wrong_depth_eyes.add_lines(TABLE)
 wrong_calibration.add_lines(TABLE)
+unit_slips.register(TABLE)
 
 
 if __name__ == "__main__":
