@@ -208,7 +208,7 @@ def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
     text = f"{_GIVEN.get().get('field', ('field', ''))[0]} is {degrees:g} degrees, so that a pixel is "
     text += f"{60 * math.degrees(pixel):.2g} arcmin wide"
     slip = math.degrees(degrees)  # a number of radians, taken for one of degrees
-    remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians' if slip < 170 else ''}"
+    remedy = f"give it in degrees{f', {slip:.4g} for {degrees:g} radians,' if slip < 170 else ''} or reduce the picture"
     if focal_length is not None and pixel * focal_length < FINEST_PITCH:
         text += f", or {1e6 * pixel * focal_length:.2g} um on the sensor, finer than any pixel made (0.5 um): {remedy}."
         if pixel * focal_length < ENLARGED_PITCH:
