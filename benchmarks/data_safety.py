@@ -9,21 +9,15 @@ from __future__ import annotations
 
 import data_safety_conduct
 import data_safety_server
-<<<<<<< HEAD
-import malformed
-=======
 import files_of_others
->>>>>>> 60de906 (Replace only files that the same command has written)
+import malformed
 from reruns import Lines
 
 TABLE = Lines("People's data: what outsiders, full disks and untrue texts could do to them")
 data_safety_server.register(TABLE)
 data_safety_conduct.register(TABLE)
-<<<<<<< HEAD
 malformed.register_data(TABLE)
-=======
 files_of_others.register(TABLE)
->>>>>>> 60de906 (Replace only files that the same command has written)
 
 
 if __name__ == "__main__":
