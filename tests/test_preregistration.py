@@ -6,13 +6,14 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from recorded import record_necker
 from test_scales import record
 
 from focalgradient.cli import main
-from focalgradient.design import load_design
+from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
 from focalgradient.errors import InputError
 from focalgradient.power import LatentModel, LatentStudy, Model, Study, latent_power
 from focalgradient.report import Stated, make_report
@@ -173,6 +174,30 @@ def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
     design = load_design(design_of(tmp_path, "steps"))
     with pytest.raises(InputError, match="has the scale 'steps', but this is a model of ratios"):
         Study(Model(), design)
+
+
+def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
+    """Three of eight guess: left out, they leave a rise that is reliable; with them it is not."""
+
+    def guesses(design: DepthRatingDesign, trial: DepthTrial, chance: np.random.Generator) -> float:
+        return float(np.exp(chance.uniform(-1.3, 1.3)))
+
+    design = load_design(design_of(tmp_path, "ratio", 2))
+    assert isinstance(design, DepthRatingDesign)
+    root = record(tmp_path / "data", design, 5)
+    for label in ("guess1", "guess2", "guess3"):
+        record(root, design, 1, guesses, label)
+    made = make_report(root)
+    told = json.loads(made.files["results.json"])["results"]
+    rises = {one["exclusions"]: one for one in told if one["what"].startswith("rise") and "nearest" in one["what"]}
+    kept, everyone = rises["with exclusions"], rises["without exclusions"]
+    assert (kept["subjects"], everyone["subjects"]) == (5, 8)
+    assert kept["value"] != everyone["value"]
+    for text in (made.files["report.md"].decode(), made.files["report.html"].decode()):
+        assert "Without exclusions (8 subjects, 256 trials): rise at the largest aperture" in text
+        assert "Main results with and without exclusions" in text
+        assert "Exclusions decide: rise at the largest aperture (ratio to the pinhole), nearest in focus" in text
+    assert made.files["depth_rating_exclusions_effect.csv"].count(b"without exclusions") == 3
 
 
 def test_results_are_in_json(tmp_path: Path) -> None:

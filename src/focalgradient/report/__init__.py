@@ -338,13 +338,17 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
     if part.factors:
         own = [factor_sheet(part.factors, part.scale), *own]
+    without = [*_without(part, "depth_rating", own)]
     if part.compared is not None:
         yield from map(Paragraph, comparison_findings(part.compared))
+        yield from without
         own = [*comparison_sheets(part.compared), *own]
     elif isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
+        yield from without
     else:
         yield from map(Paragraph, rating_findings(part.result))
+        yield from without
         draw = ordinal_figure if isinstance(part.result.ordinal, OrdinalResult) else depth_rating_figure
         figures |= _pictures("depth_rating", as_files(draw(part.result, simulated=part.simulated)))
         ratio = any(mean.ratio is not None for mean in part.result.subject_means)
@@ -364,7 +368,6 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
             figures |= _pictures("depth_rating_scenes", as_files(scenes_figure(part.result, simulated=part.simulated)))
             yield Figure("depth_rating_scenes.png", figures["depth_rating_scenes.png"], SCENES_CAPTION)
         own = [*rating_sheets(part.result), *own]
-    yield from _without(part, "depth_rating", own)
     yield from _shown(own, sheets)
     if isinstance(part.result, DepthRatingResult):
         yield from map(Paragraph, part.result.remarks)
@@ -377,16 +380,18 @@ def _necker_part(part: Reports, sheets: list[Sheet], figures: dict[str, bytes]) 
     own = quality_sheets(part.quality, "necker")
     seen = [] if part.data is None else screens(part.data)
     own += [sheet for sheet in [screens_sheet(seen, "necker")] if sheet]
+    without = [*_without(part, "necker", own)]
     if isinstance(part.result, NotComputed):
         yield Notice(part.result.reason)
+        yield from without
     else:
         yield from map(Paragraph, necker_findings(part.result))
+        yield from without
         figures |= _pictures("necker", as_files(necker_figure(part.result, simulated=part.simulated)))
         yield Figure("necker.png", figures["necker.png"], SHARE_CAPTION)
         if places := place_effects_of_cube(seen, part.result):
             own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
         own = [*necker_sheets(part.result), *own]
-    yield from _without(part, "necker", own)
     yield from _shown(own, sheets)
     if not isinstance(part.result, NotComputed):
         yield from map(Paragraph, part.result.remarks)
