@@ -73,7 +73,7 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     assert made.problems == ()
     page = made.files["report.md"].decode()
     word = {
-        "ratio": "crossed as random",
+        "ratio": "analysed on their logarithm",
         "steps": "cumulative-link",
         "bipolar": "straight line",
         "choice": "estimating",
