@@ -75,7 +75,7 @@ def shape(value: Any) -> Any:
 
 
 OF_ONE_SESSION = {"attempt", "browser", "dropped_frames", "hidden", "left_full_screen", "zoomed", "time", "starlette"}
-OF_ONE_SESSION |= {"platform", "record", "presses", "screen_px", "screen_m"}
+OF_ONE_SESSION |= {"platform", "received", "record", "presses", "screen_px", "screen_m", "waited_s"}
 
 
 def served_events(folder: Path, design: str, label: str = "002") -> list[Any]:

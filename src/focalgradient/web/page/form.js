@@ -28,11 +28,13 @@ export default class FormPlugin {
         aria-describedby="hint-${name}" ${name === "age" ? 'inputmode="numeric"' : ""}>
       <small id="hint-${name}">${escaped(words(`form.${name}_hint`))}</small></p>`;
     element.innerHTML = `<form class="page" novalidate><h1>${escaped(words("web.about"))}</h1>${ask.map(field).join("")}
-      <p role="alert" class="wrong"></p><button type="submit">${escaped(words("web.go_on"))}</button></form>`;
+      <p class="wrong"></p><button type="submit">${escaped(words("web.go_on"))}</button></form>`;
     const form = element.querySelector("form");
     form.elements[0].focus();
     const wrong = (input, name) => {
-      form.querySelector(".wrong").textContent = words(name);
+      const said = form.querySelector(".wrong");
+      said.setAttribute("role", "alert");
+      said.textContent = words(name);
       input.setAttribute("aria-invalid", "true");
       input.focus();
     };
