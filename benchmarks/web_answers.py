@@ -48,6 +48,7 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
     token = (await client.post("/api/join", json={"platform": {}})).json()["token"]
     who = {"token": token, "tab": "tab"}
     trials = (await client.post("/api/begin", json={**who, **SCREEN})).json()["trials"]
+    await asyncio.sleep(2.0)  # what the first trial takes: an answer that comes sooner is refused
     for index, trial in enumerate(trials):
         answer: dict[str, Any] = {
             "onset": 10.0 * index,
