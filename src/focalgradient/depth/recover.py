@@ -151,12 +151,13 @@ def recover_depth(
     -------
     DepthMap
         ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
-        ``shift_px`` of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
+        ``shift_px`` and ``turn_deg`` (clockwise) of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
         error as a share of the blur radius, by which coarse and fine detail disagree and which is part of
         ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
         points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
         and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
-        ``brightness`` of the views, or None. Where no pixel is valid, ``rejected`` says why. By ``"spectra"`` also
+        ``brightness`` of the views, or None; and ``likelier``, where another model explains the views better, with what
+        depth would change by. Where no pixel is valid, ``rejected`` says why. By ``"spectra"`` also
         ``tau``, the same error as its bands show it. Neither ``"ratio"`` nor ``"edges"`` without a calibration knows
         such an error: their ``vergence_sd`` holds for blur of the shape that is assumed.
 

@@ -126,7 +126,7 @@ def estimate(problem: Problem) -> Estimate:
                 shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
         if not is_named:
             larger = rival is not None and rival.change >= UNLIKE
-            texts = [*([rival.text] if rival is not None and larger else []), *split.warnings()] or texts
+            texts = split.warnings() or ([rival.text] if rival is not None and larger else texts)
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
     searched = search.lowest, search.highest
     reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank, searched)} if untrusted else {}

@@ -102,8 +102,9 @@ def judge_rivals(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], disc
             before = mean
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
             found = Rival(cause, clarity, float(np.quantile(change, SHARE)))
-            if best is None or mean > best[0]:
-                best = mean, found
+            surely = mean * (1 - CLEARLY / clarity)  # the lower bound of what is gained
+            if best is None or surely > best[0]:
+                best = surely, found
     return None if best is None else best[1]
 
 
