@@ -91,4 +91,4 @@ def test_a_photographed_sheet_is_covered():
         depth = recover_depth(views, near=0.3, far=0.945, align=True)
     assert depth.valid.mean() > 0.5
     # One offset: what focus and aperture are off by moves all alike, and is the calibration's.
-    assert 0.92 <= covered(depth, float(np.median(depth.vergence[depth.valid]))) <= 0.98
+    assert 0.92 <= covered(depth, float(np.median(depth.vergence[depth.valid]))) <= 0.99

@@ -151,8 +151,9 @@ def recover_depth(
     -------
     DepthMap
         ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
-        ``shift_px`` and ``turn_deg`` (clockwise) of each view, and ``share_valid``. By ``"equalise"`` also ``split_band``: ``tau``, the blur model's
-        error as a share of the blur radius, by which coarse and fine detail disagree and which is part of
+        ``shift_px`` and ``turn_deg`` (clockwise) of each view, and ``share_valid``. By ``"equalise"`` also
+        ``split_band``: ``tau``, the blur model's error as a share of the blur radius, by which coarse and fine detail
+        disagree and which is part of
         ``vergence_sd``, and the cuts between the two; and ``outlines``, those found: a list of curves, each a list of
         points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
         and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
