@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,10 +61,11 @@ def noisy(views: Sequence[View], sds: Sequence[float], seed: int) -> list[View]:
     ]
 
 
+Change = Callable[[list[View], int], list[View]]
 Draw = tuple[list[View], NDArray[np.float64], float | None]
 
 
-def draws(kind: str, names: Sequence[str], change: Callable[[list[View], int], list[View]]) -> Iterator[Draw]:
+def draws(kind: str, names: Sequence[str], change: Change) -> Iterator[Draw]:
     """Views of each scene after `change`, their distances, and the limit of the search."""
     for name in names:
         for seed in range(SEEDS):
@@ -95,9 +96,7 @@ def measured(some: Iterator[Draw], align: bool = False) -> str:
     )
 
 
-def one_view(
-    number: int, change: Callable[[Image], Image], *, after_noise: bool
-) -> Callable[[list[View], int], list[View]]:
+def one_view(number: int, change: Callable[[Image], Image], *, after_noise: bool) -> Change:
     """Change one view's image, before or after noise of 1 % comes to all."""
 
     def changed(views: list[View]) -> list[View]:
@@ -158,44 +157,38 @@ def ring_walls(kind: str, hole: float) -> Iterator[Draw]:
 def add_lines(table: Lines) -> None:
     """Register the lines."""
 
-    def line(number: str, what: str, before: str, measure: Callable[[], str]) -> None:
-        table.line(number, what, before)(measure)
+    def line(number: str, what: str, measure: Callable[[], str]) -> None:
+        table.line(number, what, BEFORE.get(number, "right"))(measure)
 
-    everywhere = ("slant", "step", "spheres")
     for number, (kind, sds) in enumerate(NOISES, 1):
-        line(
-            f"2.2.{number}",
-            f"two {kind}, noise of {sds[0]:g} and {sds[1]:g} of the mean",
-            BEFORE.get(f"2.2.{number}", ""),
-            lambda kind=kind, sds=sds: measured(draws(kind, everywhere, lambda v, seed: noisy(v, sds, seed))),
-        )
+        what = f"two {kind}, noise of {sds[0]:g} and {sds[1]:g} of the mean"
+        line(f"2.2.{number}", what, partial(with_noise, kind, sds))
     number = 0
     for kind in ("apertures", "foci"):
-        for what, change in VIOLATIONS.items():
+        rows: list[tuple[str, Callable[[], str]]] = [
+            (what, partial(with_change, kind, change)) for what, change in VIOLATIONS.items()
+        ]
+        rows += [(f"blur a ring with a hole of {hole:g}", partial(with_ring, kind, hole)) for hole in (0.35, 0.5)]
+        change = one_view(1, turned(1.0), after_noise=False)
+        rows.append(("the second turned by 1 degree, aligned", partial(with_change, kind, change, align=True)))
+        for what, measure in rows:
             number += 1
-            line(
-                f"2.4.{number}",
-                f"two {kind}, {what}",
-                BEFORE.get(f"2.4.{number}", ""),
-                lambda kind=kind, change=change: measured(draws(kind, ("slant",), change)),
-            )
-        for hole in (0.35, 0.5):
-            number += 1
-            line(
-                f"2.4.{number}",
-                f"two {kind}, blur a ring with a hole of {hole:g}",
-                BEFORE.get(f"2.4.{number}", ""),
-                lambda kind=kind, hole=hole: measured(ring_walls(kind, hole)),
-            )
-        number += 1
-        line(
-            f"2.4.{number}",
-            f"two {kind}, the second turned by 1 degree, aligned",
-            BEFORE.get(f"2.4.{number}", ""),
-            lambda kind=kind: measured(
-                draws(kind, ("slant",), one_view(1, turned(1.0), after_noise=False)), align=True
-            ),
-        )
+            line(f"2.4.{number}", f"two {kind}, {what}", measure)
+
+
+def with_noise(kind: str, sds: tuple[float, float]) -> str:
+    """A line of views with white noise of `sds` times their mean."""
+    return measured(draws(kind, ("slant", "step", "spheres"), lambda views, seed: noisy(views, sds, seed)))
+
+
+def with_change(kind: str, change: Change, align: bool = False) -> str:
+    """A line of changed views of a slanted plane."""
+    return measured(draws(kind, ("slant",), change), align)
+
+
+def with_ring(kind: str, hole: float) -> str:
+    """A line of walls whose blur is a ring."""
+    return measured(ring_walls(kind, hole))
 
 
 NOISES: list[tuple[str, tuple[float, float]]] = [
@@ -209,7 +202,7 @@ NOISES: list[tuple[str, tuple[float, float]]] = [
     ("foci", (0.004, 0.03)),
 ]
 
-VIOLATIONS: dict[str, Callable[[list[View], int], list[View]]] = {
+VIOLATIONS: dict[str, Change] = {
     "as the model has it": one_view(0, lambda image: image, after_noise=False),
     "3 px of motion in the first": one_view(0, moved(3), after_noise=False),
     "3 px of motion in the second": one_view(1, moved(3), after_noise=False),
