@@ -5,6 +5,7 @@ import json
 import math
 import sys
 import time
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from focalgradient.display import Display
 from focalgradient.eye import Target
 from focalgradient.files import read_json, read_toml
 from focalgradient.power import Model, Study
-from focalgradient.statistics import Rules
+from focalgradient.statistics import Rules, read_ratings
 from focalgradient.stimuli import read_set
 
 sys.path.append(str(Path(__file__).parent / "experiments"))
@@ -228,3 +229,20 @@ def test_a_count_beyond_all_numbers_is_refused(option: str, tmp_path: Path) -> N
     assert isinstance(result.exception, SystemExit)
     assert result.exit_code == 2
     assert option in result.stderr
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        '<c r="A1" t="s"><v>²</v></c>',
+        '<c r="A1" t="s"><v>' + "9" * 5000 + "</v></c>",
+        "".join(f'<c r="XFD{row}"><v>1</v></c>' for row in range(1, 50_000)),
+    ],
+    ids=["a superscript", "digits", "cells far to the right"],
+)
+def test_a_damaged_workbook_is_refused(cells: str, tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", f"<worksheet><row>{cells}</row></worksheet>")
+        archive.writestr("xl/sharedStrings.xml", "<sst><si><t>a</t></si></sst>")
+    with pytest.raises(InputError):
+        read_ratings(tmp_path / "a.xlsx")

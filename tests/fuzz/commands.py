@@ -40,7 +40,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
 from doors import CALIBRATED, silent  # noqa: E402
 from mutations import as_toml  # noqa: E402
-from structures import is_text, wrong_file  # noqa: E402
+from structures import is_text, workbook, wrong_file  # noqa: E402
 
 SECONDS = 60
 """Time that a case may take (s)."""
@@ -89,6 +89,7 @@ LINES = (
     "report table.csv --out out",
     "report wide.csv --conditions open=f/2,sharp=pinhole --out out",
     "report reports.csv --out out",
+    "report table.xlsx --out out",
     "report table.csv --rules rules.toml --out out",
     "report --preregister rating.toml --out out",
     "report --preregister necker.toml --rules rules.toml --out out",
@@ -208,6 +209,7 @@ def base() -> Path:
     wide += [[f"P{n}", s, e, "1.0", f"{1.1 + n / 99}"] for n in range(4) for s in "ab" for e in ("nearest", "farthest")]
     for name, table in (("table", rows), ("reports", reports), ("wide", wide)):
         (folder / f"{name}.csv").write_bytes(_csv(table, ","))
+    (folder / "table.xlsx").write_bytes(workbook(rows))
     (folder / "loop").symlink_to("loop")
     return folder
 
@@ -349,7 +351,7 @@ def made(seed: int, only: str | None, folder: Path) -> list[str]:
     if pick > 0.45:
         within = sorted(path for path in folder.rglob("*") if path.is_file())
         small = [path for path in within if path.stat().st_size < 300_000] or within
-        texts = [path for path in small if is_text(path)]
+        texts = [path for path in small if is_text(path) or path.suffix == ".xlsx"]
         if small:
             wrong_file(chance.choice(texts if texts and chance.random() < 0.7 else small), base(), chance)
     return args

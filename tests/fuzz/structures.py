@@ -10,6 +10,7 @@ import json
 import random
 import tomllib
 import warnings
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 from mutations import as_json, as_toml, damaged_bytes, damaged_tree
 
-__all__ = ["is_text", "wrong_file"]
+__all__ = ["is_text", "workbook", "wrong_file"]
 
 LEAVES: tuple[Any, ...] = (
     *(0, 1, -1, 2, 0.5, -0.5, 1e308, -1e308, 1e-320, 10**19, -(10**19), 10**400, 2**53 + 1, float("inf")),
@@ -39,6 +40,8 @@ def wrong_file(path: Path, others: Path, chance: random.Random) -> None:
         content = other.read_bytes()
     elif pick < 0.2 or not is_text(path):
         content = damaged_bytes(data, chance)
+        if path.suffix == ".xlsx" and chance.random() < 0.8:
+            content = _workbook(data, chance)
         if path.suffix == ".npy" and chance.random() < 0.6:
             content = _array(chance)
     elif pick < 0.3:
@@ -57,6 +60,52 @@ def wrong_file(path: Path, others: Path, chance: random.Random) -> None:
 
 def is_text(path: Path) -> bool:
     return path.suffix in (".toml", ".json", ".jsonl", ".csv", ".tsv", ".txt", "")
+
+
+def workbook(rows: list[list[str]]) -> bytes:
+    """A workbook of one sheet, as spreadsheets save it, in its smallest form."""
+    lines = []
+    for number, row in enumerate(rows, start=1):
+        cells = "".join(
+            f'<c r="{chr(65 + at)}{number}" t="inlineStr"><is><t>{cell}</t></is></c>' for at, cell in enumerate(row)
+        )
+        lines.append(f'<row r="{number}">{cells}</row>')
+    sheet = f'<?xml version="1.0"?><worksheet xmlns="x"><sheetData>{"".join(lines)}</sheetData></worksheet>'
+    strings = '<?xml version="1.0"?><sst xmlns="x"><si><t>a</t></si></sst>'
+    return _zipped({"xl/worksheets/sheet1.xml": sheet.encode(), "xl/sharedStrings.xml": strings.encode()})
+
+
+def _zipped(parts: dict[str, bytes]) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    return file.getvalue()
+
+
+def _workbook(data: bytes, chance: random.Random) -> bytes:
+    """A workbook with damage in one of its parts."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    name = chance.choice(sorted(parts))
+    text = parts[name].decode()
+    strange = chance.choice(("²", "9" * 5000, "-1", "x"))
+    ways: tuple[Callable[[], bytes], ...] = (
+        lambda: damaged_bytes(parts[name], chance),
+        lambda: text.replace("inlineStr", chance.choice(("s", "n", "b", "e", "")), 9).encode(),
+        lambda: text.replace('r="A2"', f'r="{chance.choice(("XFD1048576", "A0", "ZZZ9999999", "2A", ""))}"').encode(),
+        lambda: text.replace("<t>", f"<t>{chance.choice(CELLS[:6])}", 40).encode(),
+        lambda: text.replace("1.0", f'1.0" encoding="{chance.choice(("foo", "utf-16", "utf-7", "cp037"))}', 1).encode(),
+        lambda: text.replace("<c ", "<c>" * 3000 + "<c ", 1).encode(),
+        lambda: (text[:-20] + text).encode(),
+        lambda: text.replace(
+            't="inlineStr"><is><t>', f't="s"><v>{chance.choice(("²", "9" * 5000, "-1", "x"))}'
+        ).encode(),
+    )
+    parts[name] = chance.choice(ways)()
+    if chance.random() < 0.2:
+        parts["xl/worksheets/sheet2.xml"] = parts["xl/worksheets/sheet1.xml"]
+    return _zipped(parts)
 
 
 def _encoded(data: bytes, chance: random.Random) -> bytes:

@@ -6,7 +6,6 @@ import csv
 import io
 import re
 import zipfile
-import zlib
 from xml.etree import ElementTree
 
 from focalgradient.errors import InputError
@@ -48,14 +47,9 @@ def sheet_text(data: bytes, name: str) -> str:
             sheets = sorted(one for one in parts if re.fullmatch(r"xl/worksheets/[^/]+\.xml", one))
             texts = _texts(_part(archive, "xl/sharedStrings.xml", name)) if "xl/sharedStrings.xml" in parts else []
             filled = [rows for one in sheets if (rows := _rows(_part(archive, one, name), texts))]
-    except (
-        zipfile.BadZipFile,
-        ElementTree.ParseError,
-        KeyError,
-        NotImplementedError,
-        RuntimeError,
-        zlib.error,
-    ) as error:
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # damaged archives and XML fail in many ways
         raise InputError(f"{name} cannot be read as a workbook ({error}): save its sheet as a CSV file.") from error
     if len(filled) != 1:
         raise InputError(
@@ -64,6 +58,8 @@ def sheet_text(data: bytes, name: str) -> str:
     written = io.StringIO()
     writer = csv.writer(written, delimiter="\t", lineterminator="\n")
     (rows,) = filled
+    if sum(max(cells) for cells in rows.values()) > LARGEST:  # empty cells before one far to the right
+        raise InputError(f"{name} is too large for a table: leave out what is not needed, or save it as a CSV file.")
     for number in range(1, max(rows) + 1):
         cells = rows.get(number, {})
         writer.writerow([cells.get(column, "") for column in range(1, max(cells, default=1) + 1)])
@@ -121,7 +117,7 @@ def _value(cell: ElementTree.Element, texts: list[str]) -> str:
     if kind == "inlineStr":
         return _text(held["is"]) if "is" in held else ""
     text = (held["v"].text or "") if "v" in held else ""
-    if kind == "s" and text.isdigit():
+    if kind == "s" and text.isdecimal() and len(text) < 10:
         return texts[int(text)] if int(text) < len(texts) else ""
     try:
         return f"{float(text):.15g}" if kind == "n" and text else text
