@@ -98,9 +98,7 @@ def _workbook(data: bytes, chance: random.Random) -> bytes:
         lambda: text.replace("1.0", f'1.0" encoding="{chance.choice(("foo", "utf-16", "utf-7", "cp037"))}', 1).encode(),
         lambda: text.replace("<c ", "<c>" * 3000 + "<c ", 1).encode(),
         lambda: (text[:-20] + text).encode(),
-        lambda: text.replace(
-            't="inlineStr"><is><t>', f't="s"><v>{chance.choice(("²", "9" * 5000, "-1", "x"))}'
-        ).encode(),
+        lambda: text.replace('t="inlineStr"><is><t>', f't="s"><v>{strange}').encode(),
     )
     parts[name] = chance.choice(ways)()
     if chance.random() < 0.2:
