@@ -86,10 +86,6 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: search(0.025, (16, 5.6), (0.8,), 8e-6, near=900, far=2200),
         r"near is 900 m and far is 2200 m, .* 0\.9 for 900 mm",
     ),
-    "near in km": (
-        lambda: search(0.025, (16, 5.6), (0.8,), 8e-6, near=0.009),
-        "near is 0.009 m, which lies within the focal length",
-    ),
     "pixels in mm for um": (
         lambda: View(np.ones((9, 9)), Lens(0.025, 4, 1.0), 8e-9 / 0.025),
         r"0\.0082 um on the sensor, finer than any pixel",

@@ -273,8 +273,7 @@ def check_range(
     Raises
     ------
     InputError
-        If a limit lies within the focal length; if blur changes by less than `RESOLVED` over the search; or if a
-        finite focus lies so far beyond the hyperfocal distance that nothing distinguishes it from infinity.
+        If blur changes by less than `RESOLVED` over the search, or a finite focus lies so far beyond the hyperfocal distance that nothing distinguishes it from infinity.
 
     Warns
     -----
@@ -285,12 +284,6 @@ def check_range(
     for vergence, length in foci:
         if length is not None and vergence > 0:
             check_hyperfocal(1 / vergence, length, slope)
-    if near is not None and near <= shortest:
-        remedy = likely("near", near, lambda other: CLOSEST * shortest < other < MARKED * shortest)
-        raise InputError(
-            f"{stated('near', near)}, which lies within the focal length {shortest:g} m, where nothing is imaged: "
-            f"{remedy}."
-        )
     change = slope * (searched[1] - searched[0])
     if change < RESOLVED:
         which = [(name, limit) for name, limit in (("near", near), ("far", far)) if limit is not None]
