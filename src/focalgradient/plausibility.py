@@ -273,7 +273,8 @@ def check_range(
     Raises
     ------
     InputError
-        If blur changes by less than `RESOLVED` over the search, or a finite focus lies so far beyond the hyperfocal distance that nothing distinguishes it from infinity.
+        If blur changes by less than `RESOLVED` over the search, or a finite focus lies so far beyond the hyperfocal
+        distance that nothing distinguishes it from infinity.
 
     Warns
     -----
