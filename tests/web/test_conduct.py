@@ -61,7 +61,9 @@ def go_on(page: Any, trials: int) -> None:
     "task", ["bipolar", *(pytest.param(one, marks=pytest.mark.slow) for one in TASKS if one != "bipolar")]
 )
 def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser, tmp_path: Path, task: str) -> None:
-    server = served(tmp_path, TASKS[task] + "practice_rounds = 2\n")
+    server = served(
+        tmp_path, TASKS[task].replace("least_break_s = 0.0", "least_break_s = 2.0") + "practice_rounds = 2\n"
+    )
     design: Any = load_design(tmp_path / "design.toml")
     words = load_words(design.language)
     trials, pages = design.trials("001"), pages_of(design, words, "001", browser=True)

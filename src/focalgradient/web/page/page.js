@@ -19,6 +19,7 @@ import { Outbox, Refused } from "./outbox.js";
 import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
 import { Server } from "./server.js";
+import { rest } from "./rest.js";
 import { ratioSlider } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
 import { stopButton } from "./stopping.js";
@@ -323,28 +324,10 @@ class Page {
       on_load: () => {
         this.shown.push([event, text]);
         const button = document.querySelector("#jspsych-html-button-response-btngroup button");
-        if (least_s) this.rest(button, least_s);
+        if (least_s) rest(button, least_s, (seconds) => this.words("session.rest_wait", { seconds }));
         else button.focus();
       },
     };
-  }
-
-  // A break that can be left after so many seconds at the soonest; they are counted down.
-  rest(button, seconds) {
-    const label = button.innerHTML;
-    const end = performance.now() + 1000 * seconds;
-    button.disabled = true;
-    const tick = () => {
-      const left = Math.ceil((end - performance.now()) / 1000);
-      if (left > 0) {
-        button.textContent = this.words("session.rest_wait", { seconds: left });
-        return setTimeout(tick, 200);
-      }
-      button.innerHTML = label;
-      button.disabled = false;
-      button.focus();
-    };
-    tick();
   }
 
   standard(interval) {
