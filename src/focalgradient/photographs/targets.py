@@ -228,7 +228,7 @@ GIVEN = KEYS | {
 
 def _check_units(targets: Targets) -> None:
     """Refuse optics and distances that are not plausible together."""
-    camera, priors = targets.camera, targets.priors
+    camera = targets.camera
     focal_length, pitch = 1e-3 * camera.focal_length_mm, 1e-6 * camera.pixel_pitch_um
     check_focal_length(focal_length)
     check_pixel_pitch(pitch, pitch / focal_length)
@@ -239,9 +239,6 @@ def _check_units(targets: Targets) -> None:
             check_focus(shot.focus_distance_m, focal_length)
             check_hyperfocal(shot.focus_distance_m, focal_length, slope)
     nearest = min(shot.distance_m for shot in targets.shots)
-    for name, value in (
-        ("offset", priors.offset),
-        ("offset_sd", priors.offset_sd),
-        ("distance_sd", priors.distance_sd),
-    ):
-        check_offset(name, value, nearest)
+    for name in ("offset", "offset_sd", "distance_sd"):
+        if f"{name}_m" in camera.model_fields_set:
+            check_offset(name, getattr(camera, f"{name}_m"), nearest)
