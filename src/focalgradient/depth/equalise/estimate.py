@@ -30,13 +30,13 @@ from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, 
 from focalgradient.depth.equalise.rivals import judge_rivals
 from focalgradient.depth.equalise.robust import Part, Robust, read_again, robust_depth
 from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
-from focalgradient.depth.equalise.split_band import UNLIKE, SplitBand, split_band_test
+from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles, tiles_about
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
 from focalgradient.depth.equalise.wavebands import BandGains, common_error, estimate_band_gains
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
+from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
 from focalgradient.depth.numerics import HELD_APART, NODES, block_sum
 from focalgradient.depth.search import Blurs, Search
@@ -125,7 +125,7 @@ def estimate(problem: Problem) -> Estimate:
             if valid.any() and not is_named:
                 shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
         if not is_named:
-            larger = rival is not None and rival.change >= UNLIKE
+            larger = rival is not None and rival.change >= DOUBTFUL
             texts = split.warnings() or ([rival.text] if rival is not None and larger else texts)
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
     searched = search.lowest, search.highest
