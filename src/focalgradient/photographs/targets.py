@@ -234,11 +234,11 @@ def _check_units(targets: Targets) -> None:
     check_pixel_pitch(pitch, pitch / focal_length)
     slope = focal_length**2 / min(shot.f_number for shot in targets.shots) / 2 / pitch
     for shot in targets.shots:
-        check_target(shot.distance_m, focal_length, slope)
         if shot.focus_distance_m is not None:
             check_focus(shot.focus_distance_m, focal_length)
             check_hyperfocal(shot.focus_distance_m, focal_length, slope)
     nearest = min(shot.distance_m for shot in targets.shots)
+    check_target(nearest, focal_length, slope)  # of others, what the photographs show is the better judge
     for name in ("offset", "offset_sd", "distance_sd"):
         if f"{name}_m" in camera.model_fields_set:
             check_offset(name, getattr(camera, f"{name}_m"), nearest)
