@@ -80,15 +80,20 @@ def fake_depth(details: dict, valid: bool = True):
 
 def test_summary_is_strict_json_and_keeps_the_warnings(folder, monkeypatch):
     (folder / "views.toml").write_text(TOML.replace("5.6", "inf"))
-    details = {"noise": [float("nan"), np.float32(0.5)], "reach": np.array([1.0, np.inf])}
+    details = {
+        "noise": [float("nan"), np.float32(0.5)],
+        "reach": np.array([1.0, np.inf]),
+        "rejected": "noise hides all (align=True)",
+    }
     monkeypatch.setattr(focalgradient, "recover_depth", fake_depth(details, valid=False))
     monkeypatch.setattr(DepthMap, "save", lambda self, path: path.touch())
     result = run("depth", "views.toml", "--out", "out")
-    assert result.exit_code == 0, result.output
-    assert [line[:9] for line in result.stderr.splitlines()] == ["Warning: "] * 2
+    assert result.exit_code == 1, result.output
+    assert result.stdout.splitlines()[-1] == "No depth: most likely as noise hides all (--align)."
+    assert [line[:9] for line in result.stderr.splitlines()] == ["Warning: "]
     summary = json.loads((folder / "out" / "summary.json").read_text(), parse_constant=pytest.fail)
     assert summary["settings"]["views"][1]["f_number"] == "inf"
-    assert summary["details"] == {"noise": [None, 0.5], "reach": [1.0, "inf"]}
+    assert summary["details"] == details | {"noise": [None, 0.5], "reach": [1.0, "inf"]}
     assert summary["medians"]["distance_m"] is None
     assert summary["warnings"][0] == "the side\nis open"
 

@@ -53,6 +53,7 @@ def test_false_alarms_are_as_many_as_asked_for() -> None:
     assert np.mean(statistic > stats.chi2.isf(0.01, 1)) <= 0.03
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_contradiction_is_found_and_rejected(views: list[View]) -> None:
     """The third view is of a wall nearer by a third: no depth explains all three."""
     other = wall(LENSES, 1.5, psf="gaussian")[2]

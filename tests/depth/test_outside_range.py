@@ -30,6 +30,7 @@ def eye_depth(mm: float, bands: tuple[str, ...], vergence: float, side: int = 14
     ("mm", "bands", "vergence"),
     [(4, ("L+M", "S"), 4.0), (6, ("L+M", "S"), 4.0), (6, ("L+M",), 2.5), (4, ("L+M",), 6.0)],
 )
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_walls_far_out_of_an_eyes_focus_are_rejected(mm, bands, vergence) -> None:
     depth = eye_depth(mm, bands, vergence)
     assert depth.valid.mean() < 0.005
@@ -44,6 +45,7 @@ def test_walls_within_the_range_stay_right(mm, vergence) -> None:
     assert np.mean(error <= 2 * depth.vergence_sd[depth.valid]) > 0.93
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("lenses", [[lens(2.8, 0.7), lens(2.8, 1.0)], [lens(2.8, f) for f in (0.7, 0.85, 1.1)]])
 @pytest.mark.parametrize("distance", [0.2, 0.3, 0.45, 0.6, 2.4, 5.0])
@@ -52,6 +54,7 @@ def test_walls_outside_near_and_far_are_rejected(lenses, distance) -> None:
     assert depth.valid.mean() < 0.005
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore:the views share one plane")
 def test_a_wall_just_beyond_the_default_range_is_rejected() -> None:
     """Blur of 16.5 pixels at 3 m; the search ends at 16."""

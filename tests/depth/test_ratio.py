@@ -299,6 +299,7 @@ def test_two_views_through_one_aperture_are_estimated_near_focus() -> None:
     assert np.median(depth.distance[depth.valid]) < 0.9
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_a_view_sharper_than_the_optics_allow_is_rejected() -> None:
     views = wall(LENSES, 1.4, noise=0.003)
     swapped = [View(one.image, other.optics, PIXEL) for one, other in zip(views, views[::-1], strict=True)]

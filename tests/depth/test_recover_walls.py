@@ -241,6 +241,7 @@ def test_no_texture_is_rejected() -> None:
     assert np.median(depth.distance[16:-16, 16:120]) == pytest.approx(1.3, rel=0.01)
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore:view 2 (is displaced|does not seem)")  # what shows nothing may seem to lie anywhere
 @pytest.mark.parametrize("number", [0, 1])
 def test_one_view_without_detail_is_rejected(pair: list[View], number: int) -> None:
@@ -252,6 +253,7 @@ def test_one_view_without_detail_is_rejected(pair: list[View], number: int) -> N
     assert recover_depth(views, near=0.85).valid.mean() < 0.05
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_views_of_two_scenes() -> None:
     """Views that show different scenes are said to, hardly any depth is estimated, and nothing is aligned."""
     views = [wall(APERTURES, 1.4, seed=1)[0], wall(APERTURES, 1.4, seed=2)[1]]

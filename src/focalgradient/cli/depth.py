@@ -22,6 +22,7 @@ from focalgradient.cli.program import (
     announce,
     force_option,
     json_option,
+    nothing_valid,
     progress,
     show,
     summary_json,
@@ -183,6 +184,7 @@ def depth(
         f"Valid pixels: {found.valid:.1%}",
         f"Written: {', '.join(str(path) for path in written)}",
     )
+    nothing_valid(found.rejected)
 
 
 def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path]:
@@ -226,9 +228,6 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
     result = _estimated(views, settings, options, psf, limits, say)
     result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
     result = _referred(result, views, settings, offset)
-    if not result.valid.any():
-        why = result.details.get("rejected", "the views contradict each other")
-        warnings.warn(f"no pixel is valid: {why}.", FocalGradientWarning, stacklevel=1)
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
     options = {**options, "psf": result.details.get("psf", psf)}

@@ -17,6 +17,7 @@ from focalgradient.cli.options import positive, shared_options, shared_work
 from focalgradient.cli.program import (
     force_option,
     json_option,
+    nothing_valid,
     progress,
     show,
     summary_json,
@@ -197,13 +198,15 @@ def eye(
     }
     write_set(out, writers, "summary.json")
     written = [printable(out / name) for name in writers]
+    rejected = result.details.get("rejected")
+    side = f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus."
     show(
         summary | {"written": written},
-        f"Median error: {found['median_error_D']:.3g} D",
-        f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus.",
+        *([] if rejected else [f"Median error: {found['median_error_D']:.3g} D", side]),
         f"Valid pixels: {found['valid']:.1%}",
         f"Written: {', '.join(written)}",
     )
+    nothing_valid(rejected)
 
 
 def _known(scene: str | None) -> str:

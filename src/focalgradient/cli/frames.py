@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from focalgradient.cli.program import resumable, show, warnings_given, write_set
+from focalgradient.cli.program import nothing_valid, resumable, show, warnings_given, write_set
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import plain_name, printable
 from focalgradient.parallel import completed
@@ -60,6 +60,12 @@ class Recovered:
     def valid(self) -> float:
         """Share of valid pixels."""
         return float(self.summary["share_valid"])
+
+    @property
+    def rejected(self) -> str | None:
+        """The likeliest cause, where nothing is valid."""
+        cause = self.summary["details"].get("rejected")
+        return None if cause is None else str(cause)
 
     def give_warnings(self, name: str = "") -> None:
         """Give the warnings of another process; raise where the frame is wrong."""
@@ -126,7 +132,7 @@ def recover_frames(
     InputError
         If a frame failed, after all the others were made.
     """
-    names, wrong, summaries = list(frames), [], {}
+    names, wrong, summaries, empty = list(frames), [], {}, {}
     with warnings_given(), resumable(LEFT) as say, work as executor:
         made = completed(executor, partial(by_worker, recover), list(frames.values()))
         for done, (number, found) in enumerate(made, start=1):
@@ -139,6 +145,8 @@ def recover_frames(
             else:
                 found.write(out / name)
                 summaries[name] = found.summary
+                if found.rejected is not None:
+                    empty[name] = found.rejected
                 show(None, f"{name}: {found.middle}; valid pixels {found.valid:.1%}")
             say(done / len(names), f"{done} of {len(names)} frames")
     if wrong:
@@ -150,3 +158,6 @@ def recover_frames(
         {"frames": ordered, "written": [printable(out / name) for name in names]},
         f"Written: {len(names)} folders in {out}",
     )
+    if empty:
+        first = next(name for name in names if name in empty)
+        nothing_valid(empty[first], f"No depth in {len(empty)} of {len(names)} frames, first {first}")

@@ -30,6 +30,7 @@ __all__ = [
     "fail",
     "force_option",
     "json_option",
+    "nothing_valid",
     "placing",
     "progress",
     "resumable",
@@ -40,6 +41,9 @@ __all__ = [
     "writable",
     "write_set",
 ]
+
+NOTHING_VALID = 1
+"""Exit code where results were written but no depth is valid."""
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes after Ctrl-C and after SIGTERM: 128 and the signal's number, as shells have it."""
@@ -62,6 +66,7 @@ OPTIONS = {
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
     "(near, far)": "(--near, --far)",
+    "(method='edges')": "(--method edges)",
 }
 """What the library's sentences call parameters, and the command's options for them."""
 
@@ -225,6 +230,13 @@ def show(result: Mapping[str, Any] | None, *lines: str) -> None:
             click.echo(line)
     elif result is not None:
         click.echo(summary_json(result), nl=False)
+
+
+def nothing_valid(cause: str | None, where: str = "No depth") -> None:
+    """Leave with exit code 1 and the likeliest `cause` as the last line, where there is one: files are written then."""
+    if cause is not None:
+        show(None, f"{where}: most likely as {_with_options(cause)}.")
+        click.get_current_context().exit(NOTHING_VALID)
 
 
 def announce(seconds: float, work: str) -> None:

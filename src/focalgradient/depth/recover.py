@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +19,13 @@ from focalgradient.psf import DISC_K
 from focalgradient.view import View
 
 if TYPE_CHECKING:
+    from focalgradient.depth.causes import Cause
     from focalgradient.depth.estimate import Estimate, Problem
 
 __all__ = ["METHODS", "Estimator", "Method", "MethodName", "check_usable", "checked_views", "recover_depth"]
+
+NAMED, DOUBTFUL = 2, 0.7
+"""Likely causes that a warning names where nothing is valid, and the evidence that the second must have: choices."""
 
 SATURATED = 0.5
 """Share of a view's pixels, at its ceiling or masked, above which it is refused."""
@@ -158,9 +162,10 @@ def recover_depth(
         points (column, row) in pixels from the first pixel's centre, with the near side on the right of the way;
         and ``noise_by_brightness``: the ``share`` of the noise's variance that is in proportion to brightness, at a
         ``brightness`` of the views, or None; and ``likelier``, where another model explains the views better, with what
-        depth would change by. Where no pixel is valid, ``rejected`` says why. By ``"spectra"`` also
-        ``tau``, the same error as its bands show it. Neither ``"ratio"`` nor ``"edges"`` without a calibration knows
-        such an error: their ``vergence_sd`` holds for blur of the shape that is assumed.
+        depth would change by. Where no pixel is valid, or less than 1 %, ``rejected`` gives the likeliest cause and
+        ``rejected_causes`` all, ranked (`focalgradient.depth.causes.Cause`). By ``"spectra"`` also ``tau``, the same
+        error as its bands show it. Neither ``"ratio"`` nor ``"edges"`` without a calibration knows such an error: their
+        ``vergence_sd`` holds for blur of the shape that is assumed.
 
     Raises
     ------
@@ -170,8 +175,8 @@ def recover_depth(
     Warns
     -----
     FocalGradientWarning
-        If the views are shifted by more than 0.25 pixel, or leave the side of focus open, or show blur of another shape
-        than `psf`.
+        If nothing is valid (with the likeliest cause), or the views are shifted by more than 0.25 pixel, or leave the
+        side of focus open, or show blur of another shape than `psf`.
 
     Examples
     --------
@@ -200,6 +205,7 @@ def recover_depth(
     settings.check(len(views))
     check_usable(views, method, window)
     # Imported here, for `import focalgradient` to stay light.
+    from focalgradient.depth.causes import likely_causes, shows_nothing
     from focalgradient.depth.estimate import Problem
     from focalgradient.depth.registration import RegisteredViews
     from focalgradient.depth.search import Search
@@ -214,13 +220,23 @@ def recover_depth(
     problem = Problem(views, RegisteredViews.of(views, align), search, settings)
     with linear_algebra_on_one_thread:
         estimate = estimator.estimate(problem)
-    for text in _warnings(problem, estimate):
+    causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
+    for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
-    return _depth_map(problem, estimate)
+    return _depth_map(problem, estimate, causes)
 
 
-def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
+def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
+    """The warning of a map without depth: its likeliest causes."""
+    if not causes:
+        return []
+    share = f"only {estimate.valid.mean():.1%} of the pixels are" if estimate.valid.any() else "no pixel is"
+    likely = "; otherwise: ".join(cause.text for cause in causes[:NAMED] if cause.evidence > DOUBTFUL)
+    return [f"{share} valid, most likely as {likely}."]
+
+
+def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) -> DepthMap:
     """The map of an estimate, with its details."""
     registered, search, settings = problem.registered, problem.search, problem.settings
     lowest, highest = estimate.searched or (search.lowest, search.highest)
@@ -237,9 +253,9 @@ def _depth_map(problem: Problem, estimate: Estimate) -> DepthMap:
         **estimate.details,
         "share_valid": float(estimate.valid.mean()),
     }
-    if not estimate.valid.any() and "rejected" not in details:
-        lacking = "no sharp edge that stands alone" if settings.method == "edges" else "too little texture"
-        details["rejected"] = f"the views show {lacking}, or contradict each other"
+    if causes:
+        details["rejected"] = causes[0].text
+        details["rejected_causes"] = [asdict(cause) for cause in causes]
     side_known = np.full(registered.shape, search.side_known) & estimate.side_known
     return DepthMap(estimate.vergence, estimate.vergence_sd, estimate.valid, side_known, details)
 

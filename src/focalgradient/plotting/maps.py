@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -167,6 +168,14 @@ def draw_depth(
     if outlines:
         for curve in depth.details.get("outlines", ()):
             ax.plot(*zip(*curve, strict=True), color="black", linewidth=0.8, scalex=False, scaley=False)
+    if "rejected" in depth.details:
+        ax.text(
+            *(0.5, 0.5, fill(f"No depth: most likely as {depth.details['rejected']}.", 42)),
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
+        )
     # The map is drawn in vergence, which counts from the entrance pupil; its bar, in the user's distance.
     bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, f"distance from {depth.plane} (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)

@@ -29,7 +29,7 @@ from focalgradient.depth.equalise.outline_places import zone_reach
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, may_jump, overlap
 from focalgradient.depth.equalise.rivals import judge_rivals
 from focalgradient.depth.equalise.robust import Part, Robust, read_again, robust_depth
-from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, why_rejected
+from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, outside_range, why_rejected
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
 from focalgradient.depth.equalise.tiles import join_nodes, join_splits, tiles, tiles_about
 from focalgradient.depth.equalise.uneven_noise import brightness_of_noise, even_out, uneven_noise
@@ -129,7 +129,9 @@ def estimate(problem: Problem) -> Estimate:
             texts = split.warnings() or ([rival.text] if rival is not None and larger else texts)
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
     searched = search.lowest, search.highest
-    reason = {"rejected": why_rejected(nodes, explained, split.tau, sound, blank, searched)} if untrusted else {}
+    why = why_rejected(nodes, explained, split.tau, gains is not None, blank, searched) if untrusted else ""
+    outside = float(outside_range(nodes)[textured].mean()) if textured.any() else 0.0
+    reason = {"rejected": why, "share_outside_range": outside} if untrusted else {}
     return Estimate(
         vergence,
         vergence_sd,

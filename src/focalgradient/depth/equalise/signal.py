@@ -115,7 +115,7 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
 
 
 def why_rejected(
-    nodes: Nodes, explained: float, tau: float, sound: bool, blank: float | None, searched: tuple[float, float]
+    nodes: Nodes, explained: float, tau: float, wavebands: bool, blank: float | None, searched: tuple[float, float]
 ) -> str:
     """Why nothing is claimed, though the views show texture; `searched` are the lowest and highest vergence (D)."""
     if blank is not None:
@@ -131,13 +131,17 @@ def why_rejected(
             "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
             "leaves detail: change near and far, or focus nearer to them"
         )
+    if wavebands and explained >= EXPLAINED:
+        return (
+            "what the wavebands show cannot be compared, as where most of the frame is much blurred in one of them, or "
+            "their textures differ: focus nearer to the scene, or close the pupil"
+        )
     remedy = (
         "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
         "blur is of another shape: give noise, or psf"
     )
     if explained >= EXPLAINED:
         why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
-        why = "what they show in either waveband is too different" if sound else why
         return f"the views contradict each other, as {why}: {remedy}"
     clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
     if np.sum(clear & weak) > np.sum(textured & ~clear):

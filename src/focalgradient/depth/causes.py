@@ -1,0 +1,297 @@
+"""Likely causes of a map without depth, ranked by evidence that is measured in the views.
+
+A map is rejected where views contradict each other, or show nothing to compare. Which of the two it is, and why, is
+measured without regard to the method: by registration, by how far coarse detail (which blur leaves alone) agrees, by
+how texture compares with noise, by how it is spread over the frame, by the blocks of JPEG, by saturated pixels, and by
+other optics that would fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from focalgradient.depth.equalise.signal import OUTSIDE
+from focalgradient.depth.estimate import Estimate, Problem
+from focalgradient.depth.registration import RegisteredViews, resample
+
+__all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes", "shows_nothing"]
+
+Image = NDArray[np.float32]
+
+FINE, COARSE = 3.0, 9.0
+"""Standard deviations in pixels of the Gaussians between which detail counts as coarse: small blur leaves it."""
+
+BLOCK = 8
+"""Pixels to a block: of JPEG, and of those in which texture is looked for."""
+
+NEARLY_NOTHING = 0.01
+"""Share of valid pixels below which a map shows nothing: a choice. Of edges, few by nature, none may be valid."""
+
+# Where evidence counts as clear; each lies between the grid of frames of `tests/depth/test_causes.py` with that cause
+# and those with another.
+DISPLACED = 1.0
+"""Displacement in pixels."""
+
+ALIGNED_BETTER = 1.5
+"""What coarse detail lacks in correlation as given, over what it lacks once aligned."""
+
+AGREES = 0.35
+"""Correlation of coarse detail below which views show different scenes: these have 0.08 at most, one scene 0.4 to 1."""
+
+CLEAR = 12.0
+"""Power of coarse detail over that of noise: 2 to 7.5 where noise or weak texture leave nothing valid, 900 else."""
+
+SHARP = 30.0
+"""Power of a view over that of its noise from which it shows detail that another view lacks."""
+
+NOISY = 0.01
+"""Standard deviation of noise over the light, from which noise is named, and not weak texture: a choice."""
+
+CONCENTRATED = 0.2
+"""Share of the blocks with 90 % of the gradients: 0.05 of squares on blank paper, 0.65 to 0.8 of natural texture."""
+
+BLOCKY = 1.6
+"""Step across borders of blocks over that within: 5 and more in JPEG of quality 50 and below, 1.05 at most without."""
+
+BLURRED = 8.0
+"""Blur radius in pixels in the sharpest view: 16 are searched by default in the most blurred one."""
+
+SHOWN = 0.6
+"""Share of the frame that is neither saturated nor masked."""
+
+SLIP = 0.6
+"""What is left of the views with the likelier optics over what is left with those stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A likely cause of a map without depth.
+
+    Parameters
+    ----------
+    name
+        ``"displacement"``, ``"scenes"``, ``"optics"``, ``"edges"``, ``"jpeg"``, ``"noise"``, ``"texture"``,
+        ``"saturation"``, ``"range"``, ``"blur"`` or ``"unclear"``.
+    evidence
+        1 where the evidence is as strong as the cause needs; causes are ranked by it.
+    text
+        What was measured and the remedy, a clause.
+    """
+
+    name: str
+    evidence: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What is measured in the views."""
+
+    displacement: float
+    """Largest displacement of a view against the first, in pixels, that is left in."""
+    agreement: float
+    """Correlation of the views' coarse detail, placed as registration found them: the least over views."""
+    agreement_as_given: float
+    """The same where the views are as given."""
+    signal: float
+    """Power of the views' coarse detail over that of their noise, in the noisier view."""
+    fine_signal: float
+    """The same for all detail, in the sharpest view."""
+    contrast: float
+    """Standard deviation of the coarse detail over the mean light."""
+    noise: float
+    """Standard deviation of the noise over the mean light, in the noisiest view."""
+    textured: float
+    """Share of the frame's blocks that hold 90 % of the gradients' energy beyond noise."""
+    blocks: float
+    """Step between neighbours across the borders of blocks, over that within them: 1 without JPEG."""
+    usable: float
+    """Share of the frame that is neither saturated nor masked in any view."""
+    blur: float
+    """Median blur radius in pixels, at the most probable depth, in the view that is sharpest there."""
+
+
+def shows_nothing(problem: Problem, estimate: Estimate) -> bool:
+    """Whether nothing, or next to nothing, is valid."""
+    least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
+    return not estimate.valid.any() or bool(estimate.valid.mean() < least)
+
+
+def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
+    """Return the likely causes of a map without depth, the likeliest first; at least one."""
+    found = measure_evidence(problem, estimate)
+    causes = rank_causes(found, problem.settings.method)
+    if estimate.details.get("share_outside_range", 0.0) > OUTSIDE:
+        outside = Cause("range", 1.0, str(estimate.details["rejected"]))
+        causes = sorted([outside if cause.name == "range" else cause for cause in causes], key=_rank)
+    left = estimate.details.get("fit_by_optics", {})
+    if left:
+        best = min(left, key=lambda name: left[name])
+        clear = min(1.0, SLIP * left["as stated"] / max(left[best], 1e-9)) if best != "as stated" else 0.0
+        text = (
+            f"the optics seem to be stated wrongly, as the views fit better with {best}: check the f-numbers and focus "
+            "distances, and their order (f_number, focus_distance)"
+        )
+        causes = sorted([Cause("optics", clear, text), *causes], key=_rank)
+    causes = [cause for cause in causes if cause.evidence > 0]
+    if causes and causes[0].evidence >= 1:
+        return causes
+    lacking = "no sharp edge that stands alone" if problem.settings.method == "edges" else "too little texture"
+    unclear = estimate.details.get("rejected", f"the views show {lacking}, or contradict each other")
+    return [Cause("unclear", 1.0, str(unclear)), *causes]
+
+
+ORDER = ("scenes", "displacement", "optics", "range", "noise", "texture", "edges", "jpeg", "saturation", "blur")
+"""Causes by name: of several that are clear the first also explains what the later ones show."""
+
+
+def _rank(cause: Cause) -> tuple[float, int]:
+    return -cause.evidence, ORDER.index(cause.name)
+
+
+def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
+    """Rank causes by what was measured, for the method that is used.
+
+    Examples
+    --------
+    >>> found = Evidence(7.8, 0.98, 0.6, 900.0, 80.0, 0.06, 0.02, 0.7, 1.0, 1.0, 0.0)
+    >>> rank_causes(found)[0].name
+    'displacement'
+    """
+    clear_of_noise = found.signal / CLEAR
+    lacks = (1 - found.agreement_as_given) / max(1 - found.agreement, 1e-3)
+    faint = min(1.0, 1 / max(clear_of_noise, 1e-9))
+    one_is_sharp = found.fine_signal >= SHARP
+    one_scene = found.agreement >= AGREES
+    light, hidden = found.noise, found.noise >= NOISY
+    candidates = [
+        (
+            "scenes",
+            0.0 if one_scene or clear_of_noise < 1 else 1.0,
+            f"the views do not show one scene (their coarse detail correlates at {found.agreement:.2f}): check the "
+            "files, and that neither camera nor things moved",
+        ),
+        (
+            "displacement",
+            min(1.0, found.displacement / DISPLACED) if one_scene and lacks > ALIGNED_BETTER else 0.0,
+            f"a view is displaced by {found.displacement:.1f} pixels: align the views (align=True)",
+        ),
+        (
+            "range",
+            faint if one_is_sharp else 0.0,
+            "a view shows next to nothing of what another shows, as where its blur exceeds what is searched: close the "
+            "aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, far)",
+        ),
+        (
+            "noise",
+            faint if hidden and not one_is_sharp else 0.0,
+            f"noise ({light:.1%} of the light) hides the texture: expose longer, average exposures, or reduce the "
+            "pictures",
+        ),
+        (
+            "texture",
+            0.0 if hidden or one_is_sharp else faint,
+            f"the scene shows too little texture (contrast {found.contrast:.2%} of the light): light it from the side, "
+            "or project or stick a texture onto it",
+        ),
+        (
+            "edges",
+            0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3)),
+            f"nearly all contrast lies in {found.textured:.0%} of the frame, as of hard edges on blank surfaces: use "
+            "the method for edges (method='edges')",
+        ),
+        (
+            "jpeg",
+            float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1)),
+            "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
+        ),
+        (
+            "saturation",
+            float(np.clip((1 - found.usable) / (1 - SHOWN), 0, 1)),
+            f"{1 - found.usable:.0%} of the frame is saturated or masked: expose less",
+        ),
+        (
+            "blur",
+            min(1.0, found.blur / BLURRED),
+            f"even the sharpest view is blurred by about {found.blur:.0f} pixels, which leaves too little detail: "
+            "focus nearer to the scene, close the aperture, or reduce the pictures",
+        ),
+    ]
+    return sorted((Cause(*one) for one in candidates), key=_rank)
+
+
+def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
+    """Measure what may explain a map without depth."""
+    registered = problem.registered
+    images, usable = registered.images, registered.usable
+    noise = [sd / gain for sd, gain in zip(estimate.noise, registered.gains, strict=True)]
+    mean = max(float(images[0][usable].mean()), 1e-12)
+    placed = images if problem.settings.align else _placed(registered)
+    as_given = [_band(image) for image in images]
+    moved = [_band(image) for image in placed]
+    energy = _band_gain() * np.square(noise)
+    power = np.array([float(band[usable].var()) for band in as_given])
+    displacement = max(p.displacement(registered.shape) for p in registered.placements)
+    search, vergence = problem.search, estimate.vergence[usable].astype(float)
+    blur = np.min([p * np.abs(f - vergence) for p, f in zip(search.pixels, search.focus, strict=True)], axis=0)
+    return Evidence(
+        displacement=0.0 if problem.settings.align else displacement,
+        agreement=_agreement(moved, usable),
+        agreement_as_given=_agreement(as_given, usable),
+        signal=float(np.min(power / np.maximum(energy, 1e-30))),
+        fine_signal=max(float(i[usable].var()) / max(sd, 1e-15) ** 2 for i, sd in zip(images, noise, strict=True)),
+        contrast=float(np.sqrt(max(power.min() - energy.min(), 0.0))) / mean,
+        noise=max(noise) / mean,
+        textured=min(_textured(image, sd) for image, sd in zip(images, noise, strict=True)),
+        blocks=max(_blockiness(view.image) for view in problem.views),
+        usable=float(usable.mean()),
+        blur=float(np.median(blur)),
+    )
+
+
+def _placed(registered: RegisteredViews) -> list[Image]:
+    return [resample(i, p)[0] for i, p in zip(registered.images, registered.placements, strict=True)]
+
+
+def _band(image: Image) -> Image:
+    """Coarse detail."""
+    return np.asarray(ndimage.gaussian_filter(image, FINE) - ndimage.gaussian_filter(image, COARSE), np.float32)
+
+
+def _band_gain() -> float:
+    """Power that white noise of variance 1 has in the band of coarse detail."""
+    s, t = FINE**2, COARSE**2
+    return float((1 / s + 1 / t - 4 / (s + t)) / (4 * np.pi))
+
+
+def _agreement(bands: Sequence[Image], usable: NDArray[np.bool_]) -> float:
+    first = bands[0][usable]
+    return min((float(np.corrcoef(first, band[usable])[0, 1]) for band in bands[1:]), default=1.0)
+
+
+def _textured(image: Image, noise: float) -> float:
+    """Share of the blocks that hold 90 % of the gradients' energy, less that of the noise."""
+    down, right = np.gradient(ndimage.gaussian_filter(image, 1.0))
+    rows, columns = (n // BLOCK for n in image.shape)
+    energy = (down**2 + right**2)[: rows * BLOCK, : columns * BLOCK]
+    energy = energy.reshape(rows, BLOCK, columns, BLOCK).mean(axis=(1, 3)).ravel()
+    energy = np.sort(np.maximum(energy - noise**2 / (8 * np.pi) * 2, 0))[::-1]
+    total = energy.sum()
+    return float(np.searchsorted(np.cumsum(energy), 0.9 * total) / energy.size) if total > 0 else 1.0
+
+
+def _blockiness(image: NDArray[np.floating]) -> float:
+    """Step across the borders of blocks over that within them, the greater of the two directions' least phase."""
+    found = []
+    for lines in (image, image.T):
+        second = np.abs(np.diff(lines, n=3, axis=0)).mean(axis=1)
+        by_place = second[: len(second) // BLOCK * BLOCK].reshape(-1, BLOCK)
+        place = by_place.mean(axis=0)
+        most = np.sort(place)[::-1]
+        found.append(float(most[0] / max(np.median(place), 1e-30)))
+    return min(found)

@@ -1,0 +1,68 @@
+"""Where nothing is valid, the likeliest cause is named first: over frames each with one cause that is known."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from blurred import lens, wall
+from rejected_frames import frames
+
+from focalgradient import FocalGradientWarning, View, recover_depth
+from focalgradient.depth.causes import Evidence, rank_causes
+
+SOUND = Evidence(
+    displacement=0.02,
+    agreement=0.99,
+    agreement_as_given=0.99,
+    signal=900.0,
+    fine_signal=80.0,
+    contrast=0.06,
+    noise=0.004,
+    textured=0.7,
+    blocks=1.02,
+    usable=1.0,
+    blur=0.5,
+)
+
+
+def named(frame):
+    """The first cause, and the warnings; None where depth is valid."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        depth = recover_depth(frame.views, **frame.limits)
+    causes = depth.details.get("rejected_causes")
+    if causes is None:
+        return None
+    assert str(caught[0].message).endswith(f"valid, most likely as {causes[0]['text']}.") or "; otherwise: " in str(
+        caught[0].message
+    )
+    return causes[0]["name"]
+
+
+@pytest.mark.slow
+def test_the_first_cause_is_right_on_a_grid_of_frames():
+    found = [(frame.cause, named(frame)) for frame in frames([0, 1])]
+    rejected = [(cause, name) for cause, name in found if name is not None]
+    assert len(rejected) > 50
+    assert np.mean([cause == name for cause, name in rejected]) > 0.9
+
+
+def test_nothing_is_wrong_with_sound_evidence():
+    assert max(cause.evidence for cause in rank_causes(SOUND)) < 0.5
+
+
+@pytest.mark.parametrize(("method", "first"), [("equalise", "edges"), ("edges", "jpeg")])
+def test_edges_are_not_advised_to_who_uses_them(method, first):
+    found = replace(SOUND, textured=0.06, blocks=1.7)
+    assert rank_causes(found, method)[0].name == first
+
+
+def test_a_warning_names_the_cause_first():
+    one, other = wall([lens(16), lens(4)], 1.1)
+    moved = View(np.roll(other.image, (0, 6), (0, 1)), other.optics, other.pixel_angle)
+    with pytest.warns(FocalGradientWarning) as caught:
+        depth = recover_depth([one, moved], near=0.85)
+    first = str(caught[0].message)
+    assert first.startswith("no pixel is valid, most likely as a view is displaced by 6.0 pixels: align the views")
+    assert depth.details["rejected_causes"][0]["name"] == "displacement"
