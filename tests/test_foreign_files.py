@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -104,3 +105,19 @@ def test_files_of_a_wrong_ending_are_refused(here: Path, words: tuple[str, ...])
     refused = CliRunner().invoke(main, list(words))
     assert refused.exit_code == 2, refused.output
     assert files(Path()) == before
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
+@pytest.mark.parametrize("name", ["calibrate", "depth"])
+def test_a_device_or_pipe_is_never_replaced(name: str, here: Path) -> None:
+    """As /dev/null was by root: results are moved into their place."""
+    command = COMMANDS[name]
+    out = Path(command.where)
+    place = out if out.suffix else out / "depth.npz"
+    place.parent.mkdir(parents=True, exist_ok=True)
+    os.mkfifo(place)
+    for words in (command.words, [*command.words, "--force"]):
+        refused = CliRunner().invoke(main, list(words), catch_exceptions=False)
+        assert refused.exit_code == 2
+        assert f"{place.name} is a device or a pipe" in refused.stderr
+    assert place.is_fifo()

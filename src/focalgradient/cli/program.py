@@ -20,7 +20,15 @@ import click
 import numpy as np
 
 from focalgradient.errors import FocalGradientWarning, InputError, one_line
-from focalgradient.files import existing, printable, refuse_foreign, refuse_overwriting, replace_set, replacing
+from focalgradient.files import (
+    existing,
+    printable,
+    refuse_foreign,
+    refuse_overwriting,
+    refuse_special,
+    replace_set,
+    replacing,
+)
 from focalgradient.progress import Progress
 
 __all__ = [
@@ -379,11 +387,7 @@ def writable(out: Path, names: Sequence[str], inputs: Iterable[Path] = ()) -> No
         raise InputError(
             f"--out {printable(out)} cannot be written ({error.strerror}): give a folder that you may write in."
         ) from error
-    for name in names:
-        if (out / name).is_dir():
-            raise InputError(
-                f"{printable(out / name)} is a folder, where a file is to be written: move it or choose another --out."
-            )
+    refuse_special(out / name for name in names)
     refuse_overwriting(inputs, [out / name for name in names])
     if not click.get_current_context().meta.get(FORCE):
         remedy = "move it, choose another place to write to, or replace it with --force"

@@ -14,7 +14,7 @@ import secrets
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from focalgradient.errors import InputError
 from focalgradient.files.marks import mark
 from focalgradient.files.names import plain_name, printable
 
-__all__ = ["existing", "flush", "move", "replace_set", "replacing", "staged", "sweep", "write_whole"]
+__all__ = ["existing", "flush", "move", "refuse_special", "replace_set", "replacing", "staged", "sweep", "write_whole"]
 
 STALE_S = 86400.0
 """Age (s) beyond which a hidden folder is taken for a dead run's, also where its process cannot be looked up."""
@@ -156,6 +156,7 @@ def write_whole(
         If it cannot be written: then `path` is as it was before.
     """
     path = Path(path)
+    refuse_special([path])
     try:
         with staged(path.parent) as folder:
             _make(folder / path.name, content, mode)
@@ -225,6 +226,7 @@ def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[d
     KeyboardInterrupt
         As it comes; with such a message where some had been moved.
     """
+    refuse_special(places)
     left = "none of these results was written"
     try:
         with ExitStack() as folders:
@@ -253,6 +255,16 @@ def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[d
         ) from error
     except KeyboardInterrupt as stop:
         raise type(stop)(f"{left}.") from None
+
+
+def refuse_special(places: Iterable[Path]) -> None:
+    """Raise `InputError` for a place that is a folder, a device (/dev/null) or a pipe: a move would replace it."""
+    for place in places:
+        if place.exists() and not place.is_file():
+            what = "a folder" if place.is_dir() else "a device or a pipe"
+            raise InputError(
+                f"{printable(place)} is {what}, where a file is to be written: choose another place to write to."
+            )
 
 
 def existing(folder: Path) -> Path:
