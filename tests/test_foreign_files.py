@@ -112,8 +112,8 @@ def test_files_of_a_wrong_ending_are_refused(here: Path, words: tuple[str, ...])
 def test_a_device_or_pipe_is_never_replaced(name: str, here: Path) -> None:
     """As /dev/null was by root: results are moved into their place."""
     command = COMMANDS[name]
-    out = Path(command.where)
-    place = out if out.suffix else out / "depth.npz"
+    assert command.summary
+    place = Path(command.where, command.summary)
     place.parent.mkdir(parents=True, exist_ok=True)
     os.mkfifo(place)
     for words in (command.words, [*command.words, "--force"]):
