@@ -51,7 +51,7 @@ STOPS = [lens(16), lens(4)]
     [
         (STOPS, None),
         (STOPS[::-1], "apertures in reverse order"),
-        ([lens(16), lens(8)], r"0\.5 times the f-number of the most open view"),
+        ([lens(16), lens(8)], r"0\.5 times the f-number of view 2"),
     ],
 )
 def test_apertures(stated, named):

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.depth.equalise.optics_check import likelier_slip
 from focalgradient.depth.equalise.signal import OUTSIDE
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.registration import RegisteredViews, resample
@@ -63,9 +64,6 @@ BLURRED = 8.0
 
 SHOWN = 0.6
 """Share of the frame that is neither saturated nor masked."""
-
-SLIP = 0.6
-"""What is left of the views with the likelier optics over what is left with those stated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,15 +127,13 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     if estimate.details.get("share_outside_range", 0.0) > OUTSIDE:
         outside = Cause("range", 1.0, str(estimate.details["rejected"]))
         causes = sorted([outside if cause.name == "range" else cause for cause in causes], key=_rank)
-    left = estimate.details.get("fit_by_optics", {})
-    if left:
-        best = min(left, key=lambda name: left[name])
-        clear = min(1.0, SLIP * left["as stated"] / max(left[best], 1e-9)) if best != "as stated" else 0.0
+    slip = likelier_slip(estimate.details["fit_by_optics"]) if "fit_by_optics" in estimate.details else None
+    if slip is not None:
         text = (
-            f"the optics seem to be stated wrongly, as the views fit better with {best}: check the f-numbers and focus "
+            f"the optics seem to be stated wrongly, as the views fit better with {slip}: check the f-numbers and focus "
             "distances, and their order (f_number, focus_distance)"
         )
-        causes = sorted([Cause("optics", clear, text), *causes], key=_rank)
+        causes = sorted([Cause("optics", 1.0, text), *causes], key=_rank)
     causes = [cause for cause in causes if cause.evidence > 0]
     if causes and causes[0].evidence >= 1:
         return causes

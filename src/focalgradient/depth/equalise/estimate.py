@@ -118,13 +118,13 @@ def estimate(problem: Problem) -> Estimate:
     slips: dict[str, float] = {}
     # A displacement, of which the user is warned, looks like blur of another shape.
     is_named = False
+    if gains is None and shape is not None:
+        slips, texts = judge_optics(problem, shape, misfit, explained, split.tau)
+        is_named = bool(texts)
     if gains is None and not registered.warnings:
-        if shape is not None:
-            slips, texts = judge_optics(problem, shape, noise_sd, misfit, explained, split.tau)
-            is_named = bool(texts)
-            if valid.any() and not is_named:
-                shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
-        if not is_named:
+        if shape is not None and valid.any() and not is_named:
+            shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
+        if valid.any() and not is_named:
             larger = rival is not None and rival.change >= DOUBTFUL
             texts = split.warnings() or ([rival.text] if rival is not None and larger else texts)
     untrusted = not trusted and (bool(textured.any()) or blank is not None)

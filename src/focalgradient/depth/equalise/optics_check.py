@@ -1,41 +1,49 @@
 """Whether other optics than those stated explain the views better: an order reversed, apertures off by a factor.
 
 What is stated of the optics is typed by people and rounded by cameras. Apertures or foci of the wrong views leave more
-of the views than noise does, wherever they are blurred. The same part of the views is then compared for the stated
-optics and for likely slips, for the same noise, and the slip that leaves clearly less is named. It is a warning: depth
-stays that of the stated optics. A common factor of all apertures, or a common shift of all foci, leaves nothing more:
-only a calibration finds those. Nor does the order of two foci, whose depths are each other's mirror image; their
-magnification may (`focalgradient.depth.registration`).
+of the views than noise does, wherever they are blurred. Noise is estimated anew for each likely slip, as wrong optics
+inflate it, and the least serves all: the same part of the views is compared for the stated optics and for the slips.
+The slip that leaves clearly less is named, unless the stated optics leave as little with blur of another shape. It is a
+warning: depth stays that of the stated optics. A common factor of all apertures, or a common shift of all foci, leaves
+nothing more: only a calibration finds those. Nor does the order of two foci, whose depths are each other's mirror
+image; their magnification may (`focalgradient.depth.registration`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from focalgradient.depth.equalise.blur_shape import SIDE, Shape, fit_models
+import numpy as np
+
+from focalgradient.depth.equalise.blur_shape import CANDIDATES, Shape, fit_models
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.model_error import DOUBTFUL
+from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.search import Search
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 
-__all__ = ["judge_optics"]
+__all__ = ["judge_optics", "likelier_slip"]
 
-BETTER = 0.6
-"""What is left by the likelier optics, over what is left by those stated, from which they are named: slips gave 0.03 to
-0.5 on rendered slants, right optics with a wrong shape of blur 0.85."""
+BETTER = 0.85
+"""Residual power of the likelier optics, over that of the stated optics with the likeliest shape of blur, below which
+they are named."""
 
-EXPLAINS = 4.0
-"""Times the noise that the likelier optics may leave for them to be named: what fits no better is no explanation, and
-where nothing fits (printed squares: 28 times the noise), contradiction has another cause."""
+EXPLAINS = 2.0
+"""Residual power over the noise's up to which optics explain the views: what fits no better is not named, as where
+nothing fits (displaced views, printed squares)."""
 
-FACTORS = (0.5, 2.0)
-"""Factors by which the f-number of the more blurred views may be off: two stops either way."""
+STATED = "as stated"
+"""Name of the stated optics among the slips, with the shape of blur that fits them best."""
 
-SUSPECT = 1.1
-"""Median misfit from which slips are looked for: right optics with the right shape of blur leave 0.99 to 1.01."""
+FACTORS = (0.5, math.sqrt(0.5), math.sqrt(2), 2.0)
+"""Factors by which an f-number may be off: one and two stops either way."""
+
+SUSPECT = 1.06
+"""Median misfit from which slips are looked for: right optics with the right shape of blur leave 0.99 to 1.04."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +55,9 @@ class _Stated:
 
 
 def judge_optics(
-    problem: Problem, shape: Shape, noise_sd: Sequence[float], misfit: float, explained: float, tau: float
+    problem: Problem, shape: Shape, misfit: float, explained: float, tau: float
 ) -> tuple[dict[str, float], list[str]]:
-    """What the stated optics and likely slips leave of the views, over noise, and the warning of the likelier.
+    """Compare the stated optics with likely slips: the residual power of each over noise, and the warning.
 
     `misfit`, `explained` and `tau` are the frame's median misfit, its share of texture that the stated optics explain,
     and the model error by the split-band test.
@@ -57,21 +65,41 @@ def judge_optics(
     if misfit < SUSPECT and explained > 0.8 and tau < DOUBTFUL:
         return {}, []
     search, settings = problem.search, problem.settings
-    searches = {"as stated": search}
+    stated = [(search, one) for one in (shape, *(other for other in CANDIDATES if other.psf != shape.psf))]
+    slips: dict[str, tuple[Search, Shape]] = {}
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
-            searches[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far)
-    part = problem.registered.most_textured_crop(SIDE)
-    fits = fit_models([(one, shape) for one in searches.values()], part, noise_sd, settings.window)
-    left = {name: fit.misfit for name, fit in zip(searches, fits, strict=True)}
-    best = min(left, key=lambda name: left[name])
-    if left[best] > min(EXPLAINS, BETTER * left["as stated"]):
+            slips[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far), shape
+    models = [*stated, *slips.values()]
+    given = settings.given_noise(len(problem.views))
+    noises = [
+        noise_from_residuals(problem.registered, one.blurs(form.psf, form.k), settings.window, given)[0]
+        for one, form in models
+    ]
+    least = min(noises, key=lambda noise_sd: float(np.sum(np.log(noise_sd))))
+    fits = fit_models(models, problem.registered.most_textured_crop(NOISE_SIDE), least, settings.window)
+    left = dict(zip(slips, (fit.misfit for fit in fits[len(stated) :]), strict=True))
+    left[STATED] = min(fit.misfit for fit in fits[: len(stated)])
+    best = likelier_slip(left)
+    if best is None:
         return left, []
     return left, [
-        f"the views contradict the optics stated: they fit better with {best} (what is left of them is "
-        f"{left[best]:.2f} times the noise, {left['as stated']:.2f} as stated): check the f-numbers and focus "
+        f"the views contradict the optics stated: they fit better with {best} (the residual is {left[best]:.2f} times "
+        f"the noise, {left[STATED]:.2f} as stated): check the f-numbers and focus "
         "distances, and their order (f_number, focus_distance), and that all is of this lens."
     ]
+
+
+def likelier_slip(left: Mapping[str, float]) -> str | None:
+    """Return the slip that explains the views clearly better than the stated optics, by `judge_optics`; else None.
+
+    >>> likelier_slip({"the foci in reverse order": 1.02, "as stated": 3.0})
+    'the foci in reverse order'
+    >>> likelier_slip({"the foci in reverse order": 4.0, "as stated": 9.0}) is None
+    True
+    """
+    best = min(left, key=lambda name: left[name])
+    return best if best != STATED and left[best] <= min(EXPLAINS, BETTER * left[STATED]) else None
 
 
 def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
@@ -88,11 +116,13 @@ def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
     if len(set(apertures)) > 1:
         add("the foci in reverse order", apertures, foci[::-1])
         add("apertures and foci in reverse order", apertures[::-1], foci[::-1])
-        widest = max(apertures)
+    # Of two views the other's factor leaves the same, but for a common factor that nothing shows.
+    widest = apertures.index(max(apertures))
+    for number in range(len(apertures)) if len(apertures) > 2 else [widest]:
         for factor in FACTORS:
-            meant = [a / factor if a == widest else a for a in apertures]
-            if len({(a, f) for a, f in zip(meant, foci, strict=True)}) > 1:
-                add(f"{factor:g} times the f-number of the most open view", meant, foci)
+            meant = [a / factor if n == number else a for n, a in enumerate(apertures)]
+            if len(set(zip(meant, foci, strict=True))) > 1:
+                add(f"{factor:.2g} times the f-number of view {number + 1}", meant, foci)
     if len(optics) > 2 and len(set(foci)) > 2:
         add("the foci in reverse order", apertures, foci[::-1])
         for n in range(len(foci) - 1):

@@ -30,6 +30,10 @@ GROUPS = 6
 LEAST_NODES = 16
 """Nodes in a group, at least: a choice."""
 
+LEAST_FREEDOM = 1.0
+"""Degrees of freedom of a window's power in a band below which the band is left out: the lower quartile by chance, by
+which the power is corrected, goes to 0."""
+
 QUARTER = 0.25
 """Quantile of the nodes' power that is compared: what contradicts the model can only add to it."""
 
@@ -132,6 +136,8 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
                     continue
                 place = np.rint(level[at]).astype(int)
                 freedom = share[place] * size[at]
+                if freedom.min() < LEAST_FREEDOM:
+                    continue
                 by_chance = stats.chi2.ppf(QUARTER, freedom) / freedom
                 gain = by_level[:, place].sum(axis=0)
                 ratio = np.quantile(mean[at] / np.maximum(gain, 1e-30) / by_chance, QUARTER)
