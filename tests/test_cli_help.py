@@ -77,7 +77,7 @@ def test_units_are_said_once_for_all_and_pixels_are_in_micrometres():
 def test_a_pixel_pitch_in_millimetres_is_refused():
     refused = run("stimuli", "necker", "--out", "x", "--pixel-pitch", "0.2767")
     assert refused.exit_code == 2
-    assert "give micrometres, as 276.7 for 0.2767 millimetres" in refused.stderr
+    assert "give it in micrometres, 276.7 for 0.2767 mm" in refused.stderr
 
 
 def test_methods_are_explained():

@@ -62,8 +62,9 @@ WIDEST = math.tan(math.radians(80))
 FINEST_DISPLAY = 2e-6
 """Pixel pitch in metres below which no display is made: the finest microdisplays have about 3 um."""
 
-BINOCULAR = math.tan(math.radians(60))
-"""Tangent of half the field that both eyes see at once, about 120 degrees."""
+WIDEST_SCREEN = math.tan(math.radians(70))
+"""Tangent of half the angle that a flat screen fills at most: wider ones are curved. Widths of common monitors in
+millimetres, taken for centimetres, fill 143 degrees and more at 0.57 m."""
 
 VERNIER = math.radians(0.03 / 60)
 """Angle in radians of a pixel below which no eye sees it: the best vernier acuity is about 2 seconds of arc (Westheimer
@@ -240,13 +241,13 @@ def check_display(pixel_pitch: float, distance: float, width: int) -> None:
 
 
 def check_screen_width(width: float, distance: float) -> None:
-    """Refuse a screen (m) that is wider than both eyes see at once."""
-    if width / 2 / distance > BINOCULAR:
-        remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= BINOCULAR)
+    """Refuse a screen (m) that fills a wider angle than flat screens do."""
+    if width / 2 / distance > WIDEST_SCREEN:
+        remedy = likely("width", width, lambda other: 0.05 <= other <= 4 and other / 2 / distance <= WIDEST_SCREEN)
         angle = 2 * math.degrees(math.atan(width / 2 / distance))
         raise InputError(
-            f"{stated('width', width)}, which at {distance:g} m fills {angle:.0f} degrees, more than both eyes see at "
-            f"once: {remedy}."
+            f"{stated('width', width)}, which at {distance:g} m fills {angle:.0f} degrees, more than a flat "
+            f"screen does: {remedy}."
         )
 
 
@@ -324,8 +325,8 @@ def check_offset(name: str, metres: float, nearest: float) -> None:
 def too_near(distance: float, foci: Sequence[tuple[float, float | None]]) -> str | None:
     """Say why an estimated median distance (m) is unlikely: among macrophotographs, with the foci far beyond it.
 
-    >>> too_near(0.017, [(1.18, 0.0025), (0.5, 0.0025)])[:57]
-    'the median distance is 0.017 m, 7 focal lengths, with the'
+    >>> too_near(0.017, [(1.18, 0.0025), (0.5, 0.0025)])[:44]
+    'the median distance is 0.017 m, 6.8 focal le'
     """
     length = min((one for _, one in foci if one is not None), default=0.0)
     nearest = max(vergence for vergence, _ in foci)

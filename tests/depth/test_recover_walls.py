@@ -103,6 +103,7 @@ def test_unbiased_with_the_uncertainty_stated(
 
 
 @pytest.mark.parametrize("distance", [0.7, 1.0, 1.6])
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_what_two_depths_explain_alike_is_rejected(distance: float) -> None:
     """Gaussians tell only the difference of two variances: with aperture and focus both changed, two depths have it."""
     depth = recover_depth(wall([lens(4, 1.25), lens(11, 0.8)], distance, psf="gaussian"), psf="gaussian")

@@ -81,6 +81,7 @@ def test_bands_of_one_texture_without_noise() -> None:
     assert depth.details["shared_texture"]["S"]["gain"] == pytest.approx(1, abs=0.01)
 
 
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_the_wrong_optics_give_nothing_or_the_wrong_depth() -> None:
     """Which shows that the eye's own are used."""
     eye = replace(aberrated(0.003), aberrations=((4, 0, 0.12),))

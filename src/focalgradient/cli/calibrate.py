@@ -121,8 +121,8 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
 
     settings = load_targets(targets)
     read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path]
-    writable(out.parent, (out.name,), [targets, *read])
     _refuse_other_names(out)
+    writable(out.parent, (out.name,), [targets, *read])
     readings: list[Reading] = []
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []

@@ -116,17 +116,18 @@ def estimate(problem: Problem) -> Estimate:
     texts: list[str] = []
     misfit = float(np.median(nodes.misfit[textured] if textured.any() else nodes.misfit))
     slips: dict[str, float] = {}
-    # A displacement, of which the user is warned, looks like blur of another shape.
-    is_named = False
     if gains is None and shape is not None:
         slips, texts = judge_optics(problem, shape, misfit, explained, split.tau)
-        is_named = bool(texts)
-    if gains is None and not registered.warnings:
-        if shape is not None and valid.any() and not is_named:
-            shapes, texts, is_named = judge_shape(split, problem, shape, noise_sd, 1.0)
-        if valid.any() and not is_named:
-            larger = rival is not None and rival.change >= DOUBTFUL
-            texts = split.warnings() or ([rival.text] if rival is not None and larger else texts)
+    # A displacement, which the user is warned about, looks like blur of another shape.
+    if gains is None and not registered.warnings and valid.any():
+        named, is_better = texts, False
+        if shape is not None and not named:
+            shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd, 1.0)
+        larger = [rival.text] if rival is not None and rival.change >= DOUBTFUL else []
+        if named:
+            texts = [*named, *larger]
+        elif not is_better:
+            texts = split.warnings() or larger or texts
     untrusted = not trusted and (bool(textured.any()) or blank is not None)
     searched = search.lowest, search.highest
     why = why_rejected(nodes, explained, split.tau, gains is not None, blank, searched) if untrusted else ""

@@ -36,6 +36,10 @@ CLEARLY = 3.5
 """Mean difference of the log likelihoods, over its standard error, from which a rival is taken: 60 right models (walls
 and slants, two and three views, noise of .004 to .03, equal and not) gave 2.5 at most, rings for discs 4 to 37."""
 
+WORTHWHILE = 5.0
+"""Mean difference of the log likelihoods of a window from which a rival is taken: where models hardly differ, as on a
+wall that two foci blur alike, even 3.4 is clear by its standard error; views that were changed gave 8 to 250."""
+
 SHARE = 0.75
 """Quantile, over the frame, of what depth would change by as a share of the blur, that is added to the model error."""
 
@@ -97,7 +101,7 @@ def judge_rivals(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], disc
             kept = gained[(gained >= low) & (gained <= high)]
             mean = float(kept.mean())
             clarity = mean / float(kept.std() + 1e-9) * math.sqrt((1 - 2 * TRIMMED) * windows)
-            if clarity < CLEARLY or mean <= before:
+            if clarity < CLEARLY or mean <= max(before, WORTHWHILE):
                 break
             before = mean
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
