@@ -32,9 +32,9 @@ BETTER = 0.85
 """Residual power of the likelier optics, over that of the stated optics with the likeliest shape of blur, below which
 they are named."""
 
-EXPLAINS = 2.0
-"""Residual power over the noise's up to which optics explain the views: what fits no better is not named, as where
-nothing fits (displaced views, printed squares)."""
+EXPLAINS = (0.9, 2.0)
+"""Residual power over the noise's between which optics explain the views. More is left where nothing fits (displaced
+views, printed squares); less where the blur of a slip is so large that hardly anything is compared."""
 
 STATED = "as stated"
 """Name of the stated optics among the slips, with the shape of blur that fits them best."""
@@ -99,7 +99,8 @@ def likelier_slip(left: Mapping[str, float]) -> str | None:
     True
     """
     best = min(left, key=lambda name: left[name])
-    return best if best != STATED and left[best] <= min(EXPLAINS, BETTER * left[STATED]) else None
+    fits = EXPLAINS[0] <= left[best] <= min(EXPLAINS[1], BETTER * left[STATED])
+    return best if fits and best != STATED else None
 
 
 def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:

@@ -50,6 +50,10 @@ STEP = 0.05
 CONTRADICTS = 2.0
 """Times the misfit of the frame's better part, or of the noise, beyond which a place is left out."""
 
+LEAST_NOISE = 1e-3
+"""Noise assumed at least, as a share of the contrast: what is common to wavebands is not known better. Noiseless views
+were rejected or not by the rounding of the processor without it."""
+
 LITTLE = 1e-3
 """Power of a waveband's independent texture, over the shared, that is assumed at first."""
 
@@ -123,7 +127,7 @@ def estimate_band_gains(
     floors = np.array([FLOOR * float(image.std()) for image in part.images])
     # The finest detail is at least as strong as the noise. Cones of one class are alike: one noise for each waveband.
     finest = np.array([noise_from_spectrum(image) for image in part.images])
-    least = np.array([storage(image) for image in part.images])
+    least = np.array([max(storage(image), LEAST_NOISE * float(image.std())) for image in part.images])
     most = np.maximum(least, [finest[band == one].min() for one in band])
     sd = most if noise_sd is None else np.asarray(noise_sd, float)
     gain, little = np.ones(len(wavebands)), np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
