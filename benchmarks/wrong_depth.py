@@ -10,6 +10,7 @@ from __future__ import annotations
 import unit_slips
 import wrong_calibration
 import wrong_depth_eyes
+import wrong_depth_optics
 import wrong_depth_views
 from reruns import Lines
 
@@ -17,6 +18,7 @@ TABLE = Lines("Depth that was wrong without a word")
 wrong_depth_eyes.add_lines(TABLE)
 wrong_depth_views.add_lines(TABLE)
 wrong_calibration.add_lines(TABLE)
+wrong_depth_optics.add_lines(TABLE)
 unit_slips.register(TABLE)
 
 

@@ -42,6 +42,9 @@ STATED = "as stated"
 FACTORS = (0.5, math.sqrt(0.5), math.sqrt(2), 2.0)
 """Factors by which an f-number may be off: one and two stops either way."""
 
+COMPARED = 2
+"""Slips, those that leave least for the noise of the stated optics, for which noise is estimated anew."""
+
 SUSPECT = 1.06
 """Median misfit from which slips are looked for: right optics with the right shape of blur leave 0.99 to 1.04."""
 
@@ -70,15 +73,18 @@ def judge_optics(
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
             slips[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far), shape
-    models = [*stated, *slips.values()]
-    given = settings.given_noise(len(problem.views))
-    noises = [
-        noise_from_residuals(problem.registered, one.blurs(form.psf, form.k), settings.window, given)[0]
-        for one, form in models
-    ]
-    least = min(noises, key=lambda noise_sd: float(np.sum(np.log(noise_sd))))
-    fits = fit_models(models, problem.registered.most_textured_crop(NOISE_SIDE), least, settings.window)
-    left = dict(zip(slips, (fit.misfit for fit in fits[len(stated) :]), strict=True))
+    given, part = settings.given_noise(len(problem.views)), problem.registered.most_textured_crop(NOISE_SIDE)
+
+    def noise_of(model: tuple[Search, Shape]) -> list[float]:
+        blurs = model[0].blurs(model[1].psf, model[1].k)
+        return noise_from_residuals(problem.registered, blurs, settings.window, given)[0]
+
+    first = fit_models(list(slips.values()), part, noise_of(stated[0]), settings.window)
+    ranked = sorted(zip(slips, first, strict=True), key=lambda one: one[1].misfit)[:COMPARED]
+    models = [*stated, *(slips[name] for name, _ in ranked)]
+    least = min((noise_of(model) for model in models), key=lambda noise_sd: float(np.sum(np.log(noise_sd))))
+    fits = fit_models(models, part, least, settings.window)
+    left = {name: fit.misfit for (name, _), fit in zip(ranked, fits[len(stated) :], strict=True)}
     left[STATED] = min(fit.misfit for fit in fits[: len(stated)])
     best = likelier_slip(left)
     if best is None:
