@@ -15,7 +15,6 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
 from focalgradient.statistics.judging import (
     ANSWERS,
-    FEW_STARTS,
     AnswerKind,
     SubjectQuality,
     judged_observers,
@@ -170,7 +169,7 @@ NOT_DIFFERENT = (
     "right answers, nor scenes that most subjects tell apart at the pinhole"
 )
 NO_STARTS = "where the marker first stood was not recorded"
-FEW_PLACES = f"where the marker first stood was recorded in fewer than {FEW_STARTS} trials of a subject"
+FEW_PLACES = "where the marker first stood was recorded in too few trials of a subject to exclude chance"
 NO_PLAIN_TRIALS = "there are no trials without a gradient"
 
 

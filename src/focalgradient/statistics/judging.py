@@ -98,8 +98,11 @@ MOST_ALIKE = 0.75
 """Largest share of catch trials whose right answers are alike: with more, an attentive subject who errs once would
 reach the default limit of `Rules.same_answer`."""
 
-FEW_STARTS = 20
-"""Minimum number of recorded marker places: with two steps, chance leaves kappa a standard error of 0.22 there."""
+FEW_STARTS = 8
+"""Minimum number of recorded marker places: a choice, for scales on which chance hardly ever meets them."""
+
+KAPPA_SE = 0.23
+"""Largest standard error that chance may leave kappa: with two steps it asks for 20 places."""
 
 TOLD_APART_P = 0.001
 """Level of the F test that scenes differ at the pinhole: our choice, as an error leaves out honest subjects."""
@@ -272,7 +275,9 @@ def _left_there(rows: Mapping[str, np.ndarray]) -> float | None:
     answer, start = rows["rating"][known], start[known]
     same = np.abs(answer[:, None] - start) <= 1e-3 * np.abs(start)
     by_chance = float(same.mean())
-    return (float(same.diagonal().mean()) - by_chance) / (1 - by_chance) if by_chance < 1 else None
+    if by_chance >= 1 or by_chance > KAPPA_SE**2 * len(answer) * (1 - by_chance):
+        return None
+    return (float(same.diagonal().mean()) - by_chance) / (1 - by_chance)
 
 
 def judged_observers(table: pd.DataFrame, rules: Rules) -> list[SubjectQuality]:
