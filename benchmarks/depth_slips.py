@@ -13,8 +13,6 @@ error below 1 %), else *wrong*, with a warning that the right photographs do not
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import json
 import sys
 import tempfile
@@ -27,10 +25,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from reruns import run_command
 from scipy import ndimage
 
 from focalgradient import Lens, cast
-from focalgradient.cli import main as focalgradient
 from focalgradient.psf import transfer
 from focalgradient.scenes import slant
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
@@ -429,17 +427,12 @@ def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
         args += ["--f-number", f"{f_number:.6g}", "--focus-distance", f"{focus:.6g}"]
     for name, value in (("--near", given.near), ("--far", given.far), ("--encoding", given.stated_encoding)):
         args += [] if value is None else [name, f"{value}"]
-    printed, errors = (io.TextIOWrapper(io.BytesIO(), "utf-8") for _ in range(2))
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors):
-        try:
-            code = 0
-            focalgradient(args)
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        except Exception as crash:  # a traceback is an outcome, too
-            return Outcome("FAILED", repr(crash))
+    try:
+        code, _, errors = run_command(*args)
+    except Exception as crash:  # a traceback is an outcome, too
+        return Outcome("FAILED", repr(crash))
     if code == 2:
-        return Outcome("refused", _text(errors).strip().splitlines()[-1])
+        return Outcome("refused", errors.strip().splitlines()[-1])
     given_warnings = [str(w) for w in json.loads((folder / "out" / "summary.json").read_text()).get("warnings", [])]
     new = tuple(w for w in given_warnings if w not in known)
     with np.load(folder / "out" / "depth.npz") as saved:
@@ -455,11 +448,6 @@ def run(given: Given, folder: Path, known: Sequence[str] = ()) -> Outcome:
     if (within >= 0.85 and beyond <= 0.03) or error < 0.01:
         return Outcome("right", text, new)
     return Outcome("warned" if new else "silent", text, new)
-
-
-def _text(stream: io.TextIOWrapper) -> str:
-    stream.seek(0)
-    return stream.read()
 
 
 def main() -> None:

@@ -3,12 +3,29 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
-__all__ = ["Lines"]
+__all__ = ["Lines", "run_command"]
+
+
+def run_command(*words: object) -> tuple[int, str, str]:
+    """Run `focalgradient` in this process; return its exit code, and what it printed on either stream."""
+    from focalgradient.cli import main
+
+    code, streams = 0, [io.TextIOWrapper(io.BytesIO(), "utf-8") for _ in range(2)]
+    with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):
+        try:
+            main([str(word) for word in words])
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    for stream in streams:
+        stream.seek(0)
+    return code, streams[0].read(), streams[1].read()
 
 
 @dataclass(frozen=True)

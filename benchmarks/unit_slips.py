@@ -8,7 +8,6 @@ more than 1 % of white (root mean square).
 from __future__ import annotations
 
 import contextlib
-import io
 import re
 import tempfile
 import warnings
@@ -17,10 +16,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from reruns import Lines
+from reruns import Lines, run_command
 
 from focalgradient import InputError, Lens, View, recover_depth
-from focalgradient.cli import main
 
 __all__ = ["register"]
 
@@ -93,13 +91,8 @@ PYTHON: Sequence[tuple[float, float, float, float]] = [
 
 def _run(words: Words) -> tuple[int, str]:
     """Exit code of a command, and what it writes on standard error."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
-        try:
-            main(words)
-        except SystemExit as end:
-            return int(end.code or 0), said.getvalue().strip()
-    return 0, said.getvalue().strip()
+    code, _, said = run_command(*words)
+    return code, said.strip()
 
 
 @cache

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import tempfile
 from functools import cache, partial
 from pathlib import Path
 
-from reruns import Lines
-
-from focalgradient.cli import main
+from reruns import Lines, run_command
 
 __all__ = ["add_lines"]
 
 
 def _run(*words: object) -> tuple[int, str]:
     """Exit code of a command, and what it printed as errors."""
-    said, code = io.StringIO(), 0
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
-        try:
-            main([str(word) for word in words])
-        except SystemExit as leave:
-            code = int(leave.code or 0)
-    return code, said.getvalue()
+    code, _, said = run_command(*words)
+    return code, said
 
 
 @cache

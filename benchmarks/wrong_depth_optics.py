@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import tempfile
 import warnings
 from dataclasses import replace
 
 import numpy as np
 from depth_slips import SETUPS, SLIPS, Given, photographs
-from reruns import Lines
+from reruns import Lines, run_command
 
 from focalgradient import Lens, View, cast, recover_depth
-from focalgradient.cli import main as focalgradient
 from focalgradient.scenes import slant
 
 PITCH = 8e-6
@@ -49,17 +46,8 @@ def _three_foci(exchanged: bool, seed: int) -> tuple[float, str]:
 
 def _command(*args: str) -> str:
     """Exit code and last line of a command."""
-    printed, errors = (io.TextIOWrapper(io.BytesIO(), "utf-8") for _ in range(2))
-    code = 0
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors):
-        try:
-            focalgradient(list(args))
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-    printed.seek(0)
-    errors.seek(0)
-    lines = (errors.read() + printed.read()).strip().splitlines()
-    return f"exit {code}: {lines[-1][:160]}"
+    code, printed, errors = run_command(*args)
+    return f"exit {code}: {(errors + printed).strip().splitlines()[-1][:160]}"
 
 
 def add_lines(table: Lines) -> None:

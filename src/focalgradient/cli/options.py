@@ -112,29 +112,6 @@ BODY_MM = 1.0, 1e4
 UNITS = ": look at its unit"
 """What a number out of range may be."""
 
-SCREEN = {
-    "pixel_pitch": ("--pixel-pitch", "um"),
-    "distance": ("--distance", "m"),
-    "width": ("--screen-width", "cm"),
-}
-"""The same for a display."""
-
-SERVER = ("the server", "web", "starlette", "uvicorn")
-STORE = ("the store", "store", "psycopg")
-"""What needs which extra for which modules: see `check_installed`."""
-
-SESSION_S = 0.04
-"""Seconds that the check of a session of some 400 trials takes, on one core."""
-
-LEAST, MOST = 1e-6, 1e9
-"""Range of a physical quantity, unless an option states another: what follows from it stays within double precision."""
-
-NEAREST = 1e-3
-"""Metres: at less, a lens blurs by more than any picture is wide."""
-
-LEAST_PITCH_UM = 2.0
-"""Micrometres: the pixels of the finest microdisplays are about 3; a smaller number is one of millimetres."""
-
 
 def positive(
     unit: str = "", infinite: bool = False, least: float = LEAST, most: float = MOST, hint: str = ""
