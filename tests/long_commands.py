@@ -15,7 +15,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "web")]
 import participant  # noqa: E402
 import test_collect  # noqa: E402
 from recorded import record_necker, record_ratings  # noqa: E402
-from two_views import TOML  # noqa: E402
+from two_views import TOML, picture, write  # noqa: E402
 
 from focalgradient import Lens  # noqa: E402
 
@@ -63,8 +63,8 @@ class Long:
 TWO, ONE = ("--workers", "2"), ("--workers", "1")
 COMMANDS: dict[str, Long] = {
     "depth": Long(("depth", "a.png", "b.png", *OPTICS, "--focus-distance", "0.85"), "summary.json"),
-    "frames": Long(("depth", "f0.toml", "f1.toml", *ONE)),
-    "frames, two workers": Long(("depth", "f0.toml", "f1.toml", *TWO)),
+    "frames": Long(("depth", "f0.toml", "f1.toml", "--psf", "gaussian", *ONE)),
+    "frames, two workers": Long(("depth", "f0.toml", "f1.toml", "--psf", "gaussian", *TWO)),
     "calibrate": Long(("calibrate", "targets.toml", "--out", "out/camera.toml"), "camera.toml"),
     "calibrate --sheet": Long(("calibrate", "--sheet", "a4", "--out", "out/sheet.pdf"), "sheet.pdf"),
     "stream": Long(("stream", "a.avi", "--out", "out/d.avi", "--values", "out/d.npy", *OPTICS), "d.json"),
@@ -115,7 +115,9 @@ def prepare(folder: Path) -> None:
         lines += ["[[view]]", f'image = "{distance}.png"', f"distance_m = {distance}", "f_number = 8"]
     (folder / "targets.toml").write_text("\n".join(lines))
     for name in ("f0.toml", "f1.toml"):
-        (folder / name).write_text(TOML)
+        (folder / name).write_text(TOML.replace("a.png", "near.png").replace("b.png", "soft.png"))
+    for name, f_number in (("near.png", 16), ("soft.png", 5.6)):
+        write(folder / name, picture(f_number))
     np.save(folder / "far.npy", np.where(np.arange(96) < 48, 0.8, 2.0) * np.ones((96, 1)))
     (folder / "course.csv").write_text("0,1\n0.2,1\n0.2,2\n0.5,2\n")
     for name, design in (("necker", NECKER), ("rating", RATING), ("threshold", THRESHOLD)):

@@ -69,7 +69,7 @@ COMMANDS = {
     "power necker": ("power", "necker", "--subjects", "3,4", "--experiments", "6", "--design", "necker.toml"),
     "eye": ("eye", "plane", "--views", "both"),
     "report": ("report", "data"),
-    "depth": ("depth", "frame0.toml", "frame1.toml", "frame2.toml", "frame3.toml"),
+    "depth": ("depth", "frame0.toml", "frame1.toml", "frame2.toml", "frame3.toml", "--psf", "gaussian"),
 }
 
 
@@ -83,7 +83,7 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     texture = np.clip(0.5 + 0.15 * cv2.GaussianBlur(noise, (0, 0), 1.2) / 0.23, 0.02, 0.98)
     cv2.imwrite(str(folder / "sharp.png"), np.rint(65535 * texture).astype(np.uint16))
     for number in range(4):
-        soft = cv2.GaussianBlur(texture, (0, 0), 0.8 + 0.2 * number)
+        soft = cv2.GaussianBlur(texture, (0, 0), 0.8 + 0.1 * number)
         cv2.imwrite(str(folder / f"soft{number}.png"), np.rint(65535 * soft).astype(np.uint16))
         (folder / f"frame{number}.toml").write_text(VIEWS.format(number))
     rows = np.where(np.arange(64)[:, None] < 32, 0.5, 2.0) * np.ones(64)

@@ -78,14 +78,17 @@ def _screen(page: Page) -> str:
     return page.inner_text("body").strip()
 
 
-def take_part(page: Page, *, seconds: float = 500, until: str = "#complete", name: str = "") -> list[str]:
-    """Go through the screens by keys until the end, or until something else is there; gives what they said."""
+def take_part(
+    page: Page, *, seconds: float = 500, until: str = "#complete", title: str = "", name: str = ""
+) -> list[str]:
+    """Go through the screens by keys until the end, or until a CSS selector or a title is there; gives what they said."""
     seen: list[str] = []
     end = time.monotonic() + seconds
-    while page.query_selector(until) is None:
+    arrived = False
+    while not arrived:
         assert time.monotonic() < end, f"stuck at {seen[-1:]}"
         try:
-            step(page, seen, name)
+            arrived = step(page, seen, name, until, title)
         except Error as error:  # the screen has changed meanwhile
             if "closed" in str(error):
                 raise
@@ -100,14 +103,17 @@ def _look(page: Page, name: str, number: int) -> None:
         page.screenshot(path=str(Path(LOOK, f"{name}-{number:02}.png")))
 
 
-KIND = """() => {
-    const found = [
+KIND = """([until, title]) => {
+    const arrived = title
+        ? [...document.querySelectorAll("h1")].some((one) => one.innerText.trim() === title)
+        : until && document.querySelector(until);
+    const found = arrived ? ["arrived"] : [
         ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
         ["card", "#page-size"], ["button", "#stage button:enabled"], ["arrows", ".foot.arrows"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
     return [found?.[0] ?? "none", document.body.innerText.trim()];
 }"""
-"""What is on the screen, and what it says, at one moment."""
+"""What is on the screen, and what it says, at one moment, in which the screen cannot change."""
 
 
 FAINT = """() => {
@@ -135,9 +141,11 @@ FAINT = """() => {
 """Texts whose contrast is below 7 to 1, WCAG 2.2's level AAA; not those of buttons that cannot be pressed."""
 
 
-def step(page: Page, seen: list[str], name: str) -> None:
-    """Answer the screen that is shown, by keys; `seen` gains what it says."""
-    kind, text = page.evaluate(KIND)
+def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "") -> bool:
+    """Answer the screen that is shown, by keys; `seen` gains what it says. True, and unanswered, where it is the last."""
+    kind, text = page.evaluate(KIND, [until, title])
+    if kind == "arrived":
+        return True
     if text and (not seen or seen[-1] != text):
         seen.append(text)
         faint = page.evaluate(FAINT)
@@ -171,3 +179,4 @@ def step(page: Page, seen: list[str], name: str) -> None:
     else:
         page.keyboard.press(" ")
         page.wait_for_timeout(200)
+    return False

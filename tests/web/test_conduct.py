@@ -77,7 +77,7 @@ def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser
     assert before == whole[: len(before)]
     page.reload()
     page.wait_for_function("globalThis.focalgradient")
-    take_part(page, until=".page h1:has-text('" + pages.opening()[0].text.splitlines()[0] + "')")
+    take_part(page, title=pages.opening()[0].text.splitlines()[0])
     done = len(trials) - page.evaluate("focalgradient.page.left.length")
     assert done >= 2  # of those that count: they are not asked for again
     take_part(page)
@@ -112,7 +112,7 @@ def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path
     assert "letters, digits" in page.inner_text("[role=alert]")
     page.fill("#form-handedness", "left")
     page.click("button[type=submit]")
-    seen = take_part(page, until="h1:text-is('What this was about')")
+    seen = take_part(page, title="What this was about")
     keep(page, "debriefing")
     assert not any("right or wrong" in text for text in seen)
     take_part(page)

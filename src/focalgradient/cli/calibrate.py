@@ -25,7 +25,7 @@ from focalgradient.cli.program import (
     writable,
 )
 from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import printable
+from focalgradient.files import printable, refuse_overwriting
 
 if TYPE_CHECKING:
     from focalgradient.calibration import Calibration, FieldFit, Prediction, Priors, Reading
@@ -121,8 +121,9 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
 
     settings = load_targets(targets)
     read = [path for shot in settings.shots for path in (shot.image, shot.flat) if path]
+    refuse_overwriting([targets, *read], [out])
     _refuse_other_names(out)
-    writable(out.parent, (out.name,), [targets, *read])
+    writable(out.parent, (out.name,))
     readings: list[Reading] = []
     shots, fit, shape = settings.shots, room.calibrate, ""
     pairs = settings.pairs if method == "equalise" else []
