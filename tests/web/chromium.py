@@ -81,7 +81,7 @@ def _screen(page: Page) -> str:
 def take_part(
     page: Page, *, seconds: float = 500, until: str = "#complete", title: str = "", name: str = ""
 ) -> list[str]:
-    """Go through the screens by keys until the end, or until a CSS selector or a title is there; gives what they said."""
+    """Go through the screens by keys until the end, or until a CSS selector or a title is there; give their texts."""
     seen: list[str] = []
     end = time.monotonic() + seconds
     arrived = False
@@ -142,7 +142,7 @@ FAINT = """() => {
 
 
 def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "") -> bool:
-    """Answer the screen that is shown, by keys; `seen` gains what it says. True, and unanswered, where it is the last."""
+    """Answer the screen by keys; `seen` gains what it says. True, and unanswered, where `until` or `title` is there."""
     kind, text = page.evaluate(KIND, [until, title])
     if kind == "arrived":
         return True
