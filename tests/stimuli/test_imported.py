@@ -174,3 +174,13 @@ def test_wrong_pictures_are_refused(photos: Path, tmp_path: Path) -> None:
         warnings.simplefilter("error")
         with pytest.raises(InputError, match="the display 32 x 32"):
             import_pictures(photos, photos / "pictures.csv", tmp_path / "set", display=Display((32, 32)))
+
+
+def test_distances_beyond_32_bits_are_refused_by_name(photos: Path, tmp_path: Path) -> None:
+    depth = np.load(photos / "yard.npy").astype(float)
+    depth[0, 0] = 1e60
+    np.save(photos / "far.npy", depth)
+    table = tmp_path / "table.csv"
+    table.write_text(HEADER + "a.png,yard,pinhole,,far.npy,\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"row 2, column depth: far.npy holds a distance of 1e\+60 m"):
+        import_pictures(photos, table, tmp_path / "set")

@@ -88,6 +88,8 @@ def test_pictures_that_the_blur_nearly_fills_are_not_measured(side: int) -> None
         ({"a": (LIGHT, 0 * SLANT)}, "distances that are not positive"),
         ({"a": (-LIGHT, SLANT)}, "light that is negative"),
         ({"a": (LIGHT, np.full(SLANT.shape, np.inf))}, "infinite everywhere"),
+        ({"yard": (LIGHT, np.where(SLANT > 1, 1e60, SLANT))}, r"yard holds a distance of 1e\+60 m, but .* 32-bit"),
+        ({"yard": (LIGHT, np.where(SLANT > 1, 1e-60, SLANT))}, "yard holds a distance of 1e-60 m"),
         ({"a/b": (LIGHT, SLANT)}, "plain file name"),
     ],
 )

@@ -31,7 +31,7 @@ from focalgradient.stimuli.controls import against_discs, judged
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
 
 __all__ = ["import_pictures"]
 
@@ -329,7 +329,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
     if with_depth:
         where = f"{with_depth[0].where}, column depth"
         try:
-            depth = read_distances(folder / str(with_depth[0].depth)).metres.astype(np.float32)
+            depth = stored_distance(read_distances(folder / str(with_depth[0].depth)).metres, str(with_depth[0].depth))
         except InputError as error:
             raise InputError(f"{where}: {error}") from error
         if depth.shape != size[::-1]:

@@ -26,7 +26,7 @@ from focalgradient.stimuli.controls import against_discs, judged
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
+from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
 from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["make_from_photographs"]
@@ -159,6 +159,7 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
             raise InputError(f"{name} holds light that is negative, not finite or zero everywhere: mend the picture.")
         if not (distance > 0).all():
             raise InputError(f"{name} holds distances that are not positive: fill the holes of its depth.")
+        stored_distance(distance, name)
     assert first is not None
     return first
 
@@ -199,9 +200,9 @@ def _scene(
 ) -> None:
     """Make the pictures of one photograph, and their part of the folder's content."""
     sharp, distance = photograph
-    sharp = np.asarray(sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2), np.float32)
-    sharp = sharp / max(1.0, float(sharp.max()))
-    folder.put({f"{name}/depth.npy": npy(distance.astype(np.float32))})
+    sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
+    sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
+    folder.put({f"{name}/depth.npy": npy(stored_distance(distance, name))})
     shown: dict[tuple[Fixation, str], tuple[str, Pupil]] = {}
     for end in FIXATIONS:
         for aperture in lenses:

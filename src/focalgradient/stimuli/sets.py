@@ -21,7 +21,7 @@ from focalgradient.stimuli.folder import MANIFEST
 from focalgradient.stimuli.manifest import Manifest
 from focalgradient.tables import check_table
 
-__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "npy", "png", "read_set"]
+__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "npy", "png", "read_set", "stored_distance"]
 
 LARGEST_PICTURE = 256 << 20
 """Bytes: an 8-bit PNG of the largest display has some 100 MB."""
@@ -300,6 +300,26 @@ def npy(array: NDArray[Any]) -> bytes:
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
+
+
+def stored_distance(distance: NDArray[np.floating], name: str) -> NDArray[np.float32]:
+    """Distances in metres as the files of a set keep them, 32-bit; `InputError` names what cannot be kept.
+
+    >>> stored_distance(np.array([0.5, np.inf]), "yard").tolist()
+    [0.5, inf]
+    >>> stored_distance(np.array([1e60]), "yard")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: yard holds a distance of 1e+60 m, but distances are kept as 32-bit numbers of ...
+    """
+    kept = np.finfo(np.float32)
+    finite = distance[np.isfinite(distance)]
+    beyond = finite[(finite > kept.max) | (finite < kept.tiny)]
+    if beyond.size:
+        raise InputError(
+            f"{name} holds a distance of {beyond[0]:.3g} m, but distances are kept as 32-bit numbers of "
+            f"{kept.tiny:.2g} to {kept.max:.2g}: give its depth in metres, with inf for sky."
+        )
+    return distance.astype(np.float32)
 
 
 def _display(manifest: Manifest) -> Display:
