@@ -62,7 +62,7 @@ ROOMS = {
         "tables",
         "view",
     },
-    "video": {"errors", "files", "view"},
+    "video": {"display", "errors", "files", "progress", "view"},
     "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "parallel", "progress"},

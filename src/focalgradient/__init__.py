@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from focalgradient import view as view
     from focalgradient.eye import Eye
     from focalgradient.render import Rendered, blur, cast, render_bands, render_series
+    from focalgradient.video import read_movie, save_movie
 
 __version__ = "0.1.0"
 __all__ = [
@@ -59,12 +60,18 @@ __all__ = [
     "blur",
     "cast",
     "paper_distance",
+    "read_movie",
     "recover_depth",
     "render_bands",
     "render_series",
+    "save_movie",
 ]
 
-_HOMES = {"Eye": "eye"} | dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render")
+_HOMES = {
+    "Eye": "eye",
+    **dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render"),
+    **dict.fromkeys(["read_movie", "save_movie"], "video"),
+}
 """The room of each name that is loaded when it is first touched."""
 
 

@@ -14,7 +14,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -263,18 +262,10 @@ def _make_loop(
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
     """A whole turn as an MP4 file."""
-    from focalgradient.video import check_frames
+    from focalgradient.video import save_movie
 
-    height, width = pictures[0].shape
     with staged(folder) as hidden:  # OpenCV writes to a path alone
-        path = hidden / "video.mp4"
-        writer = cv2.VideoWriter(
-            str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), frame_rate, (width, height), isColor=True
-        )
-        for picture in [*pictures] * LOOPS:
-            writer.write(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
-        writer.release()
-        check_frames(path, LOOPS * len(pictures))
+        path = save_movie([*pictures] * LOOPS, hidden / "video.mp4", rate=frame_rate, lossless=False)
         return read_bytes(path, "a video")
 
 

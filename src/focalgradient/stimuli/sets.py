@@ -21,7 +21,18 @@ from focalgradient.stimuli.folder import MANIFEST
 from focalgradient.stimuli.manifest import Manifest
 from focalgradient.tables import check_table
 
-__all__ = ["Fixation", "Picture", "ShownScene", "StimulusSet", "Target", "display_json", "npy", "png", "read_set", "stored_distance"]
+__all__ = [
+    "Fixation",
+    "Picture",
+    "ShownScene",
+    "StimulusSet",
+    "Target",
+    "display_json",
+    "npy",
+    "png",
+    "read_set",
+    "stored_distance",
+]
 
 LARGEST_PICTURE = 256 << 20
 """Bytes: an 8-bit PNG of the largest display has some 100 MB."""

@@ -1,0 +1,116 @@
+"""Pairs of views out of a video whose frames alternate between two apertures, one in even frames, one in odd.
+
+Each two successive frames make a pair, so that n frames give n - 1 maps of depth; two frames are held at a time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from focalgradient.errors import InputError
+from focalgradient.video.reading import Frame, Grey, Skipped
+
+__all__ = ["PLAIN", "Pair", "alternation", "pairs"]
+
+PLAIN = 0.1
+"""Change of the logarithm of detail from frame to frame below which the two apertures cannot be distinguished."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Two successive frames: the one through the aperture of even frames, and the one through that of odd frames.
+
+    `number` is the later one's.
+    """
+
+    number: int
+    even: Grey
+    odd: Grey
+
+
+def alternation(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], most: int = 24) -> float:
+    """Logarithm of the detail of even over that of odd frames: the median over the first `most` successive frames.
+
+    `detail` measures a frame's high-frequency content. Positive: even frames are the sharper, by this much.
+
+    >>> import itertools
+    >>> frames = (Frame(n, np.full((1, 1), 20 if n % 2 else 40, np.uint8)) for n in itertools.count())
+    >>> round(alternation(frames, lambda image: float(image.mean())), 3)
+    0.693
+    """
+    steps = []
+    before: tuple[int, float] | None = None
+    for item in islice(frames, most):
+        if isinstance(item, Frame):
+            level = math.log(max(detail(item.image), 1e-12))
+            if before is not None and item.number == before[0] + 1:
+                steps.append((level - before[1]) * (1 if item.number % 2 == 0 else -1))
+            before = item.number, level
+    if not steps:
+        raise InputError("the video has no two successive frames that can be decoded: give one with more frames.")
+    return float(np.median(steps))
+
+
+def pairs(frames: Iterable[Frame | Skipped], detail: Callable[[Grey], float], step: float) -> Iterator[Pair | Skipped]:
+    """Each two successive frames of either aperture; what breaks the alternation is reported, and pairing goes on.
+
+    Parameters
+    ----------
+    frames
+        As `Source.frames` gives them.
+    detail
+        Measures a frame's high-frequency content.
+    step
+        What `alternation` found. Two successive frames whose detail differs by less than half of it show one aperture:
+        a frame between them was lost without trace. Where it changes the wrong way round, one was lost before. Below
+        10 % neither can be detected, and frames are taken as they come.
+
+    Yields
+    ------
+    Pair or Skipped
+        In the frames' order. A frame without a partner, before or after it, is reported too.
+    """
+    # Parity of the frames' numbers, once those lost without trace are counted too.
+    lost = 0
+    before: Frame | None = None
+    before_level = 0.0
+    paired = True
+    for item in frames:
+        if isinstance(item, Skipped):
+            if before is not None and not paired:
+                yield Skipped(before.number, before.number, _ALONE)
+            before, paired = None, True
+            yield item
+            continue
+        level = math.log(max(detail(item.image), 1e-12))
+        if before is None:
+            before, before_level, paired = item, level, False
+            continue
+        change = (level - before_level) * (1 if (item.number + lost) % 2 == 0 else -1)
+        wrong = None
+        if abs(step) > PLAIN and abs(change) < abs(step) / 2:
+            wrong = "show one aperture, so that a frame between them was lost"
+        elif abs(step) > PLAIN and change * step < 0:
+            wrong = "alternate the wrong way round, as after a loss or a cut"
+        if wrong is not None:
+            if not paired:
+                yield Skipped(before.number, before.number, _ALONE)
+            yield Skipped(before.number, item.number, wrong)
+            lost += 1
+            paired = False
+        else:
+            step += 0.1 * (float(np.clip(change, -2 * abs(step), 2 * abs(step))) - step)
+            even, odd = (item, before) if (item.number + lost) % 2 == 0 else (before, item)
+            yield Pair(item.number, even.image, odd.image)
+            paired = True
+        before, before_level = item, level
+    if before is not None and not paired:
+        yield Skipped(before.number, before.number, _ALONE)
+
+
+_ALONE = "has no neighbour through the other aperture"

@@ -1,0 +1,287 @@
+"""Frames of a video file, one at a time; what cannot be decoded is passed on as `Skipped`, never dropped silently.
+
+Frames are numbered from 0 as the file's clock counts them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self, TypeVar
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.files import opened, printable
+from focalgradient.view import LUMINANCE
+
+__all__ = [
+    "Frame",
+    "Grey",
+    "Skipped",
+    "Source",
+    "ahead",
+    "check_frames",
+    "check_name",
+    "luminance",
+    "quiet",
+    "read_movie",
+]
+
+Grey = NDArray[np.uint8]
+
+CONTAINERS = "mov,mp4,matroska,webm,avi,mpegts,mpeg,asf,flv,ogg,mxf,dv,nut,m4v,h264,hevc,yuv4mpegpipe"
+"""Demuxers that FFmpeg may use: files of one video. Its others include lists, which open other files."""
+
+FFMPEG_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
+"""Environment variable from which OpenCV takes FFmpeg's options, as key;value|key;value."""
+
+LARGEST_VIDEO = 2**60
+"""Bytes of a video: any number, as it is read frame by frame."""
+
+GREY_8, GREY_16 = int.from_bytes(b"Y800", "little"), int.from_bytes(b"Y1\x00\x10", "little")
+"""What FFmpeg calls pixels of one grey value, of 8 and of 16 bits."""
+
+LIGHTS = 1 << 14
+"""Steps of light in which luminance is summed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A frame as stored: luma, H x W, uint8, with its number from 0."""
+
+    number: int
+    image: Grey
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """Frames, first to last, that gave no depth, and why."""
+
+    first: int
+    last: int
+    reason: str
+
+
+class Source:
+    """A video file, read frame by frame.
+
+    Parameters
+    ----------
+    path
+        A file of one video in one of the `CONTAINERS`, as MP4, MOV, Matroska, AVI, WebM or MPEG.
+    grey
+        Makes one stored value of a pixel's blue, green and red (H x W x 3, uint8): by default luma, their weighted mean
+        as stored.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened as a video.
+    """
+
+    def __init__(self, path: Path, grey: Callable[[Grey], Grey] | None = None) -> None:
+        self.path = path
+        self._grey = grey or _luma
+        check_name(path)
+        with opened(path, "a video", LARGEST_VIDEO):
+            pass
+        with quiet():
+            self._capture = _opened(path)
+        if not self._capture.isOpened():
+            raise InputError(f"{printable(path)} cannot be read as a video: give a file that FFmpeg can decode.")
+        fps = float(self._capture.get(cv2.CAP_PROP_FPS))
+        self.fps = fps if math.isfinite(fps) and fps > 0 else 30.0
+        # An estimate from the file's header; 0 where it has none.
+        self.declared = max(0, int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._capture.release()
+
+    def frames(self) -> Iterator[Frame | Skipped]:
+        """Every frame that can be decoded, in order, and what lies between where some cannot."""
+        for number, image in self._decoded():
+            yield image if isinstance(image, Skipped) else Frame(number, self._grey(np.asarray(image, np.uint8)))
+
+    def stored(self) -> Iterator[NDArray[Any]]:
+        """Every frame as it is stored: grey, H x W, uint8 or uint16, or red, green and blue, H x W x 3, uint8.
+
+        Raises
+        ------
+        InputError
+            At the first frame that cannot be decoded.
+        """
+        depth = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT))
+        if depth == GREY_16:
+            with quiet():
+                self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
+        for _, image in self._decoded():
+            if isinstance(image, Skipped):
+                raise InputError(
+                    f"frame {image.first} of {printable(self.path)} {image.reason}: give a file that is whole."
+                )
+            if depth in (GREY_8, GREY_16):
+                yield image if image.ndim == 2 else image[..., 0].copy()
+            else:
+                yield image[..., ::-1].copy()
+
+    def _decoded(self) -> Iterator[tuple[int, NDArray[Any] | Skipped]]:
+        """Number and image as OpenCV decodes it, or what lies between where some cannot be decoded."""
+        number, size = -1, None
+        while True:
+            decoded, image = self._capture.read()
+            if not decoded:
+                break
+            # The clock jumps over frames that the decoder passed over; not every kind of file keeps one.
+            clock = round(float(self._capture.get(cv2.CAP_PROP_POS_MSEC)) * self.fps / 1000)
+            missing = max(0, clock - number - 1)
+            if missing:
+                yield number, Skipped(number + 1, number + missing, "could not be decoded")
+            number += 1 + missing
+            size = size or image.shape[:2]
+            if image.shape[:2] != size:
+                was, is_now = (f"{width} x {height}" for height, width in (size, image.shape[:2]))
+                yield number, Skipped(number, number, f"is {is_now} pixels where the first was {was}")
+                continue
+            yield number, image
+        if number + 1 < self.declared:
+            lost = Skipped(number + 1, self.declared - 1, "could not be decoded, by the file's own count")
+            yield number, lost
+
+
+def read_movie(path: str | os.PathLike[str]) -> Iterator[NDArray[Any]]:
+    """Read the frames that `save_movie` wrote, one at a time: exactly, where it wrote them without loss.
+
+    Parameters
+    ----------
+    path
+        A file of one video.
+
+    Yields
+    ------
+    ndarray
+        A frame: grey, H x W, uint8 or uint16, or red, green and blue, H x W x 3, uint8, as stored.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened as a video, or at the first frame that cannot be decoded.
+    """
+    with Source(Path(path)) as source:
+        yield from source.stored()
+
+
+def _luma(colours: Grey) -> Grey:
+    return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def luminance(levels: NDArray[np.float32]) -> Callable[[Grey], Grey]:
+    """What makes the stored value nearest to their luminance of pixels stored as blue, green and red (H x W x 3).
+
+    Light is weighted (as Rec. 709 does), not stored values: these are decoded by `levels`, the linear radiance of the
+    256. A pixel with a colour at the top is given the top value, as its light is not known.
+
+    >>> pixels = np.array([[[100, 100, 100], [0, 0, 200], [3, 255, 7]]], np.uint8)
+    >>> luminance(np.linspace(0, 1, 256, dtype=np.float32) ** 2)(pixels).tolist()
+    [[100, 92, 255]]
+    """
+    shares = (levels - levels[0]) / (levels[-1] - levels[0])
+    scaled = np.rint(LIGHTS * np.outer(LUMINANCE[::-1], shares)).astype(np.int32)
+    nearest = np.searchsorted((shares[1:] + shares[:-1]) / 2, np.arange(LIGHTS + 3) / LIGHTS).astype(np.uint8)
+
+    def of(colours: Grey) -> Grey:
+        stored = np.empty(colours.shape[:2], np.uint8)
+        _luminance_rows(colours, scaled, nearest, stored)
+        return stored
+
+    return of
+
+
+@njit(nogil=True, cache=True)
+def _luminance_rows(colours, scaled, nearest, stored):  # type: ignore[no-untyped-def]
+    for row in range(stored.shape[0]):
+        for x in range(stored.shape[1]):
+            blue, green, red = colours[row, x, 0], colours[row, x, 1], colours[row, x, 2]
+            light = nearest[scaled[0, blue] + scaled[1, green] + scaled[2, red]]
+            stored[row, x] = 255 if max(blue, green, red) == 255 else light
+
+
+Item = TypeVar("Item")
+
+
+def ahead(items: Iterable[Item], most: int = 3) -> Generator[Item, None, None]:
+    """`items`, worked out in a thread of their own, up to `most` before they are asked for.
+
+    >>> list(ahead(range(5)))
+    [0, 1, 2, 3, 4]
+    """
+    end: Final = object()
+    iterator = iter(items)
+    with ThreadPoolExecutor(1, thread_name_prefix="ahead") as pool:
+        coming = deque(pool.submit(next, iterator, end) for _ in range(most))
+        try:
+            while (item := coming.popleft().result()) is not end:
+                coming.append(pool.submit(next, iterator, end))
+                yield item  # type: ignore[misc]
+        finally:
+            for one in coming:
+                one.cancel()
+
+
+def check_frames(path: Path, frames: int) -> None:
+    """Refuse, as an InputError, a video that lacks frames it was given, as on a full disk: OpenCV says nothing."""
+    video = _opened(path)
+    found = sum(1 for _ in takewhile(bool, (video.grab() for _ in range(frames))))
+    video.release()
+    if found < frames:
+        raise InputError(
+            f"{found} of {frames} frames of {printable(path.name)} could be written: make room on the disk."
+        )
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep OpenCV's own remarks off standard error."""
+    before = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(before)
+
+
+def _opened(path: Path) -> cv2.VideoCapture:
+    """Open a video by the demuxers of `CONTAINERS` alone."""
+    before = os.environ.get(FFMPEG_OPTIONS)
+    os.environ[FFMPEG_OPTIONS] = f"protocol_whitelist;file|format_whitelist;{CONTAINERS}"
+    try:
+        return cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    finally:
+        if before is None:
+            del os.environ[FFMPEG_OPTIONS]
+        else:
+            os.environ[FFMPEG_OPTIONS] = before
+
+
+def check_name(path: Path) -> None:
+    """Refuse a name that OpenCV cannot be given."""
+    try:
+        if "\0" not in str(path).encode().decode():
+            return
+    except UnicodeEncodeError:
+        pass
+    raise InputError(f"{printable(path)} has a name that is not UTF-8, which video files need: rename it.")

@@ -1,0 +1,198 @@
+"""Movies: frames written as a video file, without loss unless asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError, check_number, described
+from focalgradient.files import printable, write_whole
+from focalgradient.progress import Progress
+from focalgradient.video.reading import Grey, check_frames, check_name, quiet
+
+__all__ = ["CODECS", "check_ending", "save_movie", "write_frames"]
+
+CODECS = {".mp4": "mp4v", ".mov": "mp4v", ".mkv": "mp4v", ".avi": "MJPG", ".webm": "VP80"}
+"""How each kind of file is compressed: what OpenCV's own FFmpeg writes everywhere and common players show."""
+
+ROUNDING = 1e-6
+"""Light beyond 0 to 1 that counts as rounding of 32-bit numbers."""
+
+LOSSLESS = (".mkv", ".avi", ".mov")
+"""Kinds of file that hold FFV1, which keeps every pixel as it is."""
+
+FASTEST = 1e4
+"""Frames a second that a file may state; displays reach some 500."""
+
+
+def save_movie(
+    frames: Iterable[NDArray[Any]],
+    path: str | Path,
+    *,
+    rate: float,
+    lossless: bool = True,
+    display: Display | None = None,
+    count: int | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write frames as a video file, one at a time: the file is there under its name when it is whole.
+
+    `read_movie` is the inverse.
+
+    Parameters
+    ----------
+    frames
+        In order; any iterable, of which one frame at a time is held. Stored values: uint8, or uint16 for grey, H x W,
+        or uint8, H x W x 3 (red, green, blue). Or linear light in shares of the display's white, floats of 0 to 1,
+        which are encoded for the `display`. All of one shape and kind, with even width and height.
+    path
+        Where to write: in .mkv, .avi or .mov; compressed also in .mp4 or .webm.
+    rate
+        Frames a second.
+    lossless
+        Whether every pixel is kept as it is (FFV1); else compressed, for common players: mean error about 1 step of
+        8 bits for smooth frames, colours at half the resolution.
+    display
+        Encodes light; by default one with the curve of sRGB.
+    count
+        Number of frames, where it is known, for `progress`.
+    progress
+        Called with the share done, 0 to 1, and a few words.
+
+    Returns
+    -------
+    Path
+        Of the file.
+
+    Raises
+    ------
+    InputError
+        If there is no frame, a frame is of another kind than the first, the ending does not fit, or the file cannot be
+        written; then nothing stands under its name.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from focalgradient.video import read_movie
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = save_movie((np.full((4, 6), n, np.uint8) for n in range(3)), f"{folder}/ramp.mkv", rate=60)
+    ...     [int(frame[0, 0]) for frame in read_movie(path)]
+    [0, 1, 2]
+    """
+    path = Path(path)
+    check_ending(path)
+    check_number("rate", rate, "frames a second", positive=True)
+    if rate > FASTEST:
+        raise InputError(f"rate is {rate:g}, but must be frames a second, at most {FASTEST:g}.")
+    if lossless and path.suffix.lower() not in LOSSLESS:
+        raise InputError(
+            f"{printable(path)} ends in {path.suffix}, which is always compressed: choose one of "
+            f"{', '.join(LOSSLESS)}, or say lossless=False."
+        )
+    say = progress or (lambda share, words: None)
+    encode = (display or Display()).encode
+    write_whole(path, lambda hidden: _write(frames, hidden, path.name, rate, lossless, encode, count, say))
+    say(1.0, "finished")
+    return path
+
+
+def _write(
+    frames: Iterable[NDArray[Any]],
+    hidden: Path,
+    name: str,
+    rate: float,
+    lossless: bool,
+    encode: Callable[[NDArray[Any]], Grey],
+    count: int | None,
+    say: Progress,
+) -> None:
+    """Write frames to a path; `name` is what messages call it."""
+    writer, first, number = None, None, 0
+    try:
+        for number, frame in enumerate(frames, 1):
+            stored = _stored(frame, number - 1, encode)
+            kind = stored.shape, stored.dtype
+            if writer is None:
+                first = kind
+                writer = _writer(hidden, name, stored, rate, lossless)
+            elif kind != first:
+                raise InputError(
+                    f"frame {number - 1} is an array of shape {stored.shape}, {stored.dtype}, but the first was of "
+                    f"{first[0]}, {first[1]}: give frames of one shape and kind."  # type: ignore[index]
+                )
+            if stored.ndim == 3:
+                stored = stored[..., ::-1]
+            elif not lossless:
+                stored = np.repeat(stored[..., None], 3, axis=2)
+            writer.write(np.ascontiguousarray(stored))
+            say(min(number / count, 1.0) if count else 0.0, f"frame {number}")
+    finally:
+        if writer is not None:
+            writer.release()
+    if writer is None:
+        raise InputError("frames has no frame, but a movie needs one at least: give what it is to show.")
+    check_frames(hidden, number)
+
+
+def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> NDArray[Any]:
+    """Values of a frame as a file keeps them, refused unless it is a picture."""
+    values = np.asarray(frame)
+    if values.dtype.kind == "f":
+        if not np.isfinite(values).all() or values.min(initial=0) < -ROUNDING or values.max(initial=0) > 1 + ROUNDING:
+            raise InputError(
+                f"frame {number} holds light beyond 0 to 1, in shares of the display's white: scale it, so that its "
+                "brightest place is white."
+            )
+        values = encode(values)
+    picture = (values.ndim == 2 and values.dtype in (np.uint8, np.uint16)) or (
+        values.ndim == 3 and values.shape[2] == 3 and values.dtype == np.uint8
+    )
+    if not picture or not values.size:
+        raise InputError(
+            f"frame {number} is {described(values)} of {values.dtype}, but must be H x W (uint8 or uint16), H x W x 3 "
+            "(uint8), or light as floats of 0 to 1."
+        )
+    height, width = values.shape[:2]
+    if height % 2 or width % 2:
+        raise InputError(
+            f"frame {number} has {width} x {height} pixels, but video needs even sides: add or cut a row or a column."
+        )
+    return values
+
+
+def _writer(hidden: Path, name: str, first: NDArray[Any], rate: float, lossless: bool) -> cv2.VideoWriter:
+    """Open the encoder for frames like the first."""
+    if first.dtype == np.uint16 and not lossless:
+        raise InputError("frames are of 16 bits, which only lossless files keep: leave lossless, or give 8 bits.")
+    depth = cv2.CV_16U if first.dtype == np.uint16 else cv2.CV_8U
+    colours = first.ndim == 3 or not lossless
+    code = cv2.VideoWriter.fourcc(*("FFV1" if lossless else CODECS[hidden.suffix.lower()]))
+    settings = [cv2.VIDEOWRITER_PROP_IS_COLOR, int(colours), cv2.VIDEOWRITER_PROP_DEPTH, depth]
+    with quiet():
+        writer = cv2.VideoWriter(str(hidden), cv2.CAP_FFMPEG, code, rate, first.shape[1::-1], settings)
+    if not writer.isOpened():
+        raise InputError(
+            f"{printable(name)} cannot be written as a video of {first.shape[1]} x {first.shape[0]} pixels at {rate:g} "
+            "frames a second: choose a name in .mkv, .avi or .mp4, or another rate."
+        )
+    return writer
+
+
+def write_frames(path: Path, frames: Sequence[Grey], fps: float) -> None:
+    """Write frames at `fps` frames a second as `save_movie` does: without loss, but for names that end in .mp4."""
+    save_movie(frames, path, rate=fps, lossless=path.suffix.lower() != ".mp4")
+
+
+def check_ending(path: Path) -> None:
+    """Refuse a name whose ending is no kind of video that can be written."""
+    check_name(path)
+    if path.suffix.lower() not in CODECS:
+        raise InputError(
+            f"{printable(path)} has no ending of a video that can be written: use one of {', '.join(CODECS)}."
+        )
