@@ -69,12 +69,22 @@ def test_depth_of_a_wall(folder: Path) -> None:
     assert np.nanmedian(values) == pytest.approx(DISTANCE, rel=0.05)
     summary = json.loads(Path("depth.json").read_text())
     assert summary["frames_read"] == 10
-    assert summary["depth_frames"] == 9
+    assert summary["depth_frames"] == summary["frames_with_depth"] == 9
     assert summary["skipped"] == []
     assert summary["settings"]["optics"]["f_numbers"] == [16, 5.6]
     capture = cv2.VideoCapture("depth.mp4")
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == 9
     assert sorted(path.name for path in folder.iterdir()) == ["depth.json", "depth.mp4", "depth.npy", "video.mkv"]
+
+
+def test_a_video_without_depth_is_written_and_ends_with_exit_code_1(folder: Path) -> None:
+    write(Path("blank.mkv"), [np.full((144, 192), 120.0)] * 2, [0, 1] * 3)
+    result = run("blank.mkv", "--out", "depth.mp4", *OPTICS)
+    assert result.exit_code == 1, result.output
+    assert result.stdout.splitlines()[-1].startswith("No depth in any frame: most likely as the scene shows too little")
+    summary = json.loads(Path("depth.json").read_text())
+    assert (summary["depth_frames"], summary["frames_with_depth"]) == (5, 0)
+    assert Path("depth.mp4").exists()
 
 
 def test_without_optics_it_is_focal_disparity_and_says_so(folder: Path) -> None:

@@ -22,6 +22,7 @@ from focalgradient.cli.program import (
     announce,
     force_option,
     json_option,
+    nothing_valid,
     placing,
     progress,
     show,
@@ -54,6 +55,12 @@ OPTICS = {
     "focus_distance": "--focus-distance",
     "pixel_pitch": "--pixel-pitch",
 }
+
+NO_DEPTH = (
+    "the scene shows too little texture, or its blur is none that the stated optics and limits allow: check "
+    "--f-number, --focus-distance, --near and --far"
+)
+"""The likeliest cause where no frame has depth."""
 
 SECONDS = 0.034 / (1920 * 1080)
 """Seconds a frame and pixel on two cores, decoding and coding included."""
@@ -143,7 +150,8 @@ def stream(
     focus and falling to 0 with blur. Frames that cannot be decoded or paired are reported and skipped.
 
     Writes DEPTH_VIDEO, black where there is no estimate, with its scale at the side; beside it a file of the same
-    name ending in .json with the settings and what was skipped; and FILE.npy. Interrupted, it writes nothing.
+    name ending in .json with the settings and what was skipped; and FILE.npy. Interrupted, it writes nothing. Exit
+    code 1: no frame has depth.
 
     Method: the ratio of detail ('ratio' of the command depth), with errors of some per cent. A second of video of
     1920 x 1080 pixels at 30 frames takes about 2 s on two cores.
@@ -202,6 +210,7 @@ def stream(
         f"Depth frames: {counts.depth_frames} from {counts.frames} frames, {rate:.1f} a second",
         f"Written: {', '.join(printable(place) for place in places)}",
     )
+    nothing_valid(None if counts.with_depth else NO_DEPTH, "No depth in any frame")
 
 
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
@@ -251,12 +260,18 @@ class _Counts:
 
     frames: int = 0
     depth_frames: int = 0
+    with_depth: int = 0  # of the frames of depth, those in which any block is valid
     skipped: list[Skipped] = field(default_factory=list)
 
     def noted(self) -> dict[str, Any]:
         """The counts as the note beside the video states them."""
         places = [{"first": item.first, "last": item.last, "reason": item.reason} for item in self.skipped]
-        return {"frames_read": self.frames, "depth_frames": self.depth_frames, "skipped": places}
+        return {
+            "frames_read": self.frames,
+            "depth_frames": self.depth_frames,
+            "frames_with_depth": self.with_depth,
+            "skipped": places,
+        }
 
     def report(self, note: Path) -> None:
         """Name on standard error what was skipped."""
@@ -336,8 +351,10 @@ def _recover(
             if isinstance(pair, Skipped):
                 counts.skipped.append(pair)
             else:
-                output.write(*to_grid(pair.even, pair.odd))
+                grid, valid = to_grid(pair.even, pair.odd)
+                output.write(grid, valid)
                 counts.depth_frames += 1
+                counts.with_depth += bool(valid.any())
     return counts
 
 

@@ -1,8 +1,8 @@
 """Whether other optics than those stated explain the views better: an order reversed, apertures off by a factor.
 
 What is stated of the optics is typed by people and rounded by cameras. Apertures or foci of the wrong views leave more
-of the views than noise does, wherever they are blurred. Noise is estimated anew for each likely slip, as wrong optics
-inflate it, and the least serves all: the same part of the views is compared for the stated optics and for the slips.
+of the views than noise does, wherever they are blurred. Noise is estimated anew for each slip that leaves less than the
+stated optics, as wrong optics inflate it, and the least serves all: the same part of the views is compared for all.
 The slip that leaves clearly less is named, unless the stated optics leave as little with blur of another shape. It is a
 warning: depth stays that of the stated optics. A common factor of all apertures, or a common shift of all foci, leaves
 nothing more: only a calibration finds those. Nor does the order of two foci, whose depths are each other's mirror
@@ -79,12 +79,16 @@ def judge_optics(
         blurs = model[0].blurs(model[1].psf, model[1].k)
         return noise_from_residuals(problem.registered, blurs, settings.window, given)[0]
 
-    first = fit_models(list(slips.values()), part, noise_of(stated[0]), settings.window)
-    ranked = sorted(zip(slips, first, strict=True), key=lambda one: one[1].misfit)[:COMPARED]
+    first = fit_models([*stated, *slips.values()], part, noise_of(stated[0]), settings.window)
+    left = {STATED: min(fit.misfit for fit in first[: len(stated)])}
+    ranked = sorted(zip(slips, first[len(stated) :], strict=True), key=lambda one: one[1].misfit)[:COMPARED]
+    # Noise that wrong optics inflate hides what they leave, but not that a slip leaves less: seldom worth estimating.
+    if not ranked or ranked[0][1].misfit >= left[STATED]:
+        return left | {name: fit.misfit for name, fit in ranked}, []
     models = [*stated, *(slips[name] for name, _ in ranked)]
     least = min((noise_of(model) for model in models), key=lambda noise_sd: float(np.sum(np.log(noise_sd))))
     fits = fit_models(models, part, least, settings.window)
-    left = {name: fit.misfit for (name, _), fit in zip(ranked, fits[len(stated) :], strict=True)}
+    left |= {name: fit.misfit for (name, _), fit in zip(ranked, fits[len(stated) :], strict=True)}
     left[STATED] = min(fit.misfit for fit in fits[: len(stated)])
     best = likelier_slip(left)
     if best is None:
