@@ -35,6 +35,7 @@ ROOMS = {
         "view",
     },
     "srgb": set(),
+    "live": {"display", "errors", "eye", "files", "memory", "optics", "progress", "render", "srgb"},
     "display": {"errors", "plausibility", "srgb"},
     "luminance": {"errors", "files"},
     "stimuli": {
@@ -63,14 +64,17 @@ ROOMS = {
         "view",
     },
     "video": {"display", "errors", "files", "progress", "view"},
-    "lab": {"dataset", "design", "display", "errors", "files", "luminance", "optics", "render", "scenes", "stimuli"},
+    "lab": {
+        *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scenes"),
+        "stimuli",
+    },
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "parallel", "progress"},
     "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
-        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "memory", "optics"),
+        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live", "memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
         *("display", "luminance", "progress", "video", "view", "web"),

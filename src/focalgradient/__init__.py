@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from focalgradient import eye as eye
     from focalgradient import files as files
     from focalgradient import lab as lab
+    from focalgradient import live as live
     from focalgradient import memory as memory
     from focalgradient import observers as observers
     from focalgradient import optics as optics
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from focalgradient import video as video
     from focalgradient import view as view
     from focalgradient.eye import Eye
+    from focalgradient.live import FocusSeries
     from focalgradient.render import Rendered, blur, cast, render_bands, render_series
     from focalgradient.video import read_movie, save_movie
 
@@ -53,6 +55,7 @@ __all__ = [
     "DepthMap",
     "Eye",
     "FocalGradientWarning",
+    "FocusSeries",
     "InputError",
     "Lens",
     "Rendered",
@@ -69,6 +72,7 @@ __all__ = [
 
 _HOMES = {
     "Eye": "eye",
+    "FocusSeries": "live",
     **dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render"),
     **dict.fromkeys(["read_movie", "save_movie"], "video"),
 }

@@ -9,7 +9,7 @@ paper's equations in its own terms stand in `focalgradient.paper`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -26,6 +26,7 @@ __all__ = [
     "Side",
     "check_optics",
     "own_blur",
+    "refocused",
 ]
 
 Side = Literal["beyond", "nearer"]
@@ -126,6 +127,16 @@ class Lens:
     def sensor_distance(self) -> float:
         """Distance v0 from lens to sensor in metres, by the thin lens's law 1/u + 1/v = 1/F: Eq. 12."""
         return 1.0 / (1.0 / self.focal_length - self.focus_vergence)
+
+    def refocused(self, vergence: float) -> Lens:
+        """Return the same lens focused at another `vergence` (D, 0 for infinity), its aperture unchanged.
+
+        >>> Lens(0.050, 2, 1.0).refocused(0.5).focus_distance
+        2.0
+        """
+        if not vergence >= 0:
+            raise InputError(f"vergence is {vergence!r} D, but a lens focuses from 0 D, infinity, upwards.")
+        return replace(self, focus_distance=1 / vergence if vergence > 0 else float("inf"))
 
     def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
@@ -293,6 +304,26 @@ def own_blur(optics: Any) -> OwnBlur | None:
             "which is of round blur: add `through_focus` or `optical_transfer`."
         )
     return OwnBlur(optics, bool(stated))
+
+
+def refocused(optics: Any, vergence: float) -> Any:
+    """Return the same optics focused at another `vergence` (D), by their own method ``refocused(vergence)``.
+
+    Raises
+    ------
+    InputError
+        If they have no such method, or cannot focus there.
+
+    Examples
+    --------
+    >>> refocused(Lens(0.05, 2, 1.0), 4.0).focus_distance
+    0.25
+    """
+    if not callable(getattr(optics, "refocused", None)):
+        raise InputError(
+            f"optics is {described(optics)}, which cannot be focused elsewhere: give it a method refocused(vergence)."
+        )
+    return optics.refocused(vergence)
 
 
 def check_optics(optics: Any) -> None:

@@ -165,6 +165,14 @@ class Eye:
         """
         return np.asarray(self.accommodation - self.chromatic_scale * chromatic_difference(wavelength_nm))
 
+    def refocused(self, vergence: float) -> Eye:
+        """Return the same eye with its plane of focus, in its own light, at another `vergence` (D, any sign).
+
+        >>> Eye(0.004, 1.0, wavelength_nm=450.0).refocused(2.0).focus_vergence
+        2.0
+        """
+        return replace(self, accommodation=self.accommodation + (vergence - self.focus_vergence))
+
     def in_light(self, wavelength_nm: float) -> Eye:
         """The same eye at the same moment in light of this wavelength."""
         return replace(self, wavelength_nm=wavelength_nm)

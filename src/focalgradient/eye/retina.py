@@ -117,6 +117,10 @@ class Cones:
         """The same cones at a moment of another accommodation (D)."""
         return replace(self, eye=replace(self.eye, accommodation=accommodation))
 
+    def refocused(self, vergence: float) -> Cones:
+        """The same cones with their mean plane of focus at `vergence` (D)."""
+        return self.accommodated(self.eye.accommodation + (vergence - self.focus_vergence))
+
     @property
     def isotropic(self) -> bool:
         """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""

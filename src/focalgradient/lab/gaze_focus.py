@@ -1,4 +1,4 @@
-"""Focus where one looks: a focus series of which the picture is shown that is in focus at the place looked at.
+"""Focus where one looks: a focus series, shown in focus at the distance of the place looked at.
 
 The gaze is that of an eye tracker (ioHub, extra gaze), or the mouse's pointer. The distance of what is shown there
 chooses the focus of the series. From each gaze sample that changed the focus to the first frame that shows it the time
@@ -22,7 +22,6 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
 from focalgradient.lab.experiment import EVENTS, Again, Quit
-from focalgradient.lab.focus_series import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
@@ -34,6 +33,7 @@ from focalgradient.lab.preparation import (
     read_markers,
 )
 from focalgradient.lab.running import guard
+from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -52,7 +52,7 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
         type=Path,
         required=True,
         metavar="DIR",
-        help="folder that 'focalgradient blur' made, of two foci up",
+        help="folder that 'focalgradient focus-series' made, or 'focalgradient blur' of two foci up",
     )
     add("--gaze", choices=("mouse", "tracker"), default="mouse", help="what gives the place looked at (default: mouse)")
     add_tracker(parser)
@@ -97,7 +97,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         module = import_screen()
         display = _display(options, module)
         size = WINDOW if options.windowed else display.size_px
-        height, width = series.metres.shape
+        height, width = series.distance.shape
         if width > size[0] or height > size[1]:
             raise InputError(
                 f"the series has {width} x {height} pixels, but the window {size[0]} x {size[1]}: make it smaller, or "
@@ -130,7 +130,7 @@ def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[
         "task": "gazefocus",
         "participant": options.participant,
         "session": options.session,
-        "series": printable(series.folder),
+        "series": printable(options.series),
         "focus_dioptre": series.vergences,
         "gaze": kind,
         "language": options.language,
@@ -183,10 +183,10 @@ def _window(
         gaze = open_gaze(screen, tracker)
         gaze.calibrate()
         _note_gaze(journal, screen, gaze, series, calibrated=options.monitor is not None)
-        pictures = [screen.picture(pixels) for pixels in series.encoded(display)]
-        screen.warm(*pictures)
+        view = screen.refocused(series)
+        screen.warm(view)
         _instruct(screen)
-        _follow(screen, gaze, series, pictures, options, journal, start)
+        _follow(screen, gaze, series, view, options, journal, start)
         screen.on_event("end", screen.now())
     except Quit:
         return 1
@@ -200,7 +200,7 @@ def _window(
 
 def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries, *, calibrated: bool) -> None:
     """Write down what the gaze is recorded with, and where the picture is: a kill leaves nothing else that says it."""
-    height, width = series.metres.shape
+    height, width = series.distance.shape
     display = screen.display
     journal.write(
         {
@@ -238,13 +238,13 @@ def _follow(
     screen: Screen,
     gaze: Gaze,
     series: FocusSeries,
-    pictures: Sequence[Any],
+    view: Any,
     options: argparse.Namespace,
     journal: Journal,
     start: float,
 ) -> None:
     """Show frames, each in the focus that the gaze asks for, until the time is over."""
-    height, width = series.metres.shape
+    height, width = series.distance.shape
     # The picture's middle, in the window: half a pixel off where one side is odd and the other even.
     middle = [(side - own) % 2 / 2 for side, own in zip(screen.size, (width, height), strict=True)]
     around = AROUND_DEG * screen.display.pixels_per_degree
@@ -261,7 +261,8 @@ def _follow(
             if vergence is not None and (focusing.look(series.nearest(vergence)) or onset is None):
                 pending = (found, x, y, vergence)
                 lit = not lit
-        pictures[series.number_of(focusing.step(screen.frame_s))].draw()
+        view.focus = focusing.step(screen.frame_s)
+        view.draw()
         flip = screen.frame(lit)
         if onset is None:
             onset = flip

@@ -30,6 +30,8 @@ from focalgradient.design.words import Words, load_words  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
+from focalgradient.lab.focus_view import FocusView  # noqa: E402
+from focalgradient.live import FocusSeries  # noqa: E402
 from focalgradient.luminance import Luminance  # noqa: E402
 
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]
@@ -397,6 +399,10 @@ class Screen:
         return visual.ImageStim(
             self.window, image, size=(width, height), pos=place, units="pix", interpolate=False, autoLog=False
         )
+
+    def refocused(self, series: FocusSeries) -> FocusView:
+        """A focus series in the middle of the screen, one pixel on one of the screen's."""
+        return FocusView(self.window, series, self.display)
 
     def fixation(self, x: float, y: float) -> Any:
         """A mark to look at: a bull's eye with a cross, 0.6 degrees wide."""

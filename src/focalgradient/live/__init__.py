@@ -1,0 +1,19 @@
+"""Pictures re-focused between two frames: a series of planes of focus, and what mixes them on a screen."""
+
+from focalgradient.live.blurred_folder import read_series
+from focalgradient.live.following import TIME_CONSTANT, Focusing, Transition
+from focalgradient.live.series import FocusSeries
+from focalgradient.live.shader import Dialect, Texels, fragment_shader, gamma_of, texels_of
+
+__all__ = [
+    "TIME_CONSTANT",
+    "Dialect",
+    "FocusSeries",
+    "Focusing",
+    "Texels",
+    "Transition",
+    "fragment_shader",
+    "gamma_of",
+    "read_series",
+    "texels_of",
+]

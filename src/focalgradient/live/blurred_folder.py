@@ -1,0 +1,53 @@
+"""A focus series in a folder: one that was kept, or the pictures of ``focalgradient blur`` at two foci or more."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_array, read_json
+from focalgradient.live.kept import SUMMARY
+from focalgradient.live.series import FocusSeries
+
+__all__ = ["read_series"]
+
+
+def read_series(folder: Path) -> FocusSeries:
+    """Read a series that ``focalgradient focus-series`` made, or ``focalgradient blur`` of one picture at several foci.
+
+    Of the second, the error of mixing is not known.
+
+    Raises
+    ------
+    InputError
+        If there is none, or a file of it is missing or does not fit the others.
+    """
+    if (folder / SUMMARY).exists():
+        return FocusSeries.read(folder)
+    path = folder / "summary.json"
+    summary = read_json(path, "the summary of 'focalgradient focus-series' or 'focalgradient blur'")
+    try:
+        foci = [float(metres) for metres in summary["settings"]["focus_m"]]
+        white = float(summary["settings"].get("white", 1.0))
+        several = len(summary["pictures"]) != 1
+        if not (all(one > 0 for one in foci) and 0 < white < math.inf):
+            raise ValueError
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"{printable(path)} is no summary of 'focalgradient blur': give the folder it made."
+        ) from error
+    if several or len(set(foci)) < max(len(foci), 2):
+        raise InputError(
+            f"{printable(folder)} is no focus series: make one with 'focalgradient focus-series', or with "
+            "'focalgradient blur' of one picture in two or more foci."
+        )
+    distance = read_array(folder / "distance.npy", "the distances that 'focalgradient blur' writes")
+    ordered = sorted(foci, reverse=True)
+    found = [read_array(folder / f"blurred-{one}m.npy", "a picture of the series") for one in ordered]
+    with np.errstate(over="ignore"):
+        planes = tuple((one / white).astype(np.float16) if one.dtype.kind == "f" else one for one in found)
+    vergences = tuple(1 / one for one in ordered)
+    return FocusSeries(vergences, planes, distance, np.full((len(ordered) - 1, 2), np.nan)).checked(folder)

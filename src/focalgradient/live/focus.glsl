@@ -1,0 +1,34 @@
+// One pixel of a focus series: the two planes of focus next to it, mixed in linear light and encoded for the display.
+uniform sampler2DArray planes;  // linear light, as the texture unit decodes it: sRGB 8 bits, or half floats
+uniform float last;             // number of the last plane
+uniform float gain;             // by which the light of the planes is raised
+#ifdef VARIES
+uniform sampler2D places;       // plane in focus at each pixel
+uniform vec4 frame;             // of `places` in the picture: left, top, width, height, in shares of the picture
+#else
+uniform float place;            // plane in focus: 1.25 is a quarter of the way from plane 1 to plane 2
+#endif
+#ifndef SRGB
+uniform vec3 gamma;             // exponent of light over value for each gun
+#endif
+
+vec3 encoded(vec3 light) {
+    vec3 seen = clamp(light, 0.0, 1.0);
+#ifdef SRGB
+    return mix(12.92 * seen, 1.055 * pow(seen, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, seen));
+#else
+    return pow(seen, 1.0 / gamma);
+#endif
+}
+
+void main() {
+#ifdef VARIES
+    float at = clamp(TEXEL(places, (where - frame.xy) / frame.zw).r, 0.0, last);
+#else
+    float at = clamp(place, 0.0, last);
+#endif
+    float below = min(floor(at), max(last - 1.0, 0.0));
+    vec3 far = LAYER(planes, vec3(where, below)).rgb;
+    vec3 near = LAYER(planes, vec3(where, min(below + 1.0, last))).rgb;
+    SHOWN = vec4(encoded(mix(far, near, at - below) / gain), 1.0);
+}

@@ -1,0 +1,120 @@
+"""Pictures of a series on disk: each written as soon as it is made, so that a run that was cut off goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+from collections.abc import Callable, Iterable
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError, described
+from focalgradient.files import printable, read_array, read_json, write_whole
+
+__all__ = ["INPUTS", "SUMMARY", "Kept", "digest_of", "plane_name"]
+
+SUMMARY, INPUTS = "series.json", "inputs.json"
+"""The summary, written last; and what the pictures are made of, written first."""
+
+Half = NDArray[np.float16]
+
+
+def plane_name(vergence: float) -> str:
+    """Name of the file of the picture focused at a vergence in dioptres.
+
+    >>> plane_name(0.5)
+    'focus-0.5D.npy'
+    """
+    return f"focus-{vergence!r}D.npy"
+
+
+def digest_of(optics: Any, arrays: Iterable[NDArray[Any]], **settings: Any) -> str:
+    """Return a digest of everything that a series depends on, this package's version included.
+
+    Raises
+    ------
+    InputError
+        If the optics cannot be pickled, so that they could not be recognised.
+    """
+    try:
+        pickled = pickle.dumps(optics, protocol=4)
+    except Exception as error:
+        raise InputError(
+            f"optics is {described(optics)}, which cannot be pickled, so that a kept series would not know it again: "
+            "define its class in a module, or leave out folder."
+        ) from error
+    found = hashlib.sha256(pickled)
+    for array in arrays:
+        found.update(f"{array.shape}{array.dtype}".encode())
+        found.update(np.ascontiguousarray(array).tobytes())
+    found.update(json.dumps([version("focalgradient"), settings], sort_keys=True).encode())
+    return found.hexdigest()
+
+
+class Kept:
+    """Pictures by their focus, in memory and, where a folder is given, on disk.
+
+    Parameters
+    ----------
+    folder
+        Where they are kept; made where it is not there. None: in memory only.
+    digest
+        Of the inputs: pictures that others made are removed first.
+    make
+        Makes the picture focused at a vergence, in linear light.
+    """
+
+    def __init__(self, folder: Path | None, digest: str, make: Callable[[float], NDArray[np.floating]]):
+        self.folder, self._make = folder, make
+        self._pictures: dict[float, Half] = {}
+        self.made = 0
+        if folder is None:
+            return
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{printable(folder)} cannot be made ({error.strerror}): give a folder that you may write in."
+            ) from error
+        path = folder / INPUTS
+        if path.exists() and read_json(path, "the inputs of a focus series").get("sha256") == digest:
+            return
+        for old in (folder / SUMMARY, path, *folder.glob("focus-*D.npy")):
+            old.unlink(missing_ok=True)
+        write_whole(path, json.dumps({"sha256": digest}).encode())
+
+    def __call__(self, vergence: float) -> Half:
+        """Return the picture of a focus, made or read once."""
+        if vergence not in self._pictures:
+            path = None if self.folder is None else self.folder / plane_name(vergence)
+            if path is not None and path.exists():
+                self._pictures[vergence] = read_array(path, "a picture of a focus series")
+            else:
+                made = np.asarray(self._make(vergence), np.float16)
+                self.made += 1
+                if path is not None:
+                    write_whole(path, partial(_save, made))
+                self._pictures[vergence] = made
+        return self._pictures[vergence]
+
+    def forget(self, vergence: float) -> None:
+        """Free the memory of a picture that is not a plane; on disk it stays until the series is finished."""
+        self._pictures.pop(vergence, None)
+
+    def finish(self, chosen: Iterable[float]) -> None:
+        """Remove from the folder the pictures that only served to measure the error."""
+        if self.folder is not None:
+            names = {plane_name(vergence) for vergence in chosen}
+            for path in self.folder.glob("focus-*D.npy"):
+                if path.name not in names:
+                    path.unlink()
+
+
+def _save(picture: Half, path: Path) -> None:
+    np.save(path, picture)

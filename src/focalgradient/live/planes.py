@@ -1,0 +1,116 @@
+"""Choose planes of focus, by bisection, so that mixing two neighbours errs by no more than a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.srgb import linear_to_srgb
+
+__all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
+
+Picture = NDArray[np.floating]
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """Largest error of a mixture, in 8-bit steps of sRGB: of the median pixel and of the worst.
+
+    `smallest_step` is the distance of two planes, in dioptres, that is not divided any further.
+    """
+
+    median: float
+    largest: float
+    smallest_step: float
+
+    def errors(self, picture: Callable[[float], Picture], far: float, near: float) -> tuple[float, float]:
+        """Median and largest error of the mixture halfway between two planes."""
+        apart = steps_between(mix(picture(far), picture(near), 0.5), picture((far + near) / 2))
+        return float(np.median(apart)), float(apart.max())
+
+    def holds(self, picture: Callable[[float], Picture], far: float, near: float) -> bool:
+        """Whether the mixture halfway between two planes is within the bound."""
+        median, largest = self.errors(picture, far, near)
+        return median <= self.median and largest <= self.largest
+
+
+class Chosen(NamedTuple):
+    """Planes of focus (dioptres, rising), and between each two the median and the largest error, N - 1 x 2."""
+
+    vergences: tuple[float, ...]
+    errors: NDArray[np.float64]
+
+
+def mix(far: Picture, near: Picture, share: float | NDArray[np.floating]) -> NDArray[np.float32]:
+    """Mix two pictures in linear light: `share` of the near one, a number or H x W.
+
+    >>> mix(np.zeros((1, 2)), np.ones((1, 2)), 0.25).tolist()
+    [[0.25, 0.25]]
+    """
+    part = np.asarray(share, np.float32)
+    part = part[..., None] if 0 < part.ndim < far.ndim else part
+    first = np.asarray(far, np.float32)
+    return first + part * (np.asarray(near, np.float32) - first)
+
+
+def steps_between(one: Picture, other: Picture) -> NDArray[np.floating]:
+    """Return how far two pictures in linear light (1 being white) lie apart at each value, in 8-bit steps of sRGB.
+
+    Light out of the range of a display is clipped first, as a display does.
+
+    >>> steps_between(np.array([0.0, 1.0]), np.array([1 / 12.92 / 255, 2.0])).round(6).tolist()
+    [1.0, 0.0]
+    """
+    first, second = (linear_to_srgb(np.clip(np.asarray(part, np.float32), 0, 1)) for part in (one, other))
+    return np.asarray(255 * np.abs(first - second))
+
+
+def choose(
+    picture: Callable[[float], Picture],
+    ends: tuple[float, float],
+    bound: Bound,
+    accepted: Callable[[float, float], object] = lambda near, halfway: None,
+) -> Chosen:
+    """Choose planes of focus between two ends, whose neighbours mixed halfway are within the bound of `picture` there.
+
+    Parameters
+    ----------
+    picture
+        The picture in linear light, focused at a vergence in dioptres.
+    ends
+        Vergence of the farthest and of the nearest plane, in dioptres.
+    bound
+        Where a mixture exceeds it, the plane halfway is taken too.
+    accepted
+        Called with the vergence of each plane as it is taken, from far to near, and with the one halfway to it from the
+        last, which is not a plane.
+
+    Examples
+    --------
+    Light that goes with the square of the focus: the error of mixing is a quarter of it when the step is halved.
+
+    >>> chosen = choose(lambda v: np.full((1, 1), 0.2 + 0.1 * v**2), (0.0, 1.0), Bound(1.0, 1.0, 0.01))
+    >>> chosen.vergences
+    (0.0, 0.25, 0.5, 0.75, 1.0)
+    """
+    low, high = ends
+    if not high > low:
+        return Chosen((low,), np.zeros((0, 2)))
+    vergences, errors = [low], []
+    waiting = [(low, high)]  # the farthest last
+    while waiting:
+        far, near = waiting.pop()
+        middle = (far + near) / 2
+        median, largest = bound.errors(picture, far, near)
+        within = median <= bound.median and largest <= bound.largest
+        if not within and near - far >= 2 * bound.smallest_step:
+            waiting += [(middle, near), (far, middle)]
+            continue
+        vergences.append(near)
+        errors.append((median, largest))
+        accepted(near, middle)
+    return Chosen(tuple(vergences), np.asarray(errors))

@@ -1,0 +1,455 @@
+"""A picture at every focus: planes of focus made once, of which two neighbours are mixed in linear light."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import warnings
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import FocalGradientWarning, InputError, check_number
+from focalgradient.files import printable, read_array, read_json, write_whole
+from focalgradient.live.kept import SUMMARY, Kept, digest_of, plane_name
+from focalgradient.live.planes import Bound, choose, mix
+from focalgradient.memory import require
+from focalgradient.optics import Optics, check_optics, refocused
+from focalgradient.progress import Progress
+from focalgradient.render import blur_picture
+
+__all__ = ["HALF_MAX", "FocusSeries"]
+
+SMALLEST_STEP = 1 / 32
+"""Least distance of two planes in pixels of blur radius. Mixing errs by up to 3 steps of 8 bits between planes 0.23
+pixels apart for text and a photograph-like picture, and 0.06 apart for white noise."""
+
+MARGIN = 2 / 3
+"""Share of the bounds that the error halfway between two planes must stay within. Elsewhere between them it was up to
+1.3 times as large, where the outline of a card is hidden by degrees; rounding to 8 bits adds a part of a step."""
+
+TILE, PROBES = 128, 5
+"""Side in pixels of the parts of the picture, and number of foci, that the density of planes is tried at beforehand."""
+
+HALF_MAX = 6e4
+"""Largest light that a 16-bit number holds."""
+
+DISTANCE = "distance.npy"
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FocusSeries:
+    """Pictures of one scene at several planes of focus, dense enough that any focus between is a mixture of two.
+
+    Parameters
+    ----------
+    vergences
+        Of the planes in focus, in dioptres, rising.
+    planes
+        The picture at each, in linear light, 1 being white: H x W or H x W x 3, 16-bit.
+    distance
+        Distance in metres of what each pixel shows, H x W.
+    errors
+        Error of mixing each two neighbours halfway against the picture blurred at that focus, in 8-bit steps of sRGB:
+        the median and the largest over the picture, N - 1 x 2; NaN where it was not measured.
+    """
+
+    vergences: tuple[float, ...]
+    planes: tuple[NDArray[np.float16], ...]
+    distance: NDArray[np.floating]
+    errors: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls,
+        picture: ArrayLike,
+        distance: ArrayLike,
+        optics: Optics,
+        *,
+        pixel_angle: float,
+        focus: tuple[float, float] | None = None,
+        median_error: float = 1.0,
+        largest_error: float = 3.0,
+        wavelengths: int | None = None,
+        folder: str | os.PathLike[str] | None = None,
+        progress: Progress | None = None,
+    ) -> FocusSeries:
+        """Make the series of a picture whose depth is known, or read it where it was made of the same before.
+
+        Parameters
+        ----------
+        picture
+            Sharp picture in linear light, 1 being white, H x W or H x W x 3.
+        distance
+            Distance in metres of what each pixel shows, H x W; ``inf`` is allowed.
+        optics
+            A `Lens`, an `Eye`, an eye's `Cones`, or others with a method ``refocused(vergence)``.
+        pixel_angle
+            Angle in radians that one pixel subtends.
+        focus
+            Vergence in dioptres of the farthest and of the nearest focus. None: those of the picture.
+        median_error, largest_error
+            Bounds of the error of mixing two planes, in 8-bit steps of sRGB, of the median pixel and of the worst one.
+        wavelengths
+            Of an `Eye`: the number of parts of a display's light that are each in their own focus. None: all alike.
+        folder
+            Where it is kept, picture by picture: what was cut off goes on there, and other inputs make it anew.
+        progress
+            Called with the share done, 0 to 1, and a few words; first with the number of planes that are expected and
+            the memory that they take as textures.
+
+        Raises
+        ------
+        InputError
+            If an argument is out of range, the optics cannot be refocused, or memory does not suffice.
+
+        Warns
+        -----
+        FocalGradientWarning
+            If the bound is exceeded between planes that lie a thirty-second of a pixel of blur apart.
+
+        Notes
+        -----
+        Planes are bisected until the mixture halfway is within two thirds of the bounds of the picture blurred there:
+        the rest is kept for the error elsewhere between the two, and for rounding to 8 bits.
+
+        Examples
+        --------
+        >>> from focalgradient import Lens
+        >>> cards = np.where(np.arange(32) < 16, 0.5, 1.0) * np.ones((16, 1))
+        >>> light = np.random.default_rng(1).uniform(0.2, 0.8, (16, 32))
+        >>> series = FocusSeries.of(light, cards, Lens(0.016, 4.0, 1.0), pixel_angle=1e-3)
+        >>> series.vergences[0], series.vergences[-1], bool(series.error[1] <= 3)
+        (1.0, 2.0, True)
+        >>> series.at(1.7).shape
+        (16, 32)
+        """
+        light, far = np.asarray(picture, np.float32), np.asarray(distance, float)
+        _check(light, far, optics, pixel_angle)
+        ends = _ends(far, focus)
+        for name, value in (("median_error", median_error), ("largest_error", largest_error)):
+            check_number(name, value, "8-bit steps", positive=True)
+        pixels = optics.aperture_diameter / 2 / pixel_angle  # of blur radius in a dioptre
+        bound = Bound(MARGIN * median_error, MARGIN * largest_error, SMALLEST_STEP / pixels if pixels > 0 else math.inf)
+        where = None if folder is None else Path(folder)
+        blur = partial(_blurred, optics=optics, pixel_angle=pixel_angle, wavelengths=wavelengths)
+        digest = "" if where is None else _digest(light, far, optics, pixel_angle, ends, bound, wavelengths)
+        kept = Kept(where, digest, lambda vergence: blur(light, far, vergence))
+        if where is not None and (where / SUMMARY).exists():
+            return cls.read(where)
+        say = progress or (lambda share, words: None)
+        expected = _expected(light, far, blur, ends, bound, pixels)
+        texels = light.shape[0] * light.shape[1] * (4 if light.min() >= 0 and light.max() <= 1 else 8)
+        require(expected * light.size * 4.0, f"A focus series of {expected} planes", "reduce the picture")
+        about = f"about {expected} planes of focus, {expected * texels / 2**20:.0f} MB as textures"
+        say(0.0, about)
+
+        def accepted(near: float, halfway: float) -> None:
+            kept.forget(halfway)
+            say((near - ends[0]) / (ends[1] - ends[0]), about)
+
+        chosen = choose(kept, ends, bound, accepted)
+        kept.finish(chosen.vergences)
+        made = cls(chosen.vergences, tuple(kept(one) for one in chosen.vergences), far, chosen.errors)
+        if where is not None:
+            made._finish(where)
+        if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
+            warnings.warn(
+                f"mixing two planes of focus errs by up to {made.error[1]:.1f} steps of 8 bits (median "
+                f"{made.error[0]:.2f}) though they are a thirty-second of a pixel of blur apart: the picture itself "
+                "jumps there as focus changes.",
+                FocalGradientWarning,
+                stacklevel=2,
+            )
+        return made
+
+    @classmethod
+    def uniform(
+        cls,
+        picture: ArrayLike,
+        optics: Optics,
+        *,
+        pixel_angle: float,
+        defocus: tuple[float, float],
+        **others: Any,
+    ) -> FocusSeries:
+        """Make the series of a flat picture: uniform defocus of any value.
+
+        Parameters
+        ----------
+        picture, optics, pixel_angle, others
+            As for `of`. The picture is flat and at the optics' own focus where that allows the range.
+        defocus
+            Least and greatest defocus in dioptres, positive where the picture lies beyond the plane of focus: the
+            series' vergences are these, so ``series.at(0.5)`` is defocused by half a dioptre.
+
+        Examples
+        --------
+        >>> from focalgradient import Lens
+        >>> spot = np.zeros((15, 15))
+        >>> spot[7, 7] = 1.0
+        >>> series = FocusSeries.uniform(spot, Lens(0.04, 4.0, 1.0), pixel_angle=1e-3, defocus=(0.0, 0.5))
+        >>> float(series.at(0.0)[7, 7]), round(float(series.at(0.5)[7, 7]), 2)  # a disc of 2.5 pixels' radius
+        (1.0, 0.05)
+        """
+        check_optics(optics)
+        low, high = defocus
+        if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+            raise InputError(f"defocus is {defocus!r}, but must be a least and a greatest finite number of dioptres.")
+        place = max(optics.focus_vergence, -low, 0.0)
+        light = np.asarray(picture)
+        flat = np.full(light.shape[:2], 1 / place if place > 0 else math.inf)
+        made = cls.of(light, flat, optics, pixel_angle=pixel_angle, focus=(place + low, place + high), **others)
+        shifted = tuple(float(value) for value in np.subtract(made.vergences, place))
+        return cls(shifted, made.planes, made.distance, made.errors)
+
+    @classmethod
+    def read(cls, folder: str | os.PathLike[str]) -> FocusSeries:
+        """Read a series that was kept in a folder.
+
+        Raises
+        ------
+        InputError
+            If there is none, or a file of it is missing or does not fit the others.
+        """
+        where = Path(folder)
+        summary = read_json(where / SUMMARY, "the summary of a focus series")
+        wrong = f"{printable(where / SUMMARY)} is not the summary of a focus series: make the series anew."
+        try:
+            vergences = tuple(float(value) for value in summary["focus_dioptre"])
+            errors = np.asarray([[np.nan if e is None else e for e in row] for row in summary["errors"]], float)
+            errors = errors.reshape(-1, 2)
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(wrong) from error
+        rising = all(near > far for far, near in pairwise(vergences)) and np.isfinite(vergences).all()
+        if not (vergences and rising and len(errors) == len(vergences) - 1):
+            raise InputError(wrong)
+        distance = read_array(where / DISTANCE, "the distances of a focus series")
+        planes = tuple(read_array(where / plane_name(one), "a picture of a focus series") for one in vergences)
+        return cls(vergences, planes, distance, errors).checked(where)
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Keep the series in a folder, which is made where it is not there."""
+        where = Path(folder)
+        where.mkdir(parents=True, exist_ok=True)
+        for vergence, plane in zip(self.vergences, self.planes, strict=True):
+            write_whole(where / plane_name(vergence), partial(_save, plane))
+        self._finish(where)
+
+    def _finish(self, where: Path) -> None:
+        write_whole(where / DISTANCE, partial(_save, self.distance))
+        summary = {
+            "focus_dioptre": self.vergences,
+            "errors": [[None if math.isnan(value) else value for value in row] for row in self.errors.tolist()],
+            "size_px": [self.distance.shape[1], self.distance.shape[0]],
+            "texture_bytes": self.texture_bytes,
+        }
+        write_whole(where / SUMMARY, json.dumps(summary, indent=1).encode())
+
+    def checked(self, where: Path) -> FocusSeries:
+        """Return the series itself, or raise `InputError` where its files do not fit each other."""
+        shape = self.planes[0].shape
+        for vergence, plane in zip(self.vergences, self.planes, strict=True):
+            fits = shape in (self.distance.shape, (*self.distance.shape, 3)) and plane.shape == shape
+            if not (fits and plane.dtype.kind == "f" and np.isfinite(plane).all()):
+                raise InputError(
+                    f"the picture at {vergence:g} D in {printable(where)} does not fit the other files: make the "
+                    "series anew."
+                )
+        if self.distance.dtype.kind != "f" or not (self.distance > 0).all():
+            raise InputError(f"the distances in {printable(where)} must all be positive: make the series anew.")
+        return self
+
+    def __repr__(self) -> str:
+        """The number of planes, their range, their size and their error."""
+        height, width = self.distance.shape
+        return (
+            f"FocusSeries({len(self.vergences)} planes of {width} x {height} pixels, {self.vergences[0]:.3g} to "
+            f"{self.vergences[-1]:.3g} D, error {self.error[0]:.2g} in the median and {self.error[1]:.2g} at most, "
+            f"{self.texture_bytes / 2**20:.0f} MB as textures)"
+        )
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """Largest median and largest single error of mixing, in 8-bit steps; NaN where it was not measured."""
+        return (float(self.errors[:, 0].max()), float(self.errors[:, 1].max())) if len(self.errors) else (0.0, 0.0)
+
+    @property
+    def within_white(self) -> bool:
+        """Whether all light lies between black and white, so that 8-bit sRGB textures hold it."""
+        return all(plane.min() >= 0 and plane.max() <= 1 for plane in self.planes)
+
+    @property
+    def texture_bytes(self) -> int:
+        """Memory in bytes that the planes take as textures: 4 bytes a pixel (sRGB), 8 where light exceeds white."""
+        return len(self.planes) * self.distance.size * (4 if self.within_white else 8)
+
+    def place_of(self, focus: ArrayLike) -> NDArray[np.float64]:
+        """Return the plane of each focus (dioptres, any shape): 1.25 is a quarter of the way from plane 1 to plane 2.
+
+        A focus beyond the ends is that of the end.
+        """
+        places = np.arange(len(self.vergences), dtype=float)
+        return np.asarray(np.interp(np.asarray(focus, float), self.vergences, places))
+
+    def at(self, focus: ArrayLike) -> NDArray[np.float32]:
+        """Return the picture at a focus in dioptres, linear light, of the planes' shape.
+
+        Parameters
+        ----------
+        focus
+            A number, or H x W: the focus of each pixel. Beyond the ends it is that of the end.
+
+        Raises
+        ------
+        InputError
+            If it is not finite, or of another shape.
+        """
+        wanted = np.asarray(focus, float)
+        if wanted.shape not in ((), self.distance.shape) or not np.isfinite(wanted).all():
+            raise InputError(
+                f"focus has shape {wanted.shape}, but must be a finite number of dioptres, or one for each pixel: "
+                f"{self.distance.shape}."
+            )
+        place = self.place_of(wanted)
+        first = np.clip(np.floor(place).astype(int), 0, max(len(self.planes) - 2, 0))
+        after = np.minimum(first + 1, len(self.planes) - 1)
+        if not wanted.ndim:
+            return mix(self.planes[int(first)], self.planes[int(after)], float(place - first))
+        found = np.empty(self.planes[0].shape, np.float32)
+        for number in np.unique(first):
+            part = first == number
+            pair = self.planes[number], self.planes[min(number + 1, len(self.planes) - 1)]
+            found[part] = mix(pair[0][part], pair[1][part], (place - first)[part])
+        return found
+
+    def encoded(self, focus: ArrayLike, display: Display | None = None) -> NDArray[np.uint8]:
+        """Return the picture at a focus (see `at`) as 8-bit values for a display (None: sRGB)."""
+        return (display or Display()).encode(self.at(focus))
+
+    def vergence_at(self, x: float, y: float, radius: float = 0.0) -> float | None:
+        """Vergence in dioptres at a place, the median within `radius` pixels each way; None outside the picture.
+
+        `x` and `y` are in pixels from the upper left corner of the picture.
+        """
+        height, width = self.distance.shape
+        if not (0 <= x < width and 0 <= y < height):
+            return None
+        row, column, reach = int(y), int(x), round(radius)
+        part = self.distance[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
+        return float(np.median(1 / part))
+
+    def nearest(self, vergence: float) -> int:
+        """Number of the plane whose focus is nearest to a vergence, in dioptres."""
+        return int(np.argmin(np.abs(np.asarray(self.vergences) - vergence)))
+
+
+def _check(light: NDArray[np.float32], far: NDArray[np.float64], optics: Optics, pixel_angle: float) -> None:
+    """Refuse what cannot be blurred, by blurring a part of it, and light beyond 16 bits."""
+    check_optics(optics)
+    refocused(optics, max(optics.focus_vergence, 0.0))
+    if light.ndim not in (2, 3) or (light.ndim == 3 and light.shape[2] != 3) or far.shape != light.shape[:2]:
+        raise InputError(
+            f"picture has shape {light.shape} and distance {far.shape}, but must be H x W or H x W x 3, and H x W."
+        )
+    if not (np.isfinite(light).all() and np.abs(light).max(initial=0) <= HALF_MAX):
+        raise InputError(f"picture holds values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
+    if not (far > 0).all():
+        raise InputError("distance holds values that are not positive, but every pixel needs its distance in metres.")
+    blur_picture(light[:1, :1], far[:1, :1], optics, pixel_angle=pixel_angle)
+
+
+def _ends(far: NDArray[np.float64], focus: tuple[float, float] | None) -> tuple[float, float]:
+    low, high = (float(1 / far.max()), float(1 / far.min())) if focus is None else focus
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise InputError(
+            f"focus is {focus!r}, but must be the vergences of the farthest and of the nearest plane in dioptres."
+        )
+    return float(low), float(high)
+
+
+def _blurred(
+    light: NDArray[np.float32],
+    far: NDArray[np.float64],
+    vergence: float,
+    *,
+    optics: Optics,
+    pixel_angle: float,
+    wavelengths: int | None,
+) -> NDArray[np.float32]:
+    focused = refocused(optics, vergence)
+    if wavelengths is None:
+        return blur_picture(light, far, focused, pixel_angle=pixel_angle)
+    from focalgradient.eye import retinal_image
+
+    colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
+    return retinal_image(colours, far, focused, pixel_angle=pixel_angle, wavelengths=wavelengths)
+
+
+def _digest(
+    light: NDArray[np.float32],
+    far: NDArray[np.float64],
+    optics: Optics,
+    pixel_angle: float,
+    ends: tuple[float, float],
+    bound: Bound,
+    wavelengths: int | None,
+) -> str:
+    settings = {"pixel_angle": pixel_angle, "ends": ends, "wavelengths": wavelengths}
+    settings["bound"] = (bound.median, bound.largest, bound.smallest_step)
+    return digest_of(optics, (light, far), **settings)
+
+
+def _expected(
+    light: NDArray[np.float32],
+    far: NDArray[np.float64],
+    blur: Any,
+    ends: tuple[float, float],
+    bound: Bound,
+    pixels: float,
+) -> int:
+    """Number of planes that the bound is expected to take, by how fine they must be at the finest of `PROBES` foci.
+
+    Each is tried in the part of the picture that has most contrast where it is nearly in focus; `pixels` is the blur
+    radius of a dioptre.
+    """
+    if not ends[1] > ends[0]:
+        return 1
+    grey, vergence = light if light.ndim == 2 else light.mean(axis=2), 1 / far
+    corners = [(i, j) for i in range(0, grey.shape[0], TILE) for j in range(0, grey.shape[1], TILE)]
+    parts = [(slice(i, i + TILE), slice(j, j + TILE)) for i, j in corners]
+    contrast = np.array([float(grey[part].std()) for part in parts])
+    depth = np.array([float(np.median(vergence[part])) for part in parts])
+    span, density = ends[1] - ends[0], []
+    for share in (np.arange(PROBES) + 0.5) / PROBES:
+        focus = ends[0] + share * span
+        part = parts[int(np.argmax(contrast / (1 + pixels * np.abs(depth - focus))))]
+        cut: dict[float, NDArray[np.float32]] = {}
+
+        def picture(
+            vergence: float, part: tuple[slice, slice] = part, cut: dict[float, NDArray[np.float32]] = cut
+        ) -> NDArray[np.float32]:
+            if vergence not in cut:
+                cut[vergence] = blur(light[part], far[part], vergence)
+            return cut[vergence]
+
+        halvings = max(0, math.floor(math.log2(max(span * pixels, 1.0))))  # to planes a pixel of blur apart, or two
+        while True:
+            step = span / 2**halvings
+            first = ends[0] + step * math.floor((focus - ends[0]) / step)
+            if step < 2 * bound.smallest_step or bound.holds(picture, first, first + step):
+                break
+            halvings += 1
+        density.append(2**halvings)
+    return 1 + max(density)
+
+
+def _save(array: NDArray[Any], path: Path) -> None:
+    np.save(path, array)
