@@ -67,7 +67,7 @@ class FocusView:
 
     Notes
     -----
-    `focus` is in dioptres: a number, or a map of any size. The map covers the picture (interpolated where it is coarser)
+    `focus` is in dioptres: a number, or a map of any size, which covers the picture (interpolated where coarser)
     or lies where `place_map` puts it, so that a map about the gaze follows it without being sent again.
     """
 
