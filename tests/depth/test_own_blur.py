@@ -9,9 +9,9 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
 from focalgradient.depth.limits import comparison_bound
-from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.settings import OPTICS, RecoverySettings
 from focalgradient.optics import own_blur
-from focalgradient.psf import check_psf, disc_transfer, pixel_transfer
+from focalgradient.psf import check_psf, disc_transfer, pixel_transfer, psf_of
 
 PIXEL, SIDE, TRUTH = 3e-4, 160, 1.25
 FORMS = ("transfer", "optical_transfer", "through_focus")
@@ -111,7 +111,7 @@ def test_methods_that_know_discs_refuse_other_blur_by_name(method, offered) -> N
         pair[0].optics.aperture_diameter = 0.002
     with pytest.raises(InputError, match=rf"MyMirror.*blur of their own, which method '{method}' cannot use"):
         recover_depth(pair, method=method)
-    with pytest.raises(InputError, match=r"psf is 'optics'"):
+    with pytest.raises(InputError, match=rf"'{method}' needs .*, which the optics' own blur does not give: use method"):
         recover_depth(pair, method=method, psf="optics")
 
 
@@ -176,11 +176,12 @@ def test_bounds_know_round_blur_and_refuse_other() -> None:
 
 
 def test_a_shape_that_a_place_does_not_know_is_refused_by_name() -> None:
-    asked = ("ratio", None, None, "hexagon", 0.5, 8.0, None, False, 1e-3, lambda share, words: None)
-    with pytest.raises(InputError, match=r"psf is 'hexagon'.*for method 'ratio'"):
-        RecoverySettings(*asked).model  # noqa: B018
-    with pytest.raises(InputError, match="psf is 'hexagon'"):
-        check_psf("hexagon")
+    asked = ("ratio", None, None, OPTICS, 8.0, None, False, 1e-3, lambda share, words: None)
+    with pytest.raises(InputError, match=r"psf is 'optics'.* method 'ratio' needs a shape"):
+        RecoverySettings(*asked).shape  # noqa: B018
+    for refuse in (check_psf, psf_of, lambda name: recover_depth(views([Mirror(0.9), Mirror(1.1)]), psf=name)):
+        with pytest.raises(InputError, match=r"psf is 'hexagon', but must be one of .*disc, gaussian, blend, annulus"):
+            refuse("hexagon")
 
 
 def test_a_lens_is_a_disc_beside_own_blur() -> None:

@@ -9,7 +9,7 @@ import pytest
 from blurred import lens, wall
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning
 from focalgradient.psf import blend_transfer, disc_transfer, gaussian_transfer
 
 SHEET = Path(__file__).parents[2].parent / "shared" / "data" / "canon_rf50_flat"
@@ -71,9 +71,12 @@ def test_the_blend_lies_between_disc_and_gaussian():
     assert curvature / (4 * np.pi**2) == pytest.approx(3.0**2 / 4, rel=1e-3)
 
 
-def test_the_blend_is_the_default_methods_only():
-    with pytest.raises(InputError, match="'blend'"):
-        recover_depth(wall([lens(16), lens(4)], 1.3), method="spectra", psf="blend")
+@pytest.mark.parametrize("method", ["spectra", "ratio"])
+def test_other_methods_know_the_blend(method):
+    views = wall([lens(16), lens(4)], 1.3, seed=11, psf="blend", k=0.35)
+    depth = recover_depth(views, method=method, near=0.85, psf="blend")
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.02)
+    assert depth.details["psf"] == "blend"
 
 
 @pytest.mark.skipif(not SHEET.exists(), reason="the photographs are not beside the repository (shared/data)")

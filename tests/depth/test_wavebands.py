@@ -11,8 +11,8 @@ from focalgradient.depth.equalise.even import EvenCoordinate
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.search import BANDS_STEP, Blurs, Search
-from focalgradient.depth.settings import RecoverySettings
-from focalgradient.psf import disc_transfer
+from focalgradient.depth.settings import AUTO, OPTICS, RecoverySettings
+from focalgradient.psf import Disc, Gaussian, disc_transfer
 
 PIXEL = 3e-4
 
@@ -69,7 +69,7 @@ def test_what_wavebands_share_is_estimated_and_of_one_waveband_nothing(monkeypat
 def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise() -> None:
     """At the right depth what is left is noise of the strength stated, own parts included."""
     search = Search.over([Tinted(1.0), Tinted(1.6, "blue"), Tinted(0.8, "blue")], PIXEL, None, None)
-    blurs, power = search.blurs("optics", 0.5), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
+    blurs, power = search.blurs(OPTICS), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
     shared_power = SharedPower(np.array([0, 1, 1]), np.array([1.0, 0.8, 0.8]), np.array([0.0, 0.2]), np.zeros(3))
     sd = [0.01, 0.02, 0.02]
     filters, own = comparing_filters(blurs, sd, power, shared_power)
@@ -91,7 +91,7 @@ def test_filters_may_assume_more_noise_than_there_is() -> None:
     random = np.random.default_rng(5)
     images = [one * random.standard_normal((128, 128)).astype(np.float32) for one in sd]
     shared = SharedPower(np.array([0, 1]), np.ones(2), np.zeros(2), np.array([0.03, 0.0]))
-    blurs, power = search.blurs("optics", 0.5), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
+    blurs, power = search.blurs(OPTICS), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
     seen = equalise(images, blurs, sd.tolist(), window=8, shared=shared, power=power)
     left = seen.energy(np.ones((128, 128), np.float32)).sum(axis=(1, 2)) / 128**2
     assert left == pytest.approx(seen.residuals[0].noise, rel=0.2)  # where little passes, by chance
@@ -122,16 +122,16 @@ def test_blur_at_every_other_level() -> None:
 
 @pytest.mark.parametrize("method", ["spectra", "ratio"])
 def test_own_blur_is_for_the_default_method(method) -> None:
-    with pytest.raises(InputError, match="psf is 'optics'"):
+    with pytest.raises(InputError, match="which the optics' own blur does not give"):
         recover_depth(views(Tinted(1.0), Tinted(1.6)), psf="optics", method=method)
 
 
 def test_a_disc_is_the_default_unless_optics_know_better() -> None:
     own, plain = Tinted(1.0), Lens(0.025, 4.0, 1.0)
-    auto = RecoverySettings("equalise", None, None, "auto", 0.5, 8.0, None, False, 1e-3, lambda share, words: None)
-    assert auto.resolved([own, Tinted(1.6)]).psf == "optics"
-    assert auto.resolved([own, plain]).psf == "optics"
-    assert auto.resolved([plain, plain]).psf == "disc"
+    auto = RecoverySettings("equalise", None, None, AUTO, 8.0, None, False, 1e-3, lambda share, words: None)
+    assert auto.resolved([own, Tinted(1.6)]).psf == OPTICS
+    assert auto.resolved([own, plain]).psf == OPTICS
+    assert auto.resolved([plain, plain]).psf == Disc()
     with pytest.raises(InputError, match="Tinted"):
         replace(auto, method="spectra").resolved([own, Tinted(1.6)])
-    assert replace(auto, psf="gaussian").resolved([own, Tinted(1.6)]).psf == "gaussian"
+    assert replace(auto, psf=Gaussian()).resolved([own, Tinted(1.6)]).psf == Gaussian()

@@ -14,7 +14,7 @@ share of each prior's variance that the views removed.
 from focalgradient.calibration.camera import Calibration, Field, Prediction, Reading, disc_radius
 from focalgradient.calibration.field import FieldFit, apply_calibration, fit_field
 from focalgradient.calibration.fit import EDGE_K, Priors, calibrate, cross_validate
-from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur, pair_priors
+from focalgradient.calibration.pairs import PairBlur, calibrate_pairs, likeliest_shape, pair_blur, pair_priors, shape_k
 from focalgradient.calibration.slips import Slip, likeliest_slips, prediction_errors
 from focalgradient.calibration.target import TargetBlur, measure_target, read_target
 
@@ -42,4 +42,5 @@ __all__ = [
     "pair_priors",
     "prediction_errors",
     "read_target",
+    "shape_k",
 ]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
-from focalgradient.psf import PsfName, check_psf
+from focalgradient.psf import Psf, psf_of
 
 __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 
@@ -161,7 +161,7 @@ class Calibration:
     covariance: FloatArray
     informed: FloatArray
     telecentric: bool = False
-    psf: PsfName | None = None
+    psf: Psf | None = None
     field: Field = Field()
     edge_scatter: float = 0.0
 
@@ -268,7 +268,7 @@ class Calibration:
         self,
         settings: Sequence[tuple[float, float | None]],
         vergence: ArrayLike,
-        psf: PsfName,
+        psf: Psf | str,
         *,
         of: Literal["vergence", "distance"] = "vergence",
     ) -> FloatArray:
@@ -281,11 +281,11 @@ class Calibration:
         vergence
             As recovered, D; any shape.
         psf
-            Of the blur: a Gaussian's has `k` in it.
+            Shape of the blur: a Gaussian's has `k` in it, with its error.
         of
             What the answer is of: vergence (D), or the user's distance (m).
         """
-        shape = check_psf(psf)
+        shape = psf_of(psf)
         places = [self._place(*setting) for setting in settings]
         count = len(self.f_numbers)
         vergence = np.asarray(vergence, float)
@@ -295,7 +295,7 @@ class Calibration:
             errors = parameters[-len(places) :]
             squares = []
             for (stop, focus), error in zip(places, errors, strict=True):
-                k = math.exp(parameters[0]) if shape == "gaussian" else self.k
+                k = math.exp(parameters[0]) if shape.scale_parameter is not None else self.k
                 lens_vergence = parameters[3 + count + focus]
                 f_number = math.exp(parameters[3 + stop])
                 radius = disc_radius(self.focal_length, f_number, lens_vergence, at, self.telecentric)

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.psf import check_psf
+from focalgradient.depth.settings import used_blur
+from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.view import View
 
 __all__ = ["FieldFit", "apply_calibration", "fit_field"]
@@ -229,6 +230,7 @@ def apply_calibration(
     settings: Sequence[tuple[float, float | None]],
     offset: float | None = None,
     plane: str | None = None,
+    psf: Psf | str | None = None,
 ) -> DepthMap:
     """A depth map as a calibrated camera has it: corrected over the field, with total standard deviations.
 
@@ -244,6 +246,8 @@ def apply_calibration(
         Marked f-number and focus distance (m) of each view.
     offset, plane
         From the plane that distances are to count from to the entrance pupil (m), and its name; None: as calibrated.
+    psf
+        Shape of the blur that the map was made by; None: the one that its details name.
 
     Returns
     -------
@@ -266,11 +270,12 @@ def apply_calibration(
         lens = camera.lens(*settings[0])
         per_dioptre = camera.k * _radius(camera, lens.f_number, lens.focus_vergence)  # width on the sensor
         sd = np.hypot(sd, camera.edge_scatter / per_dioptre)
-    psf = check_psf(depth.details.get("psf", "disc"))
+    used = used_blur(depth.details) if psf is None else psf_of(psf)
+    shape = used if isinstance(used, Psf) else Disc()  # no other blur has a scale of its own that is calibrated
     optical = np.maximum(np.asarray(vergence, float), 1e-6)
     # The calibration's error changes slowly with vergence: at some, and between them.
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
-    own = np.interp(optical, levels, camera.systematic_sd(settings, levels, psf, of="distance") * levels**2)
+    own = np.interp(optical, levels, camera.systematic_sd(settings, levels, shape, of="distance") * levels**2)
     details = depth.details | {"calibration_sd": float(np.median(own[depth.valid])) if depth.valid.any() else None}
     return replace(
         depth,

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from focalgradient.calibration.camera import Calibration, Reading
 from focalgradient.calibration.fit import Priors, calibrate
 from focalgradient.errors import InputError
-from focalgradient.psf import DISC_K, PsfName
+from focalgradient.psf import DISC_K, Blend, Disc, Gaussian, Psf, psf_of
 from focalgradient.view import View
 
-__all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur", "pair_priors"]
+__all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur", "pair_priors", "shape_k"]
 
 FloatArray = NDArray[np.float64]
 
@@ -73,8 +73,8 @@ class PairBlur:
 def pair_blur(
     views: Sequence[View],
     f_numbers: Sequence[float],
-    psf: PsfName = "disc",
-    k: float = DISC_K,
+    psf: Psf | str = "disc",
+    k: float | None = None,
     noise: float | None = None,
 ) -> PairBlur:
     """Blur that one flat target, facing the camera, shows in two views of one focus, over the whole frame.
@@ -86,7 +86,7 @@ def pair_blur(
     f_numbers
         Of each, as marked.
     psf, k
-        Shape of the blur: see `focalgradient.psf.transfer`.
+        Shape of the blur, as for `focalgradient.recover_depth`.
     noise
         Standard deviation of the noise of the first view; None: estimated.
 
@@ -100,10 +100,11 @@ def pair_blur(
             f"f-numbers {', '.join(f'{number:g}' for number in f_numbers)} are given, but a pair needs two that differ "
             "by half a stop or more: photograph the target at both of the f-numbers that are to be used."
         )
-    found = _measured(views, f_numbers, psf, k, noise)
+    shape = psf_of(psf, k)
+    found = _measured(views, f_numbers, shape, noise)
     if found is not None:
         return found
-    if _measured(views, f_numbers[::-1], psf, k, noise) is not None:
+    if _measured(views, f_numbers[::-1], shape, noise) is not None:
         wide, narrow = min(f_numbers), max(f_numbers)
         raise InputError(
             f"the view at f/{narrow:g} is more blurred than that at f/{wide:g}, where the more open aperture blurs "
@@ -115,9 +116,7 @@ def pair_blur(
     )
 
 
-def _measured(
-    views: Sequence[View], f_numbers: Sequence[float], psf: PsfName, k: float, noise: float | None
-) -> PairBlur | None:
+def _measured(views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None) -> PairBlur | None:
     """Measure a pair's blur as `pair_blur` does; None at either end of the blur that is searched."""
     from focalgradient.depth.equalise.likelihood import equalise
     from focalgradient.depth.noise import noise_from_residuals
@@ -130,7 +129,7 @@ def _measured(
         [View(view.image, stop, ANGLE, mask=view.mask) for view, stop in zip(views, optics, strict=True)], True
     )
     search = Search.over(optics, ANGLE, None, None)
-    blurs = search.blurs(psf, k)
+    blurs = search.blurs(psf)
     noise_sd = noise_from_residuals(registered, blurs, WINDOW, None)[0]
     if noise is not None:
         noise_sd = [noise * sd / noise_sd[0] for sd in noise_sd]
@@ -157,17 +156,26 @@ def _measured(
     return PairBlur(best, spread, least_cost, float(noise_sd[0]))
 
 
-def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> tuple[PsfName, float]:
-    """Shape of the blur (psf and k) that explains all `pairs` best: disc, Gaussian, or a blend of the two.
+def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> Psf:
+    """Shape of the blur that explains all `pairs` best: disc, Gaussian, or a blend of the two.
 
     Each pair holds its views and their f-numbers.
     """
-    shapes: list[tuple[PsfName, float]] = [("disc", DISC_K), *(("blend", k) for k in BLENDS), ("gaussian", DISC_K)]
+    shapes: list[Psf] = [Disc(), *(Blend(k) for k in BLENDS), Gaussian()]
     costs = np.zeros(len(shapes))
     for views, numbers in pairs:
-        noise = min(pair_blur(views, numbers, *shapes[end]).noise for end in (0, -1))
-        costs += [pair_blur(views, numbers, *shape, noise).cost for shape in shapes]
+        noise = min(pair_blur(views, numbers, shapes[end]).noise for end in (0, -1))
+        costs += [pair_blur(views, numbers, shape, noise=noise).cost for shape in shapes]
     return shapes[int(np.argmin(costs))]
+
+
+def shape_k(shape: Psf) -> float:
+    """Return the `k` by which a calibration by pairs names a shape: its own, or its standard deviation / radius.
+
+    >>> shape_k(Disc()), shape_k(Blend(0.25))
+    (0.5, 0.25)
+    """
+    return shape.stated().get("k", shape.sd_per_radius)
 
 
 def pair_priors(priors: Priors, k: float) -> Priors:

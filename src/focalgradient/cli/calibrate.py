@@ -131,14 +131,15 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
     with progress((2 if pairs else 1) * len(pairs or shots) + 2 + bool(pairs)) as say, warnings_given():
         if pairs:
             say("comparing shapes of blur")
-            psf, k = settings.shape(pairs)
-            shape = f"Shape of the blur: {psf}" + ("" if psf == "disc" else f", blur_k {k:g}") + f" (--psf {psf})"
+            psf = settings.shape(pairs)
+            k = room.shape_k(psf)
+            shape = f"Shape of the blur: {psf} (--psf {psf.name})"
             shots = [wide for wide, _ in pairs]
             fit = partial(_fit_pairs, f_numbers=[shot.f_number for pair in pairs for shot in pair], k=k)
         start = time.perf_counter()
         for number, shot in enumerate(shots):
             say(printable(shot.image.name))
-            readings.append(settings.read_pair(pairs[number], psf, k) if pairs else settings.read(shot))
+            readings.append(settings.read_pair(pairs[number], psf) if pairs else settings.read(shot))
             if number == 0:
                 announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
         sensor = settings.camera

@@ -17,7 +17,7 @@ import click
 import numpy as np
 
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
-from focalgradient.cli.options import GIVEN, optics_options, options_named, search_options, shared_options, shared_work
+from focalgradient.cli.options import GIVEN, limit_options, optics_options, options_named, shared_options, shared_work
 from focalgradient.cli.program import (
     announce,
     force_option,
@@ -29,15 +29,16 @@ from focalgradient.cli.program import (
     warnings_given,
     writable,
 )
+from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.depth.recover import METHODS, MethodName
-from focalgradient.depth.settings import BlurSource
+from focalgradient.depth.settings import AUTO, BlurSource, used_blur
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.memory import require
 from focalgradient.plausibility import given_as
+from focalgradient.psf import Disc, Gaussian, Psf
 
 if TYPE_CHECKING:
-    from focalgradient.calibration import Calibration
     from focalgradient.depth.depth_map import DepthMap
     from focalgradient.photographs import Photograph, Settings
     from focalgradient.view import View
@@ -66,7 +67,7 @@ NEEDED = 200
 """Bytes a pixel that depth takes beside the images: 190 measured, by the default method of two views."""
 
 
-@click.command(short_help="Recover depth from views that differ in aperture or focus.")
+@click.command(cls=ShapedCommand, short_help="Recover depth from views that differ in aperture or focus.")
 @click.argument(
     "inputs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="VIEWS.toml ... | A.jpg B.jpg ..."
 )
@@ -78,7 +79,11 @@ NEEDED = 200
     show_default=True,
     help="How blur is measured: see above.",
 )
-@search_options
+@limit_options
+@shape_options(
+    "Shape of the blur: auto is a disc, or as the --calibration measured it. For a gaussian or a blend, blur_k in "
+    "[camera] is its k."
+)
 @click.option(
     "--align",
     is_flag=True,
@@ -100,7 +105,7 @@ def depth(
     method: MethodName,
     near: float | None,
     far: float | None,
-    psf: BlurSource,
+    psf: ShapeAsked,
     align: bool,
     calibration: Path | None,
     workers: int | None,
@@ -224,13 +229,13 @@ def _made(frame: Frame, given: list[str], say: Callable[[str], object]) -> Recov
     views = make_views(settings, photographs)
     with options_named(FROM_EXIF if frame.inputs[0].suffix.lower() != ".toml" else {}):
         offset = settings.offset
-    psf, limits = _shape(options["psf"], method, settings.calibration), _limits(settings, options, offset)
+    psf, limits = _shape(options["psf"], method, settings), _limits(settings, options, offset)
     result = _estimated(views, settings, options, psf, limits, say)
     result = _compared_with_the_other_encoding(result, views, photographs, options, limits)
     result = _referred(result, views, settings, offset)
     say("drawing")
     figure = depth_figure(views, result, names=[printable(photograph.path.name) for photograph in photographs])
-    options = {**options, "psf": result.details.get("psf", psf)}
+    options = {**options, **{name: result.details.get(name) for name in ("psf", "psf_parameters")}}
     summary = _summary(settings, views, photographs, options, result, given)
     summary |= {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
@@ -259,7 +264,6 @@ def _estimated(
         near=near,
         far=far,
         psf=psf,
-        k=settings.blur_k,
         align=options["align"] or settings.relative,  # what focus does to magnification is not known then
         progress=lambda share, words: say(words),
     )
@@ -329,12 +333,14 @@ def _place_in_stack(result: DepthMap, count: int) -> DepthMap:
     return replace(result, details=result.details | {"order_only": count}, plane="no plane: order only")
 
 
-def _shape(psf: BlurSource, method: MethodName, camera: Calibration | None) -> BlurSource:
-    """The shape of blur: as calibrated, where none is asked for."""
-    if psf != "auto" or camera is None:
-        return psf
+def _shape(asked: ShapeAsked, method: MethodName, settings: Settings) -> BlurSource:
+    """The shape of blur: as asked for, else as the camera was calibrated; methods that cannot use it refuse it."""
+    camera = settings.calibration
+    source = asked.source(settings.given_k(asked.name))
+    if source is not AUTO or camera is None:
+        return source
     if camera.psf is None:
-        return "gaussian" if method == "edges" else psf  # as the edges of the target were measured
+        return Gaussian(camera.k) if method == "edges" else AUTO  # as the edges of the target were measured
     if method == "edges":
         warnings.warn(
             "the camera was calibrated by equalising, which does not measure the blur along edges: depth by edges may "
@@ -342,7 +348,7 @@ def _shape(psf: BlurSource, method: MethodName, camera: Calibration | None) -> B
             FocalGradientWarning,
             stacklevel=1,
         )
-    return "disc" if camera.psf == "blend" and method != "equalise" else camera.psf
+    return camera.psf
 
 
 def _beside_focus(near: float | None, far: float | None, settings: Settings) -> tuple[float | None, float | None]:
@@ -472,12 +478,11 @@ def _calibration(settings: Settings, options: Mapping[str, Any], result: DepthMa
     vergence = result.vergence[result.valid]
     vergence = vergence[:: 1 + vergence.size // 10_000]
 
+    used = used_blur(result.details)
+    shape = used if isinstance(used, Psf) else Disc()
+
     def median(of: Literal["vergence", "distance"]) -> float:
-        return (
-            float(np.median(camera.systematic_sd(marks, vergence, options["psf"], of=of)))
-            if vergence.size
-            else math.nan
-        )
+        return float(np.median(camera.systematic_sd(marks, vergence, shape, of=of))) if vergence.size else math.nan
 
     return {
         "offset_m": camera.offset,

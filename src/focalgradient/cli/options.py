@@ -43,7 +43,6 @@ __all__ = [
     "positive",
     "read_depth_file",
     "screen_size",
-    "search_options",
     "shared_options",
     "shared_work",
 ]
@@ -208,11 +207,6 @@ def limit_options(command: Command) -> Command:
     return _added(command, _LIMITS)
 
 
-def search_options(command: Command) -> Command:
-    """Add where depth is sought, and the shape of the blur: ``near``, ``far``, ``psf``."""
-    return _added(command, [*_LIMITS, _PSF])
-
-
 def focal_length_option(command: Command) -> Command:
     """Add ``focal_length``, in millimetres, of the optics."""
     return _FOCAL_LENGTH(command)
@@ -367,15 +361,6 @@ _LIMITS: list[Callable[[Any], Any]] = [
         help="Farthest distance of the search, in metres.  [default: where blur is 16 pixels]",
     ),
 ]
-
-_PSF: Callable[[Any], Any] = click.option(
-    "--psf",
-    type=click.Choice(["auto", "disc", "gaussian", "blend"]),
-    default="auto",
-    show_default=True,
-    help="Shape of the blur: auto is a disc, and a gaussian for the edges of a calibrated camera. For a gaussian, "
-    "blur_k in [camera] is its standard deviation over the disc's radius.",
-)
 
 _FOCAL_LENGTH: Callable[[Any], Any] = click.option(
     "--focal-length",

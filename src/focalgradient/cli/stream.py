@@ -30,9 +30,12 @@ from focalgradient.cli.program import (
     warnings_given,
     writable,
 )
+from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
+from focalgradient.depth.recover import check_blur
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
 from focalgradient.plausibility import check_focal_length, check_frame, check_pixel_pitch, given_as
+from focalgradient.psf import Disc, Psf
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -71,7 +74,7 @@ SATURATED = 254
 ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.float32], NDArray[np.bool_]]"]
 
 
-@click.command(short_help="Depth video from video that alternates between two apertures.")
+@click.command(cls=ShapedCommand, short_help="Depth video from video that alternates between two apertures.")
 @click.argument("video", type=click.Path(path_type=Path), metavar="VIDEO")
 @click.option(
     "--out",
@@ -111,9 +114,7 @@ ToGrid = Callable[["NDArray[np.uint8]", "NDArray[np.uint8]"], "tuple[NDArray[np.
     help="* Size of a pixel of the video, in micrometres on the sensor.",
 )
 @limit_options
-@click.option(
-    "--psf", type=click.Choice(["disc", "gaussian"]), default="disc", show_default=True, help="Shape of the blur."
-)
+@shape_options("Shape of the blur.", Disc.name)
 @click.option(
     "--encoding",
     type=click.Choice(["srgb", "linear"]),
@@ -138,7 +139,7 @@ def stream(
     values: Path | None,
     near: float | None,
     far: float | None,
-    psf: Literal["disc", "gaussian"],
+    psf: ShapeAsked,
     encoding: Literal["srgb", "linear"],
     window: float,
     **optics: Any,
@@ -163,6 +164,8 @@ def stream(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     _check(optics, near, far)
+    blur = psf.shape()
+    check_blur("ratio", blur)
     from focalgradient.depth.ratio import detail
     from focalgradient.video import Source, luminance
 
@@ -176,7 +179,7 @@ def stream(
             step, noise, shape = _opening(source, content)
         with given_as(GIVEN):
             _check_pixels(optics, shape)
-            to_grid, scale, settings = _reader(optics, near, far, psf, window, levels, noise, step)
+            to_grid, scale, settings = _reader(optics, near, far, blur, window, levels, noise, step)
         distance = bool(settings["optics"])
         with placing(places, note) as staged, Source(video, grey) as source:
             hidden = [staged[place] for place in places if place != note]
@@ -190,7 +193,14 @@ def stream(
             limits = {"near_m": near, "far_m": far}
             summary = {
                 "video": printable(video.name),
-                "settings": {**settings, **limits, "psf": psf, "encoding": encoding, "window_px": window},
+                "settings": {
+                    **settings,
+                    **limits,
+                    "psf": blur.name,
+                    "psf_parameters": blur.stated(),
+                    "encoding": encoding,
+                    "window_px": window,
+                },
                 "scale": {"what": scale.title, "dark": scale.ticks[0][1], "bright": scale.ticks[-1][1]},
                 "even_over_odd_detail": float(np.exp(step)),
                 "noise_of_stored_values": noise,
@@ -362,7 +372,7 @@ def _reader(
     optics: Mapping[str, Any],
     near: float | None,
     far: float | None,
-    psf: Literal["disc", "gaussian"],
+    psf: Psf,
     window: float,
     levels: NDArray[np.float32],
     noise: float,
@@ -375,7 +385,6 @@ def _reader(
     from focalgradient import Lens
     from focalgradient.depth.ratio import focal_disparity, read_depth, table_for
     from focalgradient.depth.search import Search
-    from focalgradient.psf import DISC_K
     from focalgradient.video import PLAIN, Scale
 
     apart = abs(step) > PLAIN
@@ -396,7 +405,7 @@ def _reader(
     lenses = [Lens(optics["focal_length"] * 1e-3, number, optics["focus_distance"]) for number in optics["f_numbers"]]
     pixel_angle = optics["pixel_pitch"] * 1e-6 / lenses[0].sensor_distance
     search = Search.over(lenses, pixel_angle, near, far)
-    table = table_for(search, psf, DISC_K)
+    table = table_for(search, psf)
     if not search.side_known:
         warnings.warn(FocalGradientWarning(search.side_text), stacklevel=2)
     even_sharper = lenses[0].f_number > lenses[1].f_number

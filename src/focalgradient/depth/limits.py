@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.settings import BlurSource
+from focalgradient.depth.settings import OPTICS, OpticsBlur, blur_source
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import Optics, own_blur
-from focalgradient.psf import DISC_K, check_psf, transfer
+from focalgradient.psf import Disc, Psf
 
 __all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "texture_bound", "window_area"]
 
@@ -70,8 +70,8 @@ def comparison_bound(
     power: Power,
     noise: float | Sequence[float],
     area: float,
-    psf: BlurSource = "auto",
-    k: float = DISC_K,
+    psf: Psf | str = "auto",
+    k: float | None = None,
 ) -> FloatArray:
     """Least standard deviation of vergence, in dioptres, from views of one unknown texture at one depth.
 
@@ -138,8 +138,8 @@ def texture_bound(
     *,
     noise: float | Sequence[float],
     window: float,
-    psf: BlurSource = "auto",
-    k: float = DISC_K,
+    psf: Psf | str = "auto",
+    k: float | None = None,
 ) -> FloatArray:
     """Least standard deviation of vergence, in dioptres, at every pixel of one texture, in a Gaussian window there.
 
@@ -191,8 +191,8 @@ def _information(
     pixel_angle: float,
     frequency: FloatArray,
     noise: float | Sequence[float],
-    psf: BlurSource,
-    k: float,
+    psf: Psf | str,
+    k: float | None,
 ) -> FloatArray:
     """The bracket of `comparison_bound`: ... x F, by vergence and frequency."""
     if len(optics) < 2:
@@ -201,17 +201,19 @@ def _information(
     if noises.ndim > 1 or noises.size not in (1, len(optics)) or not np.all((noises > 0) & np.isfinite(noises)):
         raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
     _positive(pixel_angle=pixel_angle)
+    source = blur_source(psf, k)
     level = check_finite("vergence", vergence, "dioptres")[..., None]
     transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
         scale = one.aperture_diameter / 2 / pixel_angle
 
         def at(defocus: FloatArray, scale: float = scale, one: Optics = one) -> FloatArray:
-            own = own_blur(one) if psf in ("auto", "optics") else None
-            if own is not None and (own.forms_views or psf == "optics"):
-                return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
-            shape = "disc" if psf in ("auto", "optics") else check_psf(psf)
-            return transfer(frequency, scale * np.abs(defocus), shape, k)
+            if not isinstance(source, OpticsBlur):
+                return source.transfer(frequency, scale * np.abs(defocus))
+            own = own_blur(one)
+            if own is None or not (own.forms_views or source == OPTICS):
+                return Disc().transfer(frequency, scale * np.abs(defocus))
+            return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
 
         defocus = one.focus_vergence - level
         step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference

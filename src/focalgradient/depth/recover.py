@@ -11,18 +11,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.settings import BlurSource, MethodName, RecoverySettings
+from focalgradient.depth.settings import BlurSource, MethodName, OpticsBlur, RecoverySettings, blur_source
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
-from focalgradient.psf import DISC_K
+from focalgradient.psf import Capability
 from focalgradient.view import View
 
 if TYPE_CHECKING:
     from focalgradient.depth.causes import Cause
     from focalgradient.depth.estimate import Estimate, Problem
 
-__all__ = ["METHODS", "Estimator", "Method", "MethodName", "check_usable", "checked_views", "recover_depth"]
+__all__ = [
+    "METHODS",
+    "Estimator",
+    "Method",
+    "MethodName",
+    "check_usable",
+    "checked_views",
+    "methods_for",
+    "recover_depth",
+]
 
 NAMED, DOUBTFUL = 2, 0.7
 """Likely causes that a warning names where nothing is valid, and the evidence that the second must have: choices."""
@@ -45,11 +54,13 @@ class Estimator:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way from views to depth: loads its estimator; how many views it takes."""
+    """A way from views to depth: loads its estimator; how many views it takes, and what it needs of their blur."""
 
     load: Callable[[], Estimator]
     least: int = 2
     most: int | None = None
+    needs: tuple[Capability, ...] | None = ()
+    """What the method builds on; none: it takes any blur. None: it has no model of the blur."""
 
 
 # Imported when called, for `import focalgradient` to stay light.
@@ -87,11 +98,32 @@ def _autofocus() -> Estimator:
 
 METHODS: dict[MethodName, Method] = {
     "equalise": Method(_equalise),
-    "spectra": Method(_spectra),
-    "ratio": Method(_ratio, most=2),
-    "edges": Method(_edges, least=1),
-    "autofocus": Method(_autofocus, least=3),
+    "spectra": Method(_spectra, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "ratio": Method(_ratio, most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "edges": Method(_edges, least=1, needs=(Capability.EDGE_RESPONSE,)),
+    "autofocus": Method(_autofocus, least=3, needs=None),
 }
+
+
+def methods_for(psf: BlurSource | str) -> list[MethodName]:
+    """Return the methods that can use the blur `psf`, a shape or its name; "autofocus" has no model of the blur.
+
+    >>> methods_for("disc"), methods_for("polygon")
+    (['equalise', 'spectra', 'ratio', 'edges', 'autofocus'], ['equalise', 'autofocus'])
+    """
+    given = blur_source(psf).provides
+    return [name for name, method in METHODS.items() if set(method.needs or ()) <= given]
+
+
+def check_blur(method: MethodName, psf: BlurSource) -> None:
+    """Raise `InputError` where a method needs what a blur does not provide, naming both and what else can be done."""
+    blur = psf if isinstance(psf, OpticsBlur) else psf.name
+    for need in METHODS[method].needs or ():
+        if need not in psf.provides:
+            raise InputError(
+                f"method {method!r} needs {need.value}, which {blur} does not give: use method "
+                f"{' or '.join(repr(name) for name in methods_for(psf))}."
+            )
 
 
 def recover_depth(
@@ -100,8 +132,8 @@ def recover_depth(
     method: MethodName = "equalise",
     near: float | None = None,
     far: float | None = None,
-    psf: BlurSource = "auto",
-    k: float = DISC_K,
+    psf: BlurSource | str = "auto",
+    k: float | None = None,
     window: float = 8.0,
     noise: float | Sequence[float] | None = None,
     align: bool = False,
@@ -131,11 +163,13 @@ def recover_depth(
         radius; limits given extend the search, to 64 pixels at most. ``details["searched_vergence_D"]`` states it.
     psf
         Where the views' blur comes from: ``"optics"``, the blur that the views' optics offer
-        (`focalgradient.optics.own_blur`; method ``"equalise"`` only), a disc for optics that offer none; or a model of
-        its radius, ``"disc"``, ``"gaussian"`` or, by ``"equalise"``, ``"blend"`` (a disc with a Gaussian rim).
-        ``"auto"`` takes the optics' own where any offer it, else a disc.
+        (`focalgradient.optics.own_blur`; method ``"equalise"`` only), a disc for optics that offer none; or its shape,
+        a `focalgradient.psf.Psf` such as ``Polygon(blades=5)``, or the name of one: ``"disc"``, ``"gaussian"``,
+        ``"blend"`` (a disc with a Gaussian rim), ``"annulus"``, ``"polygon"`` or one that another package adds.
+        ``"auto"`` takes the optics' own where any offer it, else a disc. `focalgradient.depth.methods_for` lists the
+        methods that can use a shape.
     k
-        For the Gaussian, and the blend's rim, sigma / disc radius.
+        Of a Gaussian, or a blend's rim, given by name: sigma / disc radius. By default the shape's own, 0.5 and 0.35.
     window
         Standard deviation in pixels of the Gaussian window in which depth is estimated.
     noise
@@ -154,7 +188,8 @@ def recover_depth(
     Returns
     -------
     DepthMap
-        ``details`` holds the settings, ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
+        ``details`` holds the settings, the blur that was used (``psf``, None where the method has no model of it, and
+        ``psf_parameters``), ``side`` (how the side of focus was decided), ``noise``, ``gain`` and
         ``shift_px`` and ``turn_deg`` (clockwise) of each view, and ``share_valid``. By ``"equalise"`` also
         ``split_band``: ``tau``, the blur model's error as a share of the blur radius, by which coarse and fine detail
         disagree and which is part of
@@ -201,7 +236,8 @@ def recover_depth(
     if method not in tuple(METHODS):
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
     say = progress or (lambda share, words: None)
-    settings = RecoverySettings(method, near, far, psf, k, window, noise, align, false_alarm, say, outlines)
+    source = blur_source(psf, k)
+    settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
     settings.check(len(views))
     check_usable(views, method, window)
     # Imported here, for `import focalgradient` to stay light.
@@ -211,11 +247,12 @@ def recover_depth(
     from focalgradient.depth.search import Search
     from focalgradient.parallel import linear_algebra_on_one_thread
 
+    optics = [view.optics for view in views]
+    settings = settings.resolved(optics)
+    check_blur(method, settings.psf)
     estimator = METHODS[method].load()
     estimator.check(views)
-    optics = [view.optics for view in views]
     search = Search.over(optics, views[0].pixel_angle, near, far)
-    settings = settings.resolved(optics)
     say(0.0, "registering the views")
     problem = Problem(views, RegisteredViews.of(views, align), search, settings)
     with linear_algebra_on_one_thread:
@@ -242,6 +279,7 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
     lowest, highest = estimate.searched or (search.lowest, search.highest)
     details = {
         **settings.stated(),
+        **({"psf": None, "psf_parameters": {}, "k": None} if METHODS[settings.method].needs is None else {}),
         "searched_vergence_D": [float(lowest), float(highest)],
         "side": search.side_text,
         "noise": [float(sd) for sd in estimate.noise],
@@ -264,9 +302,9 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
     """What the user is warned of."""
     texts: list[str] = []
     own = [one.name for one in problem.search.own if one is not None and one.forms_views]
-    if own and problem.settings.psf not in ("auto", "optics"):
+    if own and not isinstance(problem.settings.psf, OpticsBlur):
         texts.append(
-            f"the blur is taken for a {problem.settings.psf}, as asked for, but the optics ({own[0]}) offer a blur of "
+            f"the blur is taken for {problem.settings.psf}, as asked for, but the optics ({own[0]}) offer a blur of "
             "their own: psf 'optics' uses it."
         )
     # A texture that is not quite the same seems displaced, and so does what coma blurs.

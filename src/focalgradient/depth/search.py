@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
-from focalgradient.depth.settings import BlurSource
+from focalgradient.depth.settings import BlurSource, OpticsBlur
 from focalgradient.errors import InputError
 from focalgradient.optics import HasWaveband, Optics, OwnBlur, own_blur
 from focalgradient.plausibility import check_range
-from focalgradient.psf import check_psf, has_edge, transfer
+from focalgradient.psf import Disc, Psf
 
 __all__ = ["Blurs", "Search"]
 
@@ -171,16 +171,19 @@ class Search:
         shared = one_focus(self.focus)
         return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
 
-    def blurs(self, psf: BlurSource, k: float) -> Blurs:
-        """Each view's blur at every level, from the source named `psf` (see `focalgradient.recover_depth`).
+    def blurs(self, psf: BlurSource) -> Blurs:
+        """Each view's blur at every level, of the shape `psf` or by the views' optics themselves.
 
-        By ``"optics"``, optics without a blur of their own blur by a disc: geometric optics. Refused where none of the
-        views' optics have their own.
+        Optics without a blur of their own then blur by a disc: geometric optics. Refused where none of the views'
+        optics have their own.
         """
         radius = self.pixels[:, None] * np.abs(self.focus[:, None] - self.vergences)
-        if psf != "optics":
-            blurred = transfer(RADII, radius[:, :, None], check_psf(psf), k)
-            return Blurs(radius, blurred, has_edge(psf), limited=self.limited)
+        if not isinstance(psf, OpticsBlur):
+            if psf.isotropic:
+                return Blurs(radius, psf.transfer(RADII, radius[:, :, None]), psf.ends_sharply, limited=self.limited)
+            whole = plane()
+            shaped = [self._shaped(psf, disc, focus, whole) for disc, focus in zip(radius, self.focus, strict=True)]
+            return Blurs(radius, np.stack(shaped), psf.ends_sharply, whole, self.limited)
         own = self.own
         if all(one is None for one in own):
             names = ", ".join(sorted({type(one).__name__ for one in self.optics}))
@@ -194,7 +197,7 @@ class Search:
     def _own_transfer(self, own: OwnBlur | None, radius: FloatArray, at: Frequencies) -> NDArray[Any]:
         """Transfer at every level (L x F) by `own`, or of the disc of `radius` (L, pixels); complex where not round."""
         if own is None:
-            return transfer(at.radius, radius[:, None], "disc")
+            return Disc().transfer(at.radius, radius[:, None])
         for vergence in (self.lowest, self.highest):
             own.check(vergence, 0.5 / self.pixel_angle)
         if own.isotropic:
@@ -202,6 +205,16 @@ class Search:
         known: Callable[..., NDArray[Any]] = _through_focus
         work = known if isinstance(own.optics, Hashable) else _through_focus.__wrapped__
         return work(own, self.pixel_angle, self.lowest, self.highest, self.levels, at)
+
+    def _shaped(self, psf: Psf, radius: FloatArray, focus: float, at: Frequencies) -> NDArray[np.complex64]:
+        """Transfer at every level (L x F) of a shape that is not round, turned by half a turn nearer than `focus`."""
+        assert at.down is not None
+        assert at.right is not None
+        table = np.empty((self.levels, at.radius.size), np.complex64)
+        for level, (one, vergence) in enumerate(zip(radius, self.vergences, strict=True)):
+            upright = psf.optical_transfer(at.down[:, None], at.right, one)
+            table[level] = (np.conj(upright) if vergence > focus else upright).ravel()
+        return table
 
     def _finest(self) -> float:
         """Cycles per pixel beyond which no two views pass anything, so that there is nothing to compare."""

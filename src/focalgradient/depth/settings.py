@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +13,80 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, is_number
 from focalgradient.optics import Optics, own_blur
 from focalgradient.progress import Progress
-from focalgradient.psf import PsfName, check_psf
+from focalgradient.psf import Capability, Disc, Psf, psf_of, shape_class
 
-__all__ = ["BlurSource", "MethodName", "RecoverySettings"]
+__all__ = [
+    "AUTO",
+    "OPTICS",
+    "SOURCES",
+    "AutoBlur",
+    "BlurSource",
+    "MethodName",
+    "OpticsBlur",
+    "RecoverySettings",
+    "blur_source",
+    "used_blur",
+]
 
 MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
 
-BlurSource = Literal["auto", "optics", "disc", "gaussian", "blend"]
-"""Where the blur of a view comes from: its optics' own (`optics.own_blur`), or a model of its radius."""
 
-BY_RADIUS: tuple[PsfName, ...] = ("disc", "gaussian")
-"""Shapes of blur that every method can use."""
+@dataclass(frozen=True, slots=True)
+class OpticsBlur:
+    """The blur that the views' optics offer themselves (`optics.own_blur`); a disc of those that offer none."""
+
+    name: ClassVar[str] = "optics"
+    provides: ClassVar[frozenset[Capability]] = frozenset()
+
+    def __str__(self) -> str:
+        """Name it for messages."""
+        return "the optics' own blur"
+
+    def stated(self) -> dict[str, float]:
+        """Return no parameters: those of the optics are stated with them."""
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class AutoBlur(OpticsBlur):
+    """The optics' own blur where any offer it, else a disc: decided by `RecoverySettings.resolved`."""
+
+    name: ClassVar[str] = "auto"
+
+
+AUTO, OPTICS = AutoBlur(), OpticsBlur()
+
+SOURCES: dict[str, OpticsBlur] = {one.name: one for one in (AUTO, OPTICS)}
+"""Names, beside those of shapes, of where blur comes from."""
+
+BlurSource = Psf | OpticsBlur
+"""Where the blur of a view comes from: a shape of its radius, or its optics' own."""
+
+
+def blur_source(psf: BlurSource | str, k: float | None = None) -> BlurSource:
+    """Return the source of blur that a public function was given: itself, or that of its name.
+
+    >>> blur_source("auto"), blur_source("gaussian", 0.4)
+    (AutoBlur(), Gaussian(k=0.4))
+    """
+    if isinstance(psf, OpticsBlur):
+        return psf
+    if isinstance(psf, str) and psf in SOURCES:
+        psf_of("disc", k)  # refuses a k out of range
+        return SOURCES[psf]
+    return psf_of(psf, k, tuple(SOURCES))
+
+
+def used_blur(details: Mapping[str, Any]) -> BlurSource | None:
+    """Return the blur that a map was made by, from its `details`; None where its method has no model of the blur.
+
+    >>> used_blur({"psf": "polygon", "psf_parameters": {"blades": 5}})
+    Polygon(blades=5, rotation=0.0)
+    """
+    name = details.get("psf")
+    if name is None or name in SOURCES:
+        return None if name is None else SOURCES[name]
+    return shape_class(name).of(details.get("psf_parameters", {}))
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +97,6 @@ class RecoverySettings:
     near: float | None
     far: float | None
     psf: BlurSource
-    k: float
     window: float
     noise: float | Sequence[float] | None
     align: bool
@@ -43,25 +105,27 @@ class RecoverySettings:
     outlines: bool = True
 
     @property
-    def model(self) -> PsfName:
-        """Shape of the blur, for methods that know a view's blur by its radius alone; another shape is refused."""
-        return check_psf(self.psf, BY_RADIUS, f"method {self.method!r}")
+    def shape(self) -> Psf:
+        """Shape of the blur, for methods that know a view's blur by its radius alone."""
+        if isinstance(self.psf, OpticsBlur):
+            raise InputError(
+                f"psf is {self.psf.name!r}, but method {self.method!r} needs a shape of blur: give 'disc'."
+            )
+        return self.psf
 
     def resolved(self, optics: Sequence[Optics]) -> RecoverySettings:
-        """Return the same, with ``psf="auto"`` decided: these `optics`' own blur where any offer it, else a disc.
+        """Return the same, with `AUTO` decided: these `optics`' own blur where any offer it, else a disc.
 
         Equalisation alone can use a blur of any form, and autofocus uses none. With other methods a disc must be asked
         for where optics offer another blur.
         """
         own = [one for one in map(own_blur, optics) if one is not None and one.forms_views]
-        if self.psf != "auto":
+        if not isinstance(self.psf, AutoBlur):
             return self
         if not own:
-            return replace(self, psf="disc")
-        if self.method == "equalise":
-            return replace(self, psf="optics")
-        if self.method == "autofocus":
-            return self
+            return replace(self, psf=Disc())
+        if self.method in ("equalise", "autofocus"):
+            return replace(self, psf=OPTICS)
         raise InputError(
             f"the optics ({own[0].name}) offer a blur of their own, which method {self.method!r} cannot use: take "
             "method 'equalise', or give psf 'disc' to take the blur for a disc."
@@ -77,8 +141,9 @@ class RecoverySettings:
             "method": self.method,
             "near_m": self.near,
             "far_m": self.far,
-            "psf": self.psf,
-            "k": self.k,
+            "psf": self.psf.name,
+            "psf_parameters": self.psf.stated(),
+            "k": self.psf.stated().get("k"),
             "window_px": self.window,
             "align": self.align,
             "false_alarm": self.false_alarm,
@@ -88,7 +153,6 @@ class RecoverySettings:
     def check(self, count: int) -> None:
         """Refuse settings out of range, for `count` views."""
         self._check_limits()
-        self._check_blur()
         if not (is_number(self.window) and 2 <= self.window <= 64):
             raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
         values = np.asarray(1.0 if self.noise is None else self.noise)
@@ -110,19 +174,6 @@ class RecoverySettings:
             raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
         if near is not None and math.isinf(near):
             raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
-
-    def _check_blur(self) -> None:
-        if self.psf not in get_args(BlurSource):
-            raise InputError(f"psf is {self.psf!r}, but must be one of {', '.join(get_args(BlurSource))}.")
-        if self.psf in ("optics", "blend") and self.method != "equalise":
-            raise InputError(
-                f"psf is {self.psf!r}, which method {self.method!r} cannot use: use method 'equalise', or psf 'disc'."
-            )
-        _check_positive("k", self.k, ", sigma / disc radius")
-        if math.isinf(self.k):
-            raise InputError(
-                "k is infinite, but must be finite: sigma / disc radius, 0.5 for the disc's second moment."
-            )
 
 
 def _check_positive(name: str, value: Any, unit: str) -> None:

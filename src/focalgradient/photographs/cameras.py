@@ -16,7 +16,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.photographs.planes import plane_name
 from focalgradient.photographs.tables import Sensor
-from focalgradient.psf import PsfName
+from focalgradient.psf import Psf, psf_from, shape_class
 from focalgradient.tables import Table, load_table
 
 __all__ = ["Calibrated", "camera_toml", "load_camera"]
@@ -55,7 +55,10 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a pos
 
 class _Body(Sensor):
     edge_scatter_um: Annotated[float, Field(ge=0, allow_inf_nan=False, description="a number of 0 or more")] = 0.0
-    psf: Annotated[PsfName | None, Field(description="'disc', 'gaussian' or 'blend'")] = None
+    psf: Annotated[
+        str | dict[str, str | int | float] | None,
+        Field(description='the name of a shape of blur, or a table such as {shape = "polygon", blades = 6}'),
+    ] = None
     blur_k: _Positive
     own_blur_um2: _Number
     offset_m: _Number
@@ -143,7 +146,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
         covariance=np.array(covariance),
         informed=np.array(file.uncertainty.informed),
         telecentric=body.telecentric,
-        psf=body.psf,
+        psf=_psf(path, body),
         edge_scatter=body.edge_scatter_um * 1e-6,
         **({} if file.field is None else {"field": _field(file.field)}),
     )
@@ -163,6 +166,25 @@ def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
         )
 
 
+def _psf(path: Path, body: _Body) -> Psf | None:
+    try:
+        return None if body.psf is None else psf_from(body.psf, body.blur_k)
+    except InputError as error:
+        raise InputError(f"{path}: camera: {error}") from error
+
+
+def _shape(camera: Calibration) -> str:
+    """The shape as the file states it: its name alone where its only parameter is `blur_k`."""
+    shape = camera.psf
+    assert shape is not None
+    if shape_class(shape.name) is not type(shape):
+        raise InputError(f"psf {shape.name!r} is another shape than {type(shape).__name__}: give it a name of its own.")
+    values = {key: value for key, value in shape.stated().items() if key != "k" or value != camera.k}
+    if not values:
+        return f'"{shape.name}"'
+    return "{" + ", ".join([f'shape = "{shape.name}"', *(f"{key} = {value!r}" for key, value in values.items())]) + "}"
+
+
 def _field(table: _FieldTable) -> FocusField:
     return FocusField(tuple(table.focus), tuple(table.blur), tuple(table.bounds), table.split_band_scale)
 
@@ -178,7 +200,7 @@ def camera_toml(calibrated: Calibrated) -> str:
         "# Distance from the entrance pupil = distance as measured + offset_m; vergence = 1 / distance from the pupil.",
         "[camera]",
         *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
-        *([] if camera.psf is None else [f'psf = "{camera.psf}"  # the shape of blur that the target showed']),
+        *([] if camera.psf is None else [f"psf = {_shape(camera)}  # the shape of blur that the target showed"]),
         f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius"
         + (" along edges" if camera.psf is None else ", of the shape"),
         f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",

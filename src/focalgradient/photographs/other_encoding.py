@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.settings import AUTO, used_blur
 from focalgradient.errors import InputError
 from focalgradient.photographs.encodings import Encoding
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
@@ -62,11 +63,11 @@ def encoding_difference(
         )
         for view in views
     ]
-    psf, k = depth.details["psf"], depth.details["k"]
+    psf = used_blur(depth.details) or AUTO
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            other = recover_depth(others, near=near, far=far, psf=psf, k=k, align=align)
+            other = recover_depth(others, near=near, far=far, psf=psf, align=align)
         except InputError:
             return None
     both = other.valid & depth.valid[part]

@@ -86,10 +86,15 @@ class Settings(Table):
         named = [path for shot in self.shots for path in (shot.image, shot.flat)]
         return [path for path in (*named, self._calibration_file) if path is not None]
 
-    @property
-    def blur_k(self) -> float:
-        """Standard deviation of a Gaussian blur over the radius of the blur disc."""
-        return self.camera.blur_k if self.calibration is None else self.calibration.k
+    def given_k(self, shape: str) -> float | None:
+        """Sigma / radius of the blur of a `shape`, where the camera's table or its calibration gives it.
+
+        A camera that was calibrated with a shape gives the k of that shape only.
+        """
+        if self.calibration is None:
+            return self.camera.blur_k if "blur_k" in self.camera.model_fields_set else None
+        measured = self.calibration.psf
+        return self.calibration.k if measured is None or measured.name == shape else None
 
     @property
     def offset(self) -> float:

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur
+from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur, shape_k
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
@@ -27,7 +27,7 @@ from focalgradient.plausibility import (
     check_target,
     given_as,
 )
-from focalgradient.psf import PsfName
+from focalgradient.psf import Disc, Psf
 from focalgradient.tables import Table, load_table
 from focalgradient.view import View
 
@@ -150,7 +150,7 @@ class Targets(Table):
             )
         return found
 
-    def read_pair(self, pair: tuple[TargetShot, TargetShot], psf: PsfName, k: float) -> Reading:
+    def read_pair(self, pair: tuple[TargetShot, TargetShot], psf: Psf) -> Reading:
         """Measure the wider of two photographs by equalising them, for `focalgradient.calibration.calibrate_pairs`.
 
         Raises
@@ -160,10 +160,10 @@ class Targets(Table):
         """
         views = [self._view(shot) for shot in pair]
         try:
-            blur = pair_blur(views, [shot.f_number for shot in pair], psf, k)
+            blur = pair_blur(views, [shot.f_number for shot in pair], psf)
         except InputError as error:
             raise InputError(f"{pair[0].image}, {pair[1].image}: {error}") from error
-        unit = k * views[0].pixel_angle * self.camera.focal_length_mm * 1e-3
+        unit = shape_k(psf) * views[0].pixel_angle * self.camera.focal_length_mm * 1e-3
         wide = pair[0]
         return Reading(wide.distance_m, wide.f_number, wide.focus_distance_m, blur.radius * unit, blur.radius_sd * unit)
 
@@ -182,11 +182,11 @@ class Targets(Table):
         beyond = 1 / (pair[0].distance_m + camera.offset) < focus
         near, far = (1 / focus, None) if beyond else (None, 1 / focus)
         try:
-            return views, recover_depth(views, near=near, far=far, psf=camera.psf or "disc", k=camera.k, align=True)
+            return views, recover_depth(views, near=near, far=far, psf=camera.psf or Disc(), align=True)
         except InputError:
             return None
 
-    def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> tuple[PsfName, float]:
+    def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> Psf:
         """Shape of blur that explains the pairs best."""
         return likeliest_shape(
             [([self._view(shot) for shot in pair], [shot.f_number for shot in pair]) for pair in pairs]

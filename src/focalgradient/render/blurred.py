@@ -18,10 +18,12 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
+from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.render.hidden import NOTHING, complete, nearest_behind
 from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
+from focalgradient.render.shaped import shape_kernels
 from focalgradient.render.spread import layer_of, spread
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
@@ -50,6 +52,7 @@ def blur(
     optics: Optics,
     *,
     pixel_angle: float,
+    psf: Psf | str | None = None,
     progress: Progress | None = None,
 ) -> View:
     """See a picture, of which the depth is known, through a lens or an eye.
@@ -64,6 +67,8 @@ def blur(
         A `Lens`, an `Eye` or an eye's `Cones`. Optics that have a transfer of their own blur by it, others by a disc.
     pixel_angle
         Angle in radians that one pixel subtends.
+    psf
+        Shape of the blur, a `focalgradient.psf.Psf` or its name, instead of the optics' own or a disc.
     progress
         Called with the share done, 0 to 1, and a few words.
 
@@ -99,7 +104,9 @@ def blur(
         image = image @ np.asarray(LUMINANCE, image.dtype if image.dtype.kind == "f" else float)
     if image.ndim != 2:
         raise InputError(f"picture has shape {np.shape(picture)}, but must be H x W, or H x W x 3 (red, green, blue).")
-    return View(blur_picture(image, distance, optics, pixel_angle=pixel_angle, progress=progress), optics, pixel_angle)
+    return View(
+        blur_picture(image, distance, optics, pixel_angle=pixel_angle, psf=psf, progress=progress), optics, pixel_angle
+    )
 
 
 def blur_picture(
@@ -108,6 +115,7 @@ def blur_picture(
     optics: Optics,
     *,
     pixel_angle: float,
+    psf: Psf | str | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float32]:
     """Blur a picture as `blur` does, every channel alike: H x W or H x W x channels in, the same shape out.
@@ -120,15 +128,15 @@ def blur_picture(
     """
     image, far, scale = _checked(picture, distance, optics, pixel_angle)
     vergence, focus = (scale / far).astype(np.float32), scale * optics.focus_vergence
-    kernels, own = _kernels(optics, vergence, scale, pixel_angle)
+    kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle, None if psf is None else psf_of(psf))
     pad = int(kernels.reach.max()) + 1
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
     vergence = np.pad(vergence, rim, mode="symmetric")
     with ThreadPoolExecutor(1) as aside:  # most of it is one thread's work
         hidden = aside.submit(complete, wide, vergence, focus)
-        layers = [layer_of(wide, vergence, focus, kernels, by_radius=not own)]
-    layers.append(layer_of(*hidden.result(), focus, kernels, by_radius=not own))
+        layers = [layer_of(wide, vergence, focus, kernels, by_radius)]
+    layers.append(layer_of(*hidden.result(), focus, kernels, by_radius))
 
     def tell(share: float) -> None:
         if progress is not None:
@@ -195,7 +203,7 @@ def blur_scene(
     pad = int(_kernels(optics, inside, scale, pixel_angle)[0].reach.max()) + 1
     light, far = pinhole(None, pad, samples)
     vergence = (scale / far).astype(np.float32)
-    kernels, own = _kernels(optics, vergence, scale, pixel_angle)
+    kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle)
     hidden, behind = np.zeros_like(light), np.full(vergence.shape, NOTHING, np.float32)
     within = nearest_behind(vergence, np.float32(focus))[0] >= 0
     for number in range(len(scenes[0][1].objects)):
@@ -204,7 +212,7 @@ def blur_scene(
             uncovered = within & (farther > far)
             hidden[uncovered], behind[uncovered] = there[uncovered], (scale / farther[uncovered])
     layers = [
-        layer_of(image[:, :, None], depth, focus, kernels, by_radius=not own)
+        layer_of(image[:, :, None], depth, focus, kernels, by_radius)
         for image, depth in ((light, vergence), (hidden, behind))
     ]
     image = spread(layers, kernels, pad, cores(), lambda share: None)
@@ -220,13 +228,19 @@ def check_radius(pixels: float) -> None:
         )
 
 
-def _kernels(optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float) -> tuple[Kernels, bool]:
-    """Point spread functions for vergences in pixels; whether they are the optics' own, and no discs."""
+def _kernels(
+    optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float, psf: Psf | None = None
+) -> tuple[Kernels, bool]:
+    """Point spread functions for vergences in pixels; whether they go by the size of the blur, alike on both sides."""
     blurs = vergence - np.float32(scale * optics.focus_vergence)
     largest = float(np.abs(blurs).max())
     check_radius(largest)
     own = own_blur(optics)
-    return (disc_kernels(largest) if own is None else _own_kernels(own, blurs, scale, pixel_angle)), own is not None
+    if psf is None and own is not None:
+        return _own_kernels(own, blurs, scale, pixel_angle), False
+    if psf is None or isinstance(psf, Disc):
+        return disc_kernels(largest), True
+    return shape_kernels(psf, blurs), psf.symmetric
 
 
 def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:

@@ -15,7 +15,6 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
 from focalgradient.depth.search import Search, one_focus
 from focalgradient.depth.validity import BLUR_ERROR, SECONDARY_MINIMUM
-from focalgradient.psf import sigma_per_radius
 
 __all__ = ["estimate"]
 
@@ -38,8 +37,7 @@ def estimate(problem: Problem) -> Estimate:
         settings.progress(0.2 + 0.7 * number / len(views), f"measuring the edges of view {number + 1}")
         edges = measure_edges(
             view.image,
-            psf=settings.model,
-            k=settings.k,
+            psf=settings.shape,
             noise=None if given is None else float(given[number]),
             length=2 * settings.window,
             false_alarm=settings.false_alarm,
@@ -91,7 +89,7 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
         placement = placement.then(problem.registered.placements[number])
     pixel, whole = _draw(average_segments(edges, 2 * settings.window), placement, view.shape)
     per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
-    per_sigma = sigma_per_radius(settings.model, settings.k)
+    per_sigma = settings.shape.sd_per_radius
     # The residual blur variance of a calibrated camera (negative where it sharpens); of an eye none is known.
     residual = getattr(view.optics, "residual_blur_variance", 0.0) / (view.pixel_angle * per_sigma) ** 2
     radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))

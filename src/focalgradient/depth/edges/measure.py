@@ -23,7 +23,7 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
-from focalgradient.psf import PsfName, check_psf, sigma_per_radius
+from focalgradient.psf import Psf, psf_of
 from focalgradient.view import check_mask
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
@@ -31,6 +31,9 @@ __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 Fit = Literal["likelihood", "regression", "unweighted"]
 
 FloatArray = NDArray[np.float64]
+
+_PAPER_K = 1.0
+"""The paper's sigma / radius: edges are measured by their sigma unless another k is given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +79,8 @@ class Edges:
 def measure_edges(
     image: NDArray[np.floating],
     *,
-    psf: PsfName = "gaussian",
-    k: float = 1.0,
+    psf: Psf | str = "gaussian",
+    k: float | None = None,
     noise: float | None = None,
     length: float = 16.0,
     fit: Fit = "likelihood",
@@ -91,8 +94,8 @@ def measure_edges(
     image
         Linear radiance, H x W.
     psf, k
-        Model of the blur: ``"gaussian"`` of sigma = `k` x radius (with k = 1 the radius *is* sigma), or ``"disc"``,
-        uniform and of that radius.
+        Shape of the blur, or its name: ``"gaussian"`` of sigma = `k` x radius (here 1 by default: the radius *is*
+        sigma), ``"disc"``, uniform and of that radius, or any other that gives its edge response.
     noise
         Standard deviation of the pixels' independent noise in the image's unit. Where it is not given it is estimated
         from the finest detail of the image, and from what each band itself leaves unexplained.
@@ -101,7 +104,8 @@ def measure_edges(
     fit
         ``"likelihood"``: a blurred step fitted to the pixels. ``"regression"``: the paper's line through ln|C/x|
         over x^2, weighted; ``"unweighted"``: the same with all points alike, as in the paper. These two model a
-        Gaussian only: a disc's radius is twice their sigma. They differ in `radius` and `radius_sd` alone.
+        Gaussian only: another shape's radius is their sigma over its `sd_per_radius` (a disc's: twice). They differ in
+        `radius` and `radius_sd` alone.
     false_alarm
         Probability with which a sharp edge that stands alone is rejected. It is less where a misfit of 1 % of the
         edge's contrast, which is granted to real lenses, exceeds the noise.
@@ -134,8 +138,10 @@ def measure_edges(
     >>> bool(edges.valid.all()), round(float(np.median(edges.radius)), 1), round(float(np.median(edges.radius_sd)), 2)
     (True, 2.0, 0.02)
     """
-    pixels = _checked(image, psf, k, noise, length, fit, false_alarm, mask)
+    shape = psf_of(psf, _PAPER_K if k is None and isinstance(psf, str) else k)
+    pixels = _checked(image, shape, noise, length, fit, false_alarm, mask)
     whole = filled(pixels, mask)
+    profile = Profile.of(shape)
     sd = noise_from_differences(whole, mask) if noise is None else float(noise)
     half = int(length / 2)
     contours = find_contours(whole, sd, half)
@@ -145,7 +151,7 @@ def measure_edges(
     )
     steps = fit_steps(
         *(pixels if mask is None else np.where(mask, pixels, np.float32(np.nan)), row, column, angle, blur),
-        profile=Profile.of(psf),
+        profile=profile,
         length=length,
         noise=sd,
         noise_known=noise is not None,
@@ -167,8 +173,7 @@ def measure_edges(
             weighted=fit == "regression",
         )
         valid &= np.isfinite(square)
-    # Of a disc the likelihood fits the radius itself.
-    per_radius = 1.0 if psf == "disc" and fit == "likelihood" else sigma_per_radius(psf, k)
+    per_radius = profile.per_radius if fit == "likelihood" else shape.sd_per_radius
     square, square_sd = square / per_radius**2, square_sd / per_radius**2
     radius = np.sqrt(np.maximum(square, 0.0))
     # First order in the square; near zero, where the root is steep, the root of the square's own.
@@ -262,8 +267,7 @@ def average_segments(edges: Edges, length: float) -> Edges:
 
 def _checked(
     image: NDArray[np.floating],
-    psf: str,
-    k: float,
+    shape: Psf,
     noise: float | None,
     length: float,
     fit: str,
@@ -271,11 +275,10 @@ def _checked(
     mask: NDArray[np.bool_] | None,
 ) -> NDArray[np.float32]:
     """The image as 32-bit numbers; refused where it or a setting cannot be used."""
-    check_psf(psf, ("disc", "gaussian"), "edges")
+    if not shape.gives_edge_response:
+        raise InputError(f"edges need the edge response, which {shape.name} does not give: use another psf.")
     if fit not in ("likelihood", "regression", "unweighted"):
         raise InputError(f"fit is {fit!r}, but must be 'likelihood', 'regression' or 'unweighted'.")
-    if not (k > 0 and math.isfinite(k)):
-        raise InputError(f"k is {k!r}, but must be a positive number, sigma / disc radius.")
     if noise is not None and not (noise > 0 and math.isfinite(noise)):
         raise InputError(f"noise is {noise!r}, but must be a positive number in the image's unit: or leave it out.")
     if not 4 <= length <= 128:

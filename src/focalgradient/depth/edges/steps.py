@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.parallel import share_rows
-from focalgradient.psf import PsfName, check_psf
+from focalgradient.psf import Psf
 
 __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
 
@@ -48,6 +48,9 @@ NARROWEST = 0.15
 NODES = 1 / math.sqrt(15)
 """Distance in pixels between four points, equally spaced, whose variance is the pixel's, 1/12."""
 
+TABLE = 4097
+"""Samples of an edge response from the step to where it is 1: between them, linear interpolation is right to 1e-7."""
+
 ITERATIONS = 20
 """Steps after which a fit that has not converged is given up; an edge takes about five."""
 
@@ -65,8 +68,8 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contrac
 class Profile:
     """The edge spread of a blur of width 1, as a table, and how the square pixel joins it.
 
-    A Gaussian takes the pixel's variance, 1/12, into its own. A disc is averaged over four points of the pixel, so far
-    apart that they have that variance too.
+    A Gaussian takes the pixel's variance, 1/12, into its own. A shape with a rim is averaged over four points of the
+    pixel, so far apart that they have that variance too.
     """
 
     edge: FloatArray  # E(u) from u = 0 to `end`
@@ -75,21 +78,22 @@ class Profile:
     averaged: bool
     sd: float  # of the line spread of width 1
 
-    @classmethod
-    def of(cls, psf: PsfName) -> Profile:
-        """The profile of the blur named `psf`: its width is sigma for the Gaussian, the radius for the disc.
+    per_radius: float  # of a width, over the blur radius
 
-        >>> round(float(np.interp(1.0, np.linspace(0, 6, 4097), Profile.of("gaussian").edge)), 4)
+    @classmethod
+    def of(cls, psf: Psf) -> Profile:
+        """The profile of a shape of blur: its width is the blur radius, or sigma of a shape that absorbs the pixel.
+
+        >>> from focalgradient.psf import Gaussian
+        >>> round(float(np.interp(1.0, np.linspace(0, 6, 4097), Profile.of(Gaussian()).edge)), 4)
         0.8413
         """
-        if check_psf(psf, ("disc", "gaussian"), "edges") == "gaussian":
-            from scipy.special import ndtr
-
-            u = np.linspace(0, 6, 4097)
-            return cls(ndtr(u), np.exp(-(u**2) / 2) / math.sqrt(2 * math.pi), 6.0, False, 1.0)
-        u = np.linspace(0, 1, 4097)
-        chord = np.sqrt(1 - u**2)
-        return cls(0.5 + (u * chord + np.arcsin(u)) / np.pi, 2 * chord / np.pi, 1.0, True, 0.5)
+        sd = psf.sd_per_radius
+        width = sd if psf.absorbs_pixel else 1.0  # in radii
+        end = psf.edge_reach / width
+        u = np.linspace(0, end, TABLE)
+        edge, line = psf.edge_response(u * width, 1.0), psf.line_response(u * width, 1.0) * width
+        return cls(edge, line, end, not psf.absorbs_pixel, sd / width, width)
 
 
 def fit_steps(

@@ -19,32 +19,24 @@ from focalgradient.depth.estimate import Problem
 from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.psf import DISC_K, PsfName
+from focalgradient.psf import Blend, Disc, Gaussian, Psf
 
-__all__ = ["Fit", "Shape", "fit_models", "fit_shapes", "judge_shape"]
+__all__ = ["Fit", "fit_models", "fit_shapes", "judge_shape", "others_than"]
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared."""
-
-BLEND_K = 0.35
-"""The blend that is compared: half of its second moment is the disc's, half the Gaussian's."""
 
 BETTER = 0.99
 """What is left by the likelier shape, over what is left by the one asked for, from which it is named."""
 
 
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A model of the blur's shape: see `focalgradient.psf.transfer`."""
-
-    psf: PsfName
-    k: float
-
-    def __str__(self) -> str:
-        return "a disc" if self.psf == "disc" else f"a {self.psf} of k = {self.k:g}"
+CANDIDATES: tuple[Psf, ...] = (Disc(), Gaussian(), Blend())
+"""The shapes that are compared with the one asked for: a lens's blur without aberration, the paper's, and between."""
 
 
-CANDIDATES = (Shape("disc", DISC_K), Shape("gaussian", DISC_K), Shape("blend", BLEND_K))
+def others_than(shape: Psf) -> list[Psf]:
+    """Return the `CANDIDATES` of other kinds than `shape`."""
+    return [one for one in CANDIDATES if type(one) is not type(shape)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +50,7 @@ class Fit:
 def fit_shapes(
     search: Search,
     views: RegisteredViews,
-    shapes: Sequence[Shape],
+    shapes: Sequence[Psf],
     noise_sd: Sequence[float],
     window: float,
     noise: float = 1.0,
@@ -71,7 +63,7 @@ def fit_shapes(
 
 
 def fit_models(
-    models: Sequence[tuple[Search, Shape]],
+    models: Sequence[tuple[Search, Psf]],
     views: RegisteredViews,
     noise_sd: Sequence[float],
     window: float,
@@ -82,7 +74,7 @@ def fit_models(
     read, taus = [], []
     for search, shape in models:
         blur, levels_per_pixel = search.radius(search.vergences), 1 / (search.slope * search.spacing)
-        equalised = equalise(views.images, search.blurs(shape.psf, shape.k), noise_sd, window=window)
+        equalised = equalise(views.images, search.blurs(shape), noise_sd, window=window)
         nodes = equalised.read(weight, noise)
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
         nodes = equalised.refine(nodes, beside, weight, noise)
@@ -97,7 +89,7 @@ def fit_models(
 
 
 def judge_shape(
-    split: SplitBand, problem: Problem, shape: Shape, noise_sd: Sequence[float], noise: float
+    split: SplitBand, problem: Problem, shape: Psf, noise_sd: Sequence[float], noise: float
 ) -> tuple[dict[str, dict[str, float]], list[str], bool]:
     """How well each shape of blur fits, where coarse and fine detail disagree by `shape`, and the warning of it.
 
@@ -105,7 +97,7 @@ def judge_shape(
     """
     if split.tau < DOUBTFUL:
         return {}, [], False
-    shapes = [shape, *(one for one in CANDIDATES if one.psf != shape.psf)]
+    shapes = [shape, *others_than(shape)]
     fits = fit_shapes(
         problem.search,
         problem.registered.most_textured_crop(SIDE),
@@ -119,10 +111,10 @@ def judge_shape(
     is_better = fits[best].misfit < BETTER * fits[0].misfit and fits[best].tau < fits[0].tau
     if is_better:
         better = shapes[best]
-        more = "" if better.psf == "disc" else f", k={better.k:g}"
+        more = "".join(f", {name}={value:g}" for name, value in better.stated().items())
         advice = (
             f"{better} is likelier (its residual is {fits[best].misfit:.2f} times the noise's, {shape}'s "
-            f"{fits[0].misfit:.2f}): compare psf={better.psf!r}{more}, or calibrate the camera"
+            f"{fits[0].misfit:.2f}): compare psf={better.name!r}{more}, or calibrate the camera"
         )
     else:
         advice = "no other shape explains the views better: calibrate the camera, and check its focus and apertures"

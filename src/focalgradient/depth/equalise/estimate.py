@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.blur_shape import Shape, judge_shape
+from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import (
     Equalised,
@@ -41,7 +41,7 @@ from focalgradient.depth.noise import LENIENCE, NoiseLaw, noise_from_residuals
 from focalgradient.depth.numerics import HELD_APART, NODES, block_sum
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import blur_is_known
-from focalgradient.psf import check_psf
+from focalgradient.psf import Disc, Psf
 
 __all__ = ["estimate"]
 
@@ -77,18 +77,18 @@ def estimate(problem: Problem) -> Estimate:
     """Depth by equalisation, for `focalgradient.recover_depth`."""
     search, registered, settings = problem.search, problem.registered, problem.settings
     settings.progress(0.15, "estimating noise")
-    blurs = search.blurs(settings.psf, settings.k)
+    blurs = search.blurs(settings.psf)
     noise_sd, raisable, gains = _noise_and_gains(problem, blurs)
     settings.progress(0.4, "equalising blur")
     shared = None if gains is None else gains.shared
     frame = _by_tiles(problem, blurs, noise_sd, raisable, shared)
     settings.progress(0.9, "estimating depth")
     equalised, nodes, agrees, split, noise_sd = frame.equalised, frame.nodes, frame.agrees, frame.split, frame.noise_sd
-    shape = None if settings.psf == "optics" else Shape(check_psf(settings.psf), settings.k)
+    shape = settings.psf if isinstance(settings.psf, Psf) else None
     rival = None
     # A displacement, which the user is warned about, looks like other blur.
     if gains is None and not registered.warnings and blurs.frequencies.down is None:
-        rival = judge_rivals(problem, blurs, noise_sd, shape is not None and shape.psf == "disc")
+        rival = judge_rivals(problem, blurs, noise_sd, isinstance(shape, Disc))
     tau = split.tau if rival is None else max(split.tau, min(rival.change, LARGEST_TAU))
     if gains is not None:
         moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))

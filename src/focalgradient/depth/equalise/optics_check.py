@@ -18,13 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from focalgradient.depth.equalise.blur_shape import CANDIDATES, Shape, fit_models
+from focalgradient.depth.equalise.blur_shape import fit_models, others_than
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.search import Search
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
+from focalgradient.psf import Psf
 
 __all__ = ["judge_optics", "likelier_slip"]
 
@@ -58,7 +59,7 @@ class _Stated:
 
 
 def judge_optics(
-    problem: Problem, shape: Shape, misfit: float, explained: float, tau: float
+    problem: Problem, shape: Psf, misfit: float, explained: float, tau: float
 ) -> tuple[dict[str, float], list[str]]:
     """Compare the stated optics with likely slips: the residual power of each over noise, and the warning.
 
@@ -68,15 +69,15 @@ def judge_optics(
     if misfit < SUSPECT and explained > 0.8 and tau < DOUBTFUL:
         return {}, []
     search, settings = problem.search, problem.settings
-    stated = [(search, one) for one in (shape, *(other for other in CANDIDATES if other.psf != shape.psf))]
-    slips: dict[str, tuple[Search, Shape]] = {}
+    stated = [(search, one) for one in (shape, *others_than(shape))]
+    slips: dict[str, tuple[Search, Psf]] = {}
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
             slips[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far), shape
     given, part = settings.given_noise(len(problem.views)), problem.registered.most_textured_crop(NOISE_SIDE)
 
-    def noise_of(model: tuple[Search, Shape]) -> list[float]:
-        blurs = model[0].blurs(model[1].psf, model[1].k)
+    def noise_of(model: tuple[Search, Psf]) -> list[float]:
+        blurs = model[0].blurs(model[1])
         return noise_from_residuals(problem.registered, blurs, settings.window, given)[0]
 
     first = fit_models([*stated, *slips.values()], part, noise_of(stated[0]), settings.window)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import HasWaveband, own_blur
-from focalgradient.psf import pixel_transfer, transfer
+from focalgradient.psf import Disc, pixel_transfer
 from focalgradient.view import View
 
 __all__ = ["vergence_likelihood"]
@@ -183,7 +183,7 @@ def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -
     if own is not None and own.forms_views:
         return own.transfer(radii / angle, levels[:, None])
     radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2 / angle
-    return np.asarray(transfer(radii, radius[:, None], "disc"))
+    return Disc().transfer(radii, radius[:, None])
 
 
 def _checked(

@@ -22,7 +22,7 @@ from focalgradient.depth.filters import RADII, FloatArray
 from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.noise import NOISE_SIDE
 from focalgradient.depth.search import Blurs
-from focalgradient.psf import transfer
+from focalgradient.psf import Annulus
 
 __all__ = ["Rival", "judge_rivals"]
 
@@ -139,5 +139,5 @@ def _changed(own: Blurs, number: int, gain: FloatArray) -> Blurs:
 
 def _annulus(own: Blurs, hole: float) -> Blurs:
     """Annuli in place of discs, whose holes have `hole` times their diameter."""
-    inner, outer = (transfer(RADII, (scale * own.radius)[:, :, None], "disc") for scale in (hole, 1.0))
-    return replace(own, transfer=((outer - hole**2 * inner) / (1 - hole**2)).astype(own.transfer.dtype))
+    ring = Annulus(hole).transfer(RADII, own.radius[:, :, None])
+    return replace(own, transfer=ring.astype(own.transfer.dtype))

@@ -135,7 +135,7 @@ def _moments(table: DisparityTable, window: float) -> tuple[FloatArray, ...]:
     """
     down, right, weight = frequencies()
     field = texture()
-    blurs = transfers(table.pixels, table.defocus, table.psf, table.k)
+    blurs = transfers(table.pixels, table.defocus, table.psf)
     filters = [band_transfer(band, down, right) for band in table.bands]
     count, levels = 2 * len(filters), len(blurs)
     chance, mixed = np.zeros((2, levels, count, count))

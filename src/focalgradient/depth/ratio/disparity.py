@@ -33,7 +33,7 @@ from focalgradient.depth.ratio.table import BANDS, DisparityTable
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
-from focalgradient.psf import PsfName
+from focalgradient.psf import Psf
 
 __all__ = ["detail", "focal_disparity", "on_grid", "read_depth", "table_for"]
 
@@ -195,7 +195,7 @@ def _beyond_chance(misfit: Plane, freedom: int) -> np.float32:
     return np.float32(max(1.0, float(np.median(misfit)) / by_chance) ** 0.5)
 
 
-def table_for(search: Search, psf: PsfName, k: float) -> DisparityTable:
+def table_for(search: Search, psf: Psf | str, k: float | None = None) -> DisparityTable:
     """The table of the optics searched, a quarter farther than the search goes: its limits are no end of the table."""
     reach = 1.25 * max(abs(search.focus[0] - search.lowest), abs(search.focus[0] - search.highest))
     return DisparityTable.of(search.optics, search.pixel_angle, reach=reach, psf=psf, k=k)

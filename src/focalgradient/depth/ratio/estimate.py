@@ -25,7 +25,7 @@ def estimate(problem: Problem) -> Estimate:
     """Depth by the ratio of two views' detail, for `focalgradient.recover_depth`."""
     search, registered, settings = problem.search, problem.registered, problem.settings
     settings.progress(0.1, "computing the table")
-    table = table_for(search, settings.model, settings.k)
+    table = table_for(search, settings.shape)
     # Which view is the sharper follows from the optics.
     order = np.argsort([one.aperture_diameter for one in search.optics])
     small, large = (registered.images[i] for i in order)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
-from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer
+from focalgradient.psf import Psf, pixel_transfer, psf_of
 
 __all__ = ["BANDS", "DisparityTable", "band_transfer", "two_apertures"]
 
@@ -54,8 +54,8 @@ class DisparityTable:
         Logarithm of the disparity, bands x L.
     pixels
         Blur radius in pixels per dioptre of defocus, through the smaller aperture and the larger.
-    psf, k
-        Blur model.
+    psf
+        Shape of the blur.
 
     Examples
     --------
@@ -73,8 +73,7 @@ class DisparityTable:
     defocus: FloatArray
     curves: FloatArray
     pixels: tuple[float, float]
-    psf: PsfName
-    k: float
+    psf: Psf
 
     @classmethod
     def of(
@@ -83,8 +82,8 @@ class DisparityTable:
         pixel_angle: float,
         *,
         reach: float | None = None,
-        psf: PsfName = "disc",
-        k: float = DISC_K,
+        psf: Psf | str = "disc",
+        k: float | None = None,
         bands: Sequence[int] = BANDS,
     ) -> DisparityTable:
         """The table of two lenses, for 1/f texture, a square pixel and the blur of the model.
@@ -98,7 +97,7 @@ class DisparityTable:
         reach
             Largest defocus to tabulate, in dioptres; by default, and at most, that of a blur of 24 pixels.
         psf, k
-            Blur model, as in `focalgradient.recover_depth`.
+            Shape of the blur, alike in all directions, as in `focalgradient.recover_depth`.
         bands
             Scales of the second difference: any of 1, 2, 4 and 8 pixels, from fine to coarse.
 
@@ -108,6 +107,7 @@ class DisparityTable:
             If the lenses are not two apertures at one focus, or a band is unknown.
         """
         small, large = two_apertures(lenses)
+        shape = psf_of(psf, k)
         if not bands or list(bands) != [band for band in BANDS if band in bands]:
             raise InputError(
                 f"bands is {tuple(bands)!r}, but must be one or more of {', '.join(map(str, BANDS))}, in this order."
@@ -117,9 +117,9 @@ class DisparityTable:
         pixels = small.aperture_diameter / 2 / pixel_angle, large.aperture_diameter / 2 / pixel_angle
         down, right, _ = frequencies()
         power = texture()[:, :, None] * np.stack([band_transfer(band, down, right) ** 2 for band in bands], axis=-1)
-        energy = np.stack([np.tensordot(h**2, power, 2) for h in transfers(pixels, defocus, psf, k)])
+        energy = np.stack([np.tensordot(h**2, power, 2) for h in transfers(pixels, defocus, shape)])
         curves = np.log(energy[:, 1] / energy[:, 0]).T / 2
-        return cls(tuple(bands), large.focus_vergence, defocus, curves, pixels, psf, k)
+        return cls(tuple(bands), large.focus_vergence, defocus, curves, pixels, shape)
 
     def disparity(self, vergence: FloatArray | Sequence[float], band: int = 1) -> FloatArray:
         """Expected focal disparity at `vergence` (D, any shape) in one of the table's bands; 1 in focus."""
@@ -145,12 +145,12 @@ def texture() -> FloatArray:
     return weight * pixel_transfer(down, right) ** 2 * frequency ** (-2 * SLOPE) * (frequency <= NYQUIST)
 
 
-def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: PsfName, k: float) -> FloatArray:
+def transfers(pixels: tuple[float, float], defocus: FloatArray, psf: Psf) -> FloatArray:
     """What either view's blur leaves at each of the `frequencies`: levels x 2 x n x n."""
     down, right, _ = frequencies()
     frequency, radial = np.hypot(down, right), np.linspace(0, 0.75, 1025)  # isotropic: worked out along a radius
     return np.array(
-        [[np.interp(frequency, radial, transfer(radial, scale * d, psf, k)) for scale in pixels] for d in defocus]
+        [[np.interp(frequency, radial, psf.transfer(radial, scale * d)) for scale in pixels] for d in defocus]
     )
 
 

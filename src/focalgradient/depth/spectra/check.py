@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.noise import noise_from_residuals
-from focalgradient.depth.recover import check_usable, checked_views
+from focalgradient.depth.recover import check_blur, check_usable, checked_views
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
-from focalgradient.depth.settings import BlurSource, RecoverySettings
+from focalgradient.depth.settings import RecoverySettings, blur_source
 from focalgradient.depth.spectra.pairs import Differences, Pair
 from focalgradient.errors import FocalGradientWarning
-from focalgradient.psf import DISC_K
+from focalgradient.psf import Psf
 from focalgradient.view import View
 
 __all__ = ["Check", "Pair", "check_views"]
@@ -50,8 +50,8 @@ def check_views(
     *,
     near: float | None = None,
     far: float | None = None,
-    psf: BlurSource = "disc",
-    k: float = DISC_K,
+    psf: Psf | str = "disc",
+    k: float | None = None,
     window: float = 8.0,
     noise: float | Sequence[float] | None = None,
     align: bool = False,
@@ -93,7 +93,7 @@ def check_views(
     """
     views = checked_views(views)
     settings = RecoverySettings(
-        "spectra", near, far, psf, k, window, noise, align, false_alarm, lambda share, words: None
+        "spectra", near, far, blur_source(psf, k), window, noise, align, false_alarm, lambda share, words: None
     )
     settings.check(len(views))
     check_usable(views, "spectra", window)
@@ -103,10 +103,11 @@ def check_views(
     registered = RegisteredViews.of(views, align)
     for text in (*registered.warnings, *([] if search.side_known else [search.side_text])):
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
-    psf = settings.model
-    blurs = search.blurs(psf, k)
+    check_blur("spectra", settings.psf)
+    shape = settings.shape
+    blurs = search.blurs(shape)
     noise_sd, _ = noise_from_residuals(registered, blurs, window, settings.given_noise(len(views)))
-    joint = Differences.of(registered, search, noise_sd, psf, k, window).estimate()
+    joint = Differences.of(registered, search, noise_sd, shape, window).estimate()
 
     def pixels(values: NDArray[np.floating]) -> NDArray[np.float32]:
         return joint.to_pixels(values, search.spacing, registered.shape)

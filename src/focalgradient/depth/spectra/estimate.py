@@ -18,10 +18,10 @@ def estimate(problem: Problem) -> Estimate:
     search, registered, settings = problem.search, problem.registered, problem.settings
     count = len(problem.views)
     settings.progress(0.15, "estimating noise")
-    blurs = search.blurs(settings.psf, settings.k)
+    blurs = search.blurs(settings.shape)
     noise_sd, _ = noise_from_residuals(registered, blurs, settings.window, settings.given_noise(count))
     settings.progress(0.4, "comparing spectra")
-    differences = Differences.of(registered, search, noise_sd, settings.model, settings.k, settings.window)
+    differences = Differences.of(registered, search, noise_sd, settings.shape, settings.window)
     settings.progress(0.7, "estimating depth")
     joint = differences.estimate()
     agrees = joint.agrees(settings.false_alarm)
@@ -33,7 +33,7 @@ def estimate(problem: Problem) -> Estimate:
     texts = []
     if joint.tau >= DOUBTFUL and disagreeing < 0.5:  # views that contradict each other are no matter of blur's shape
         texts.append(
-            f"the blur is not quite a {settings.model}: depth from coarse detail and depth from fine detail differ by "
+            f"the blur is not quite {settings.shape}: depth from coarse detail and depth from fine detail differ by "
             f"{joint.tau:.0%} of the blur, which is part of the standard deviations; compare method equalise, which "
             "names the likelier shape, or check focus and apertures."
         )

@@ -24,14 +24,15 @@ from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
 from focalgradient.depth.validity import SECONDARY_MINIMUM
-from focalgradient.psf import PsfName, has_edge, sigma_per_radius, transfer
+from focalgradient.psf import DISC_K, Psf
 
 __all__ = ["Differences", "JointEstimate", "Pair"]
 
 Floats = NDArray[np.floating]
 
 DISC_LIMIT = 3.0
-"""2 pi radius x frequency up to which a disc is compared: its first zero is at 3.8, and next to it little is sure."""
+"""2 pi radius x frequency up to which a disc is compared: its first zero is at 3.8, and next to it little is sure. Of
+another shape with a rim the radius is that of the disc of its second moment."""
 
 MARGIN = 3.0
 """Pixels to a pixel of blur radius, within which what lies outside the frame or the mask invalidates what is inside."""
@@ -122,8 +123,7 @@ class Differences:
         registered: RegisteredViews,
         search: Search,
         noise_sd: Sequence[float],
-        psf: PsfName,
-        k: float,
+        psf: Psf,
         window: float,
     ) -> Differences:
         """Compare every pair of registered views under every hypothesis."""
@@ -132,9 +132,10 @@ class Differences:
         pairs = tuple(combinations(range(len(registered.images)), 2))
         scene, bands = scene_level(registered.images), Bands.of(window)
         hypotheses = []
+        limit = DISC_LIMIT * DISC_K / psf.sd_per_radius
         for blur in radius.T:
-            weight = disc_pass(blur.max(), limit=DISC_LIMIT, power=6) if has_edge(psf) else np.ones(RADIAL)
-            transfers = transfer(RADII, blur[:, None], psf, k)
+            weight = disc_pass(blur.max(), limit=limit, power=6) if psf.ends_sharply else np.ones(RADIAL)
+            transfers = psf.transfer(RADII, blur[:, None])
             # What blur carried in from beyond the frame, or from masked pixels, is left out.
             margin = min(2 + int(MARGIN * blur.max()), min(registered.shape) // 6)
             for i, j in pairs:
@@ -142,7 +143,7 @@ class Differences:
                 hypotheses.append(Hypothesis.of((i, j), transfers[[i, j]], weight, sd, scene, margin))
         reach = int(np.clip(2 * radius.max(), 16, 64))
         compared = compare(bands, registered.images, registered.usable, hypotheses, reach)
-        sigma = sigma_per_radius(psf, k) * search.pixels
+        sigma = psf.sd_per_radius * search.pixels
         return cls(
             search, vergences, sigma**2, pairs, [compared[p :: len(pairs)] for p in range(len(pairs))], bands.step
         )

@@ -1,0 +1,156 @@
+"""Options of the blur's shape, generated from the parameters of the shapes themselves."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import click
+
+from focalgradient.cli.options import options_named
+from focalgradient.depth.settings import AUTO, SOURCES, BlurSource
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.psf import Parameter, Psf, names, shape_class
+from focalgradient.psf.registry import SHAPES
+
+__all__ = ["ShapeAsked", "ShapedCommand", "shape_options"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+PREFIX = "psf_parameter_"
+"""How the values of these options are called among a command's, before `ShapedCommand` gathers them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeAsked:
+    """The shape of blur that a user asked for: its name, and those of its parameters that were given."""
+
+    name: str
+    values: Mapping[str, float]
+
+    def source(self, k: float | None = None) -> BlurSource:
+        """Return the shape; `k` is sigma / disc radius where a file gives it and the user does not.
+
+        Raises
+        ------
+        InputError
+            If a parameter is another shape's, or out of bounds.
+        """
+        if self.name in SOURCES:
+            self._refuse_others(())
+            return SOURCES[self.name]
+        return self.shape(k)
+
+    def shape(self, k: float | None = None) -> Psf:
+        """Return the same of a command that offers shapes only."""
+        shape = shape_class(self.name)
+        known = {one.key: one for one in shape.parameters()}
+        self._refuse_others(known)
+        values = {"k": k} if k is not None and "k" in known else {}
+        with options_named({key: f"--{_option(one)}" for key, one in known.items()}):
+            return shape.of(values | dict(self.values))
+
+    def _refuse_others(self, known: Iterable[str]) -> None:
+        for key in self.values:
+            if key not in known:
+                whose = [name for name in names() if key in [one.key for one in _parameters(name)]]
+                option = next(_option(one) for one in _parameters(whose[0]) if one.key == key)
+                raise InputError(
+                    f"--{option} is of psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
+                )
+
+
+class ShapedCommand(click.Command):
+    """A command with the options of `shape_options`, whose function gets them as one `ShapeAsked` called psf."""
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Return the parameters, with those of the shapes that other installed packages add."""
+        given = super().get_params(ctx)
+        opts = {opt for one in given for opt in one.opts}
+        own = {one.name for one in given}
+        more = [one for one in _parameter_options(set(names()) - set(SHAPES), opts) if one.name not in own]
+        place = 1 + max((n for n, one in enumerate(given) if (one.name or "").startswith(PREFIX)), default=-1)
+        return [*given[:place], *more, *given[place:]]
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Gather the shape's parameters, and run."""
+        given = {name: ctx.params.pop(name) for name in list(ctx.params) if name.startswith(PREFIX)}
+        values = {name.removeprefix(PREFIX): value for name, value in given.items() if value is not None}
+        ctx.params["psf"] = ShapeAsked(ctx.params["psf"], values)
+        return super().invoke(ctx)
+
+
+class _ShapeName(click.ParamType[str]):
+    """The name of a shape, or "auto"; names of other packages' shapes are looked up only when one is asked for."""
+
+    name = "shape"
+
+    def __init__(self, auto: bool) -> None:
+        self.auto = auto
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """List the names."""
+        return f"[{'|'.join(self._names())}]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Refuse what is no name."""
+        if isinstance(value, str) and value in self._names():
+            return value
+        known = ", ".join(repr(name) for name in self._names())
+        shown = value if len(str(value)) <= 40 else f"a text of {len(str(value))} letters"
+        raise click.BadParameter(f"{shown!r} is not one of {known}.", ctx, param)
+
+    def _names(self) -> list[str]:
+        return [AUTO.name] * self.auto + names()
+
+
+def shape_options(help: str, default: str = AUTO.name) -> Callable[[Command], Command]:
+    """Add ``--psf``, and an option for each parameter of a shape; the command is a `ShapedCommand`."""
+    psf = click.option("--psf", type=_ShapeName(default == AUTO.name), default=default, show_default=True, help=help)
+
+    def add(command: Command) -> Command:
+        for one in reversed(_parameter_options(SHAPES, set())):
+            command.__dict__.setdefault("__click_params__", []).append(one)
+        return psf(command)
+
+    return add
+
+
+def _parameters(name: str) -> tuple[Parameter, ...]:
+    """The parameters of a shape; none of another package's that cannot be loaded."""
+    try:
+        shape: type[Psf] = shape_class(name)
+    except InputError as error:
+        warnings.warn(str(error), FocalGradientWarning, stacklevel=2)
+        return ()
+    return shape.parameters()
+
+
+def _option(one: Parameter) -> str:
+    return one.name.replace("_", "-")
+
+
+def _parameter_options(shapes: Iterable[str], taken: set[str]) -> list[click.Option]:
+    """An option for each parameter of the `shapes`, one for all that share it; `taken` are other options' names."""
+    users: dict[str, list[tuple[str, Parameter]]] = {}
+    for name in sorted(shapes, key=names().index):
+        for one in _parameters(name):
+            users.setdefault(one.key, []).append((name, one))
+    found = []
+    for key, shared in users.items():
+        one = shared[0][1]
+        whose = " or ".join(name for name, _ in shared)
+        defaults = ", ".join(dict.fromkeys(f"{each.default:g}" for _, each in shared))
+        unit = f" ({one.unit})" if one.unit else ""
+        option = f"--{_option(one)}"
+        found.append(
+            click.Option(
+                [f"--psf-{_option(one)}" if option in taken else option, f"{PREFIX}{key}"],
+                type=int if one.whole else float,
+                metavar=one.unit.upper() or ("N" if one.whole else "X"),
+                help=f"Of psf {whose}: {one.help}{unit}.  [default: {defaults}]",
+            )
+        )
+    return found

@@ -1,0 +1,186 @@
+"""The check that every shape of blur must pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.psf.registry import psf_of
+from focalgradient.psf.shape import Psf
+
+__all__ = ["check_psf"]
+
+ERROR = 1e-3
+"""Error that a transfer, or an edge response, may have: shapes read off tables pass."""
+
+RADII = (0.3, 1.0, 4.0)
+"""Blur radii at which a shape is checked: it is free of scale, and these show whether it is."""
+
+LARGE, LEFT = 1000.0, 0.05
+"""Blur radius of which almost nothing must be left at 0.25 to 0.5 cycles a unit, and what may be."""
+
+DIRECTIONS: NDArray[np.float64] = np.pi * np.arange(12) / 12
+
+EDGE_BLUR, EDGE_TO, EDGE_STEPS = 0.1, 4.0, 1 / 64
+"""Sigma of the Gaussian that both edge responses are smoothed by, the farthest position, and the frequencies' spacing,
+all in standard deviations of the shape or cycles of them: the integral over the transfer then converges."""
+
+
+def check_psf(psf: Psf | str) -> None:
+    """Check that a shape of blur is consistent, and raise an error that states all that is not.
+
+    A shape must keep the light (transfer 1 at frequency 0), be no blur at radius 0 and leave nothing of fine detail at
+    a large one; its transfer must be that of real light (its conjugate at the negative frequency, at most 1 in size),
+    depend on frequency times radius only (its derivative by the radius against finite differences), and be alike in all
+    directions, real, or without a change of sign where the shape states so. The standard deviation must agree with the
+    transfer, and the edge response, where it is given, with the integral of the point spread function.
+
+    Parameters
+    ----------
+    psf
+        A shape, or the name of one.
+
+    Raises
+    ------
+    InputError
+        If it is no shape, or fails.
+
+    Examples
+    --------
+    >>> from focalgradient.psf import Gaussian
+    >>> check_psf(Gaussian(k=0.4))
+    >>> class Leaky(Gaussian):
+    ...     def transfer(self, frequency, radius):
+    ...         return 0.9 * super().transfer(frequency, radius)
+    >>> check_psf(Leaky())  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: Leaky of k = 0.5 fails: the transfer is 0.9 at frequency 0, but must be 1 ...
+    """
+    shape = psf_of(psf)
+    try:
+        failures = list(_of_form(shape))
+        # What is of the wrong form cannot be checked further.
+        failures = failures or [*_of_limits(shape), *_of_statements(shape), *_of_moments(shape), *_of_edge(shape)]
+    except InputError:
+        raise
+    except Exception as error:
+        failures = [f"it raises {type(error).__name__}: {error}"]
+    if failures:
+        raise InputError(f"{shape} fails: {'; '.join(failures)}.")
+
+
+def _on_circle(shape: Psf, radial: NDArray[np.float64], radius: float) -> NDArray[np.complex128]:
+    """Transfer at radial frequencies in all `DIRECTIONS`: directions x frequencies."""
+    y, x = np.sin(DIRECTIONS)[:, None] * radial, np.cos(DIRECTIONS)[:, None] * radial
+    return np.asarray(shape.optical_transfer(y, x, radius), np.complex128)
+
+
+def _of_form(shape: Psf) -> Iterator[str]:
+    """What is wrong with the transfer's form."""
+    y, x, radius = np.linspace(-0.4, 0.4, 5)[:, None, None], np.linspace(0, 0.4, 4)[:, None], np.array([0.0, 1.5])
+    for name, found in (
+        ("optical_transfer", shape.optical_transfer(y, x, radius)),
+        *([("transfer", shape.transfer(np.hypot(y, x), radius))] if shape.isotropic else []),
+    ):
+        values = np.asarray(found)
+        if values.shape != (5, 4, 2) or values.dtype.kind not in "fc":
+            yield f"{name} gives {values.dtype} of shape {values.shape}, but numbers of shape (5, 4, 2) were due"
+        elif not np.isfinite(values).all():
+            yield f"{name} gives values that are not finite"
+
+
+def _of_limits(shape: Psf) -> Iterator[str]:
+    """What is wrong at frequency 0, radius 0 and a large radius, and with the size of the transfer."""
+    for radius in RADII:
+        zero = np.asarray(shape.optical_transfer(0.0, 0.0, radius)).item()
+        if not abs(zero - 1) <= ERROR:
+            yield f"the transfer is {_shown(zero)} at frequency 0, but must be 1 (the light is kept)"
+            break
+    radial = np.linspace(0.01, 0.5, 40)
+    none = np.abs(_on_circle(shape, radial, 0.0) - 1).max()
+    if none > ERROR:
+        yield f"at radius 0 the transfer differs from 1 by {none:.2g}, but there is no blur then"
+    left = np.abs(_on_circle(shape, np.linspace(0.25, 0.5, 20), LARGE)).max()
+    if left > LEFT:
+        yield f"at a radius of {LARGE:g} the transfer is still {left:.2g} at 0.25 to 0.5 cycles a unit of the radius"
+    most = max(float(np.abs(_on_circle(shape, radial, radius)).max()) for radius in RADII)
+    if most > 1 + ERROR:
+        yield f"the transfer reaches {most:.3g}, but no positive light has more than 1"
+
+
+def _of_statements(shape: Psf) -> Iterator[str]:
+    """What the transfer contradicts: real light, freedom of scale, and what the shape states of itself."""
+    radial = np.linspace(0.02, 1.5, 80)
+    circle = _on_circle(shape, radial, 1.0)
+    turned = np.abs(_on_circle(shape, -radial, 1.0) - circle.conj()).max()
+    if turned > ERROR:
+        yield f"the transfer at -f is not the conjugate of that at f (by {turned:.2g}), as of any real light"
+    if shape.isotropic:
+        uneven = max(np.abs(circle - shape.transfer(radial, 1.0)).max(), np.abs(circle.imag).max())
+        if uneven > ERROR:
+            yield f"it states isotropic = True, but its transfer differs by {uneven:.2g} between directions"
+    if shape.symmetric and np.abs(circle.imag).max() > ERROR:
+        yield f"it states symmetric = True, but its transfer has an imaginary part of {np.abs(circle.imag).max():.2g}"
+    if not shape.ends_sharply and circle.real.min() < -ERROR:
+        yield f"it states ends_sharply = False, but its transfer falls to {circle.real.min():.2g}"
+    # By freedom of scale the derivative by the radius is f / radius times that by the frequency.
+    for radius in RADII:
+        f, step = radial / radius, 1e-4
+        by_radius, by_frequency = (
+            (_on_circle(shape, f * (1 + s), radius * (1 + r)) - _on_circle(shape, f * (1 - s), radius * (1 - r)))
+            / (2 * step)
+            for s, r in ((0.0, step), (step, 0.0))
+        )
+        off = float(np.abs(by_radius - by_frequency).max())
+        if off > 5 * ERROR:
+            yield (
+                f"at radius {radius:g} its derivative by the radius differs from finite differences by the frequency "
+                f"by {off:.2g}: only frequency times radius may count"
+            )
+            break
+
+
+def _of_moments(shape: Psf) -> Iterator[str]:
+    """What is wrong with the law between radius and standard deviation."""
+    stated, measured = shape.sd_per_radius, Psf.sd_per_radius.fget(shape)  # type: ignore[attr-defined]
+    if not (np.isfinite(stated) and stated > 0):
+        yield f"sd_per_radius is {stated!r}, but must be positive and finite"
+        return
+    if abs(stated - measured) > 0.01 * measured:
+        yield f"sd_per_radius is {stated:.4g}, but by the transfer's curvature at 0 {measured:.4g}"
+    back = float(shape.radius_of(shape.sd(3.0)))
+    if abs(back - 3) > ERROR or abs(float(shape.variance(3.0)) - float(shape.sd(3.0)) ** 2) > ERROR:
+        yield f"sd, variance and radius_of contradict each other: a radius of 3 becomes {back:.4g}"
+
+
+def _of_edge(shape: Psf) -> Iterator[str]:
+    """What is wrong with the edge response, against the integral of the point spread function by the transfer."""
+    if not shape.gives_edge_response:
+        return
+    unit = Psf.sd_per_radius.fget(shape)  # type: ignore[attr-defined]
+    place = np.linspace(-EDGE_TO, EDGE_TO, 81)
+    frequency = EDGE_STEPS * (np.arange(int(3.4 / (np.pi * EDGE_BLUR) / EDGE_STEPS)) + 0.5)
+    smoothed = shape.transfer(frequency / unit, 1.0) * np.exp(-2 * (np.pi * EDGE_BLUR * frequency) ** 2)
+    waves = np.sin(2 * np.pi * place[:, None] * frequency) / (np.pi * frequency)
+    integral = 0.5 + EDGE_STEPS * waves @ smoothed
+    nodes, weights = np.polynomial.hermite_e.hermegauss(41)
+    given = shape.edge_response(unit * (place[:, None] + EDGE_BLUR * nodes), 1.0) @ (weights / weights.sum())
+    off = float(np.abs(given - integral).max())
+    if off > 2 * ERROR:
+        yield f"the edge response differs from the integral of the point spread function by {off:.2g}"
+    twice = np.abs(shape.edge_response(2 * unit * place, 2.0) - shape.edge_response(unit * place, 1.0)).max()
+    if twice > ERROR:
+        yield f"the edge response at twice the position and radius differs by {twice:.2g}, but must not"
+    line = shape.line_response(unit * (place + 0.013), 1.0)
+    step = 1e-4
+    beside = [shape.edge_response(unit * (place + 0.013) + way * step, 1.0) for way in (1, -1)]
+    slope = float(np.abs(line - (beside[0] - beside[1]) / (2 * step)).max())
+    if slope > 0.01 / unit:
+        yield f"the line response differs from the edge response's slope by {slope:.2g}"
+
+
+def _shown(value: complex) -> str:
+    return f"{value.real:.3g}" if abs(value.imag) < ERROR else f"{value:.3g}"

@@ -1,0 +1,141 @@
+"""Names of shapes: the one place where a name becomes a shape, and where a package's own shapes are found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from focalgradient.errors import InputError, described
+from focalgradient.psf.shape import Psf
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+__all__ = ["GROUP", "SHAPES", "names", "psf_from", "psf_of", "shape_class"]
+
+SHAPES: dict[str, str] = {
+    "disc": "focalgradient.psf.disc:Disc",
+    "gaussian": "focalgradient.psf.gaussian:Gaussian",
+    "blend": "focalgradient.psf.blend:Blend",
+    "annulus": "focalgradient.psf.annulus:Annulus",
+    "polygon": "focalgradient.psf.polygon:Polygon",
+}
+"""Where each shape of this package is."""
+
+GROUP = "focalgradient.psf"
+"""Group of entry points by which an installed package adds shapes of its own: name = "package.module:Class"."""
+
+
+@cache
+def _added() -> dict[str, EntryPoint]:
+    """Shapes of other installed packages, by name; not loaded."""
+    from importlib.metadata import entry_points  # which loads much, for `import focalgradient` to stay light
+
+    return {one.name: one for one in entry_points(group=GROUP) if one.name not in SHAPES}
+
+
+def names() -> list[str]:
+    """Return the names of all shapes, those of other installed packages last.
+
+    >>> names()[:5]
+    ['disc', 'gaussian', 'blend', 'annulus', 'polygon']
+    """
+    return [*SHAPES, *sorted(_added())]
+
+
+def shape_class(name: str, others: tuple[str, ...] = ()) -> type[Psf]:
+    """Return the class of the shape called `name`; `others` are names that the caller knows beside shapes.
+
+    Raises
+    ------
+    InputError
+        If there is none of this name, or the package that adds it cannot be loaded.
+    """
+    from pkgutil import resolve_name
+
+    if name in SHAPES:
+        found: type[Psf] = resolve_name(SHAPES[name])
+        return found
+    entry = _added().get(name)
+    if entry is None:
+        raise InputError(f"psf is {described(name)}, but must be one of {', '.join([*others, *names()])}, or a Psf.")
+    try:
+        made = entry.load()
+    except Exception as error:
+        raise InputError(
+            f"psf {name!r} of {_package(entry)} cannot be loaded ({type(error).__name__}: {error}): mend or remove it."
+        ) from error
+    if not (isinstance(made, type) and issubclass(made, Psf)):
+        raise InputError(f"psf {name!r} of {_package(entry)} is {described(made)}, but must be a subclass of Psf.")
+    return made
+
+
+def _package(entry: EntryPoint) -> str:
+    return f"package {entry.dist.name}" if entry.dist is not None else entry.value
+
+
+def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = ()) -> Psf:
+    """Return the shape that a public function was given: itself, or that of its name with parameters by default.
+
+    Parameters
+    ----------
+    psf
+        A shape, or the name of one.
+    k
+        Of a shape that is given by name and has such a parameter, sigma / disc radius; None: its default.
+    others
+        Names that the caller knows beside shapes, for the message.
+
+    Raises
+    ------
+    InputError
+        If there is no such shape, or `k` is out of range, or given beside a shape that has its own parameters.
+
+    Examples
+    --------
+    >>> psf_of("gaussian", k=0.4)
+    Gaussian(k=0.4)
+    >>> psf_of("pillbox")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: psf is 'pillbox', but must be one of disc, gaussian, blend, annulus, polygon...
+    """
+    if isinstance(psf, Psf):
+        if k is not None:
+            raise InputError(f"k is given beside psf {psf}, which has parameters of its own: leave k out.")
+        return psf
+    if isinstance(psf, type) and issubclass(psf, Psf):
+        raise InputError(f"psf is the class {psf.__name__}, but must be a shape of it: give {psf.__name__}().")
+    if not isinstance(psf, str):
+        known = ", ".join([*others, *names()])
+        raise InputError(f"psf is {described(psf)}, but must be a Psf or one of {known}.")
+    shape = shape_class(psf, others)
+    keys = [one.key for one in shape.parameters()]
+    if k is not None:
+        _check_k(k)
+    return shape.of({"k": k} if k is not None and "k" in keys else {})
+
+
+def _check_k(k: Any) -> None:
+    """Check `k` also beside a shape that has none: callers pass a calibrated camera's with any shape."""
+    from focalgradient.psf.gaussian import Gaussian
+
+    Gaussian.parameters()[0].check(k)
+
+
+def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
+    """Return the shape that a file states: a name, or a table with `shape` and its parameters (see `Psf.stated`).
+
+    >>> psf_from({"shape": "polygon", "blades": 5})
+    Polygon(blades=5, rotation=0.0)
+    """
+    if isinstance(stated, str):
+        return psf_of(stated, k)
+    values = dict(stated)
+    name = values.pop("shape", None)
+    if not isinstance(name, str):
+        raise InputError('psf has no shape: give a name, or a table such as {shape = "polygon", blades = 6}.')
+    shape = shape_class(name)
+    if k is not None and "k" in [one.key for one in shape.parameters()]:
+        values = {"k": k} | values
+    return shape.of(values)

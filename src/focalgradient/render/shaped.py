@@ -1,0 +1,110 @@
+"""Point spread functions of any shape of blur, sampled at the pixels."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from focalgradient.psf import Psf
+from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernels_of
+
+__all__ = ["shape_kernels"]
+
+FITTED = 8.0
+"""Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels has a
+pentagon's transfer to 0.004 up to 1/8 cycle a pixel from 9 pixels on, but to 0.009 only at 6."""
+
+EXTENT = 4.0
+"""Standard deviations to which a shape is followed: a triangle ends at 2.8, and a Gaussian leaves 6e-5 outside."""
+
+FAINT = 1e-4
+"""Share of the brightest pixel below which a pixel is left out."""
+
+FINE_STEP, FEW = 1 / 32, 64
+"""Pixels between blur radii, the nearest being wrong by half, where there are only a few distinct ones."""
+
+STEP, GROWTH = 0.05, 0.02
+"""The same where there are many: pixels, or a share of the radius, whichever is more."""
+
+
+def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
+    """Kernels of a shape for `blurs` in pixels, negative beyond focus and positive nearer; no weight is negative.
+
+    Of a shape that is its own mirror image they go by the size of the blur alone; others are turned by half a turn
+    nearer than focus.
+    """
+    signed = np.abs(blurs) if psf.symmetric else blurs
+    steps: NDArray[Any] = FINE_STEP * np.unique(np.rint(signed / FINE_STEP).astype(np.int64))
+    if len(steps) > FEW:
+        largest = float(np.abs(blurs).max())
+        radii: NDArray[Any] = np.arange(0, min(largest, STEP / GROWTH) + STEP, STEP)
+        if largest > radii[-1]:
+            count = math.ceil(math.log(largest / radii[-1]) / math.log1p(GROWTH))
+            radii = np.concatenate([radii, radii[-1] * (1 + GROWTH) ** np.arange(1, count + 1)])
+        steps = radii if psf.symmetric else np.concatenate([-radii[:0:-1], radii])
+        steps = steps[
+            (steps >= signed.min() - 2 * STEP - GROWTH * largest)
+            & (steps <= signed.max() + GROWTH * largest + 2 * STEP)
+        ]
+    upright = {radius: _picture(psf, radius) for radius in dict.fromkeys(np.abs(steps).tolist())}
+    turned = [
+        upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
+        for step in steps.tolist()
+    ]
+    return kernels_of(steps, turned)
+
+
+def _picture(psf: Psf, radius: float) -> NDArray[np.float64]:
+    """A shape of `radius` pixels, as shown beyond focus, as a square, odd picture."""
+    if radius < 0.01:
+        return np.ones((1, 1))
+    even = _interpolated(psf, radius)
+    return _fitted(psf, radius, even) if radius < FITTED else even
+
+
+def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
+    """A shape by linear interpolation between pixels; made smaller, so that the second moment stays right."""
+    # Linear interpolation spreads by 1/6 in each direction.
+    smaller = math.sqrt(max(radius**2 - 1 / 6 / psf.sd_per_radius**2, 1 / 4))
+    reach = math.ceil(EXTENT * psf.sd_per_radius * radius) + 2
+    side = 2 * reach + 1
+    # What lies beyond the pixels' own frequencies is folded into them, as sampling does.
+    folds = np.arange(-2, 3) if radius < FITTED else np.arange(-1, 2)
+    axis = (np.fft.fftfreq(side)[:, None] + folds).ravel()
+    spectrum = psf.optical_transfer(axis[:, None], axis, smaller) * np.outer(np.sinc(axis), np.sinc(axis)) ** 2
+    folded = spectrum.reshape(side, len(folds), side, len(folds)).sum(axis=(1, 3))
+    picture = np.fft.fftshift(np.fft.ifft2(folded).real)
+    seen = np.argwhere(picture > FAINT * picture.max())
+    cut = reach - int(np.abs(seen - reach).max())
+    picture = np.where(picture > FAINT * picture.max(), picture, 0.0)[cut : side - cut, cut : side - cut]
+    return picture / picture.sum()
+
+
+def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The positive weights that have the shape's transfer, by least squares, close to `even` ones (see `kernels`)."""
+    reach = len(even) // 2
+    down, right = np.meshgrid(
+        np.linspace(-FITTED_TO, FITTED_TO, 2 * STEPS + 1), np.linspace(0, FITTED_TO, STEPS + 1), indexing="ij"
+    )
+    radial = np.hypot(down, right)
+    order = np.argsort(radial, axis=None)
+    order = order[radial.ravel()[order] <= FITTED_TO]
+    down, right, radial = (values.ravel()[order] for values in (down, right, radial))
+    y, x = np.nonzero(even)
+    waves = np.exp(-2j * np.pi * (down[:, None] * (y - reach) + right[:, None] * (x - reach)))
+    weight = 1 / np.maximum(radial, radial[1])  # the amplitude of natural pictures
+    weight[0] = 100 * weight.sum()  # unit gain at frequency 0
+    weight[1:] /= np.linalg.norm(weight[1:])
+    wanted = weight * psf.optical_transfer(down, right, radius)
+    level = EVEN / even.max()
+    fitted, _ = nnls(
+        np.concatenate([weight[:, None] * waves.real, weight[1:, None] * waves.imag[1:], level * np.eye(len(y))]),
+        np.concatenate([np.real(wanted), np.imag(wanted)[1:], level * even[y, x]]),
+    )
+    picture = np.zeros_like(even)
+    picture[y, x] = fitted
+    return picture
