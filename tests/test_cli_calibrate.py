@@ -288,7 +288,7 @@ def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_
     settings = load_settings(tmp_path / "views.toml")
     calibration = load_camera(camera[0]).calibration
     assert [lens.f_number for lens in settings.lenses()] == list(calibration.f_numbers.values())
-    assert (settings.offset, settings.blur_k) == (calibration.offset, calibration.k)
+    assert (settings.offset, settings.given_k("gaussian")) == (calibration.offset, calibration.k)
     assert settings.camera.pixel_pitch_um == 8
 
 

@@ -131,9 +131,9 @@ def test_one_distance_predicts_another_to_a_fiftieth_of_a_dioptre(calibrated):
 def test_what_is_said_and_kept(calibrated, tmp_path):
     folder, result = calibrated
     assert re.search(r"Cross-validated: \d+\.\d% of the left-out pixels within two standard deviations", result.stdout)
-    assert re.search(r"Shape of the blur: blend, blur_k 0\.[23]", result.stdout)
+    assert re.search(r"Shape of the blur: a blend of k = 0\.[23]", result.stdout)
     kept = load_camera(folder / "c.toml")
-    assert kept.calibration.psf == "blend"
+    assert kept.calibration.psf.name == "blend"
     assert kept.calibration.k == pytest.approx(0.3, abs=0.06)
     (tmp_path / "again.toml").write_text(camera_toml(kept))
     again = load_camera(tmp_path / "again.toml").calibration
