@@ -177,3 +177,11 @@ def test_impossible_blur() -> None:
             lens.distance_from_blur(radius, "beyond")
     with pytest.raises(InputError, match="side is 'far', but must be 'beyond' or 'nearer'"):
         lens.distance_from_blur(1e-3, "far")
+
+
+def test_the_blur_of_infinity_gives_back_infinity() -> None:
+    """Whatever the lens: rounding leaves no distance of millions of metres, nor one beyond infinity."""
+    for f_number in (1.4, 2.8, 5.6, 7.3, 11.0):
+        for focus in np.geomspace(0.3, 30, 97):
+            lens = Lens(0.05, f_number, float(focus))
+            assert lens.distance_from_blur(lens.blur_radius(np.inf), "beyond") == np.inf, (f_number, focus)

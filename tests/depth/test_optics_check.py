@@ -8,6 +8,7 @@ import pytest
 from blurred import PIXEL, SHAPE, TILE, Camera, lens, wall
 
 from focalgradient import View, recover_depth
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.psf import transfer
 
 
@@ -93,3 +94,16 @@ def test_magnification_tells_the_order_of_two_foci():
 
     assert "opposite order" not in text((0, 1))
     assert "opposite order (focus_distance)" in text((1, 0))
+
+
+def test_the_order_of_foci_is_that_of_the_magnifications():
+    """Sharp pictures of one texture, of the magnifications of two foci: no depth is needed."""
+    near, far = lens(5.6, 0.6), lens(5.6, 1.5)
+    scale = far.sensor_distance / near.sensor_distance
+    first, second = (
+        wall([lens(64, 0.9)], 0.9, cameras=[camera])[0].image for camera in (Camera(), Camera(scale=scale))
+    )
+    for order, reversed_order in (((near, far), False), ((far, near), True)):
+        views = [View(p, o, 8e-6 / o.sensor_distance) for p, o in zip((first, second), order, strict=True)]
+        warned = " ".join(RegisteredViews.of(views, align=True).warnings)
+        assert ("opposite order (focus_distance)" in warned) == reversed_order

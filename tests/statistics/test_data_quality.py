@@ -71,6 +71,28 @@ def test_single_trials() -> None:
     assert len(quality(table, Rules(response_time=None))[0]) == len(table)
 
 
+def test_a_limit_itself_is_kept() -> None:
+    """Rules say "less than" and "more than": what lies at a limit stays."""
+    table = ratings({"01": 0.1, "02": 0.1})
+    passes = table["catch"] & (table["participant_id"] == "01") & (table["trial"] % 2 == 0)
+    table.loc[table["catch"] & (table["participant_id"] == "01"), "rating"] = 2.5
+    table.loc[passes, "rating"] = 1.0  # two of four
+    assert quality(table, Rules(catch_passed=0.5))[1].exclusions == ()
+    assert quality(table, Rules(catch_passed=0.51))[1].exclusions[0].participant_id == "01"
+    table = ratings({"01": 0.1, "02": 0.1})
+    table.loc[[0, 1, 2], "response_time"] = [0.3, 60.0, 60.001]
+    table.loc[[3, 4], "dropped_frames"] = [3, 4]
+    kept, _ = quality(table, Rules(dropped_frames=3))
+    assert set(table.index) - set(kept.index) == {2, 4}
+
+
+def test_lapses_are_judged_from_three_answers_of_a_condition_on() -> None:
+    for count, judged in ((2, False), (3, True)):
+        table = ratings({"01": 0.1, "02": 0.1})
+        table = table[table["catch"] | (table.groupby(["participant_id", "fixation", "aperture"]).cumcount() < count)]
+        assert [each.lapses is not None for each in quality(table)[1].subjects] == [judged, judged]
+
+
 def test_answers_that_do_not_follow_the_blur_are_kept() -> None:
     """To leave such people out would make an effect."""
     kept, found = quality(ratings({"blind": 0.15, "also": 0.15}))
