@@ -40,7 +40,7 @@ ROOMS = {
     "luminance": {"errors", "files"},
     "stimuli": {
         *("design", "display", "errors", "eye", "files", "optics", "parallel", "photographs", "plotting"),
-        *("progress", "render", "scenes", "tables", "video"),
+        *("progress", "psf", "render", "scenes", "tables", "video"),
     },
     "tables": {"errors", "files"},
     "design": {"errors", "files", "tables"},

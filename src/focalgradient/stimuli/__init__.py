@@ -1,24 +1,50 @@
-"""Sets of pictures and moving pictures that people judge, made for one display, with all that was controlled."""
+"""Pictures and moving pictures that people judge: stimuli as arrays, and sets in folders, with all that was controlled.
 
+A function draws a `Stimulus` (its picture, true depth and true blur); ``make_...`` writes a set for one display.
+"""
+
+from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
+from focalgradient.stimuli.films import frames
+from focalgradient.stimuli.fixated_cube import fixated_cube
 from focalgradient.stimuli.imported import import_pictures
+from focalgradient.stimuli.leaves import dead_leaves
+from focalgradient.stimuli.papers import PAPERS, Paper, replica
 from focalgradient.stimuli.photograph import make_from_photographs
 from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSet, Target, read_set
+from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur, sharpness
+from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
+from focalgradient.stimuli.wide_field import wide_field
 
 __all__ = [
     "APERTURES",
     "FIXATIONS",
     "GRADIENTS",
+    "PAPERS",
     "Fixation",
+    "Paper",
     "Picture",
     "ShownScene",
+    "Stimulus",
     "StimulusSet",
     "Target",
+    "blurred_edge",
+    "corrugated_plane",
+    "dead_leaves",
+    "depth_of_blur",
+    "fixated_cube",
+    "frames",
     "import_pictures",
     "make_depth_rating",
     "make_from_photographs",
     "make_necker",
+    "miniature",
     "read_necker",
     "read_set",
+    "replica",
+    "sharpness",
+    "slanted_plane",
+    "texture_border",
+    "wide_field",
 ]

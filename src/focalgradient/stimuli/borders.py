@@ -1,0 +1,359 @@
+"""A border between two textures, and the edge between two luminances, each with a blur that is set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.optics import Side
+from focalgradient.stimuli.layers import (
+    blurred,
+    check_equalise,
+    coverage,
+    fineness,
+    noise,
+    reach_of,
+    same_spectrum,
+)
+from focalgradient.stimuli.stimulus import (
+    Frame,
+    Region,
+    Shape,
+    Stimulus,
+    check_choice,
+    check_light,
+    depth_of_blur,
+    measured,
+    sharpness,
+)
+
+__all__ = ["blurred_edge", "texture_border"]
+
+HIGHEST = 5.0
+"""Largest value of a texture, in standard deviations: sharp ones are clipped near 3, equalised ones may exceed it."""
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Places within a pixel, -1 to 1, at which light is averaged over it."""
+
+FAINT = 1e-3
+"""Coverage below which a surface's light is taken from the whole texture: there it hardly counts."""
+
+
+def texture_border(
+    *,
+    left_blur_arcmin: float = 0.0,
+    right_blur_arcmin: float = 2.0,
+    border_blur_arcmin: float | None = None,
+    border: Literal["straight", "sinusoidal"] = "sinusoidal",
+    near: Literal["left", "right"] | None = None,
+    amplitude_deg: float = 0.5,
+    period_deg: float = 2.0,
+    phase_deg: float = 0.0,
+    width_deg: float = 8.0,
+    height_deg: float = 8.0,
+    pixels_per_degree: float = 32.0,
+    mean: float = 0.5,
+    contrast: float = 0.2,
+    slope: float = 1.0,
+    equalise: Sequence[str] = (),
+    psf: Shape = "gaussian",
+    focus_m: float = 0.57,
+    pupil_mm: float = 4.0,
+    seed: int = 0,
+) -> Stimulus:
+    """Draw a vertical border between two random textures: the blur of either side and of the border are set.
+
+    The near side ends at the border; the far side goes on complete behind it. The border's blur is that of the near
+    side's edge, so it is a cue to which side is in front (Mather 1996; Marshall et al. 1996; Mather and Smith 2002).
+
+    Parameters
+    ----------
+    left_blur_arcmin, right_blur_arcmin
+        Blur of either texture: standard deviation along an axis, in arcmin.
+    border_blur_arcmin
+        The same of the border; None: that of the near side, which is what optics would give.
+    border
+        Shape of the border.
+    near
+        Side in front; None: the side whose blur is nearer to the border's, or left where the border's is not given.
+    amplitude_deg, period_deg, phase_deg
+        Of the sinusoidal border: half its width and its period, in degrees of visual angle; and its phase, in degrees
+        of its cycle.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels.
+    mean, contrast
+        Mean luminance in shares of white, and RMS contrast of the sharp textures.
+    slope
+        Of the textures' amplitude over spatial frequency: 1/f^slope.
+    equalise
+        What is made alike on both sides: "luminance" (mean), "contrast" (RMS, to that of the sharp texture) and
+        "spectrum" (both textures get the amplitude spectrum of the more blurred one: the border alone differs).
+    psf
+        Shape of the blur.
+    focus_m, pupil_mm
+        Of the eye by which blur is turned into depth: the near side lies nearer than the focus, the far side beyond.
+    seed
+        The same seed gives the same textures, whatever the blur.
+
+    Returns
+    -------
+    Stimulus
+        With the masks "left" and "right".
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> one = texture_border(right_blur_arcmin=4.0, border_blur_arcmin=0.0, width_deg=4, height_deg=4)
+    >>> one.shape, one.controlled["near"], one.depth_m[0, [0, -1]].round(3).tolist()
+    ((128, 128), 'left', [0.57, 1.693])
+    """
+    parameters = dict(locals())
+    frame = Frame(width_deg, height_deg, pixels_per_degree)
+    check_light(mean, contrast, seed, HIGHEST)
+    check_number("slope", slope, "powers of spatial frequency", least=0)
+    check_choice("border", border, ("straight", "sinusoidal"))
+    check_choice("psf", psf, ("gaussian", "disc"))
+    names = check_equalise(equalise)
+    sides = {"left": left_blur_arcmin, "right": right_blur_arcmin}
+    blur = {side: frame.blur(f"{side}_blur_arcmin", arcmin) for side, arcmin in sides.items()}
+    edge = None if border_blur_arcmin is None else frame.blur("border_blur_arcmin", border_blur_arcmin)
+    if near is None:
+        closer = edge is not None and abs(blur["right"] - edge) < abs(blur["left"] - edge)
+        near = "right" if closer else "left"
+    check_choice("near", near, ("left", "right"))
+    far = "left" if near == "right" else "right"
+    if "spectrum" in names:
+        sides = dict.fromkeys(sides, max(sides.values()))
+    own_edge = edge is None
+    edge = blur[near] if edge is None else edge
+
+    pad = reach_of(max(blur[near], edge))
+    height, width = frame.shape
+    canvas, rim = (height + 2 * pad, width + 2 * pad), ((pad, pad), (pad, pad))
+    inside = slice(pad, pad + height), slice(pad, pad + width)
+    bend = 0.0
+    if border == "sinusoidal":
+        for name, value in (("amplitude_deg", amplitude_deg), ("period_deg", period_deg)):
+            check_number(name, value, "degrees", positive=True)
+        check_number("phase_deg", phase_deg, "degrees")
+        bend = amplitude_deg * pixels_per_degree
+    angle = 2 * math.pi / (period_deg * pixels_per_degree) if bend else 0.0
+    factor = fineness(edge)
+    left = _left_of(canvas, factor, bend, angle, math.radians(phase_deg))
+    whole = left.reshape(canvas[0], factor, canvas[1], factor).mean(axis=(1, 3))
+    masks = {"left": whole[inside] >= 0.5, "right": whole[inside] < 0.5}
+    textures = {side: noise(frame.shape, [seed, number], slope) for number, side in enumerate(masks)}
+    lights = {
+        side: mean * (1 + contrast * _texture(texture, blur[side], max(blur.values()), psf, names, masks[side]))
+        for side, texture in textures.items()
+    }
+    covered = coverage(left if near == "left" else 1 - left, factor, edge, psf)
+    light = np.pad(lights[near], rim, mode="wrap")
+    if own_edge and edge > 0 and not names:
+        sharp = np.pad(mean * (1 + contrast * textures[near]), rim, mode="wrap")
+        light = _ending(sharp, light, whole if near == "left" else 1 - whole, edge, psf)
+    covered, whole = covered[inside], whole[inside]
+    picture = np.clip(covered * light[inside] + (1 - covered) * lights[far], 0, 1)
+
+    flat = {side: mean * (1 + contrast * texture) for side, texture in textures.items()}
+    depth = {
+        near: depth_of_blur(sides[near], "nearer", focus_m=focus_m, pupil_mm=pupil_mm),
+        far: depth_of_blur(sides[far], "beyond", focus_m=focus_m, pupil_mm=pupil_mm),
+    }
+    blur_map = np.where(masks["left"], sides["left"], sides["right"]).astype(float)
+    least = np.where(covered * (1 - covered) > 1e-4, edge, np.inf)
+    allowed = np.minimum(least, blur_map * frame.pixels(1.0))
+    return Stimulus(
+        "texture_border",
+        picture,
+        np.clip(whole * flat["left"] + (1 - whole) * flat["right"], 0, 1),
+        np.where(masks["left"], depth["left"], depth["right"]),
+        blur_map,
+        masks,
+        frame.pixel_angle,
+        parameters,
+        {
+            "equalised": list(names),
+            "near": near,
+            "occlusion_agrees_with_blur": edge == blur[near],
+            **measured(picture, masks),
+            "sharpest": sharpness(picture, allowed, psf),
+        },
+        ("mather1996", "marshall1996", "mather2002"),
+    )
+
+
+def _texture(
+    texture: NDArray[np.float64], sd: float, most: float, psf: Shape, equalise: tuple[str, ...], side: Region
+) -> NDArray[np.float64]:
+    """A texture with its blur, in standard deviations of the sharp one, equalised over its own side where asked."""
+    light = blurred(texture, sd, psf)
+    if "spectrum" in equalise:
+        light = same_spectrum(light, blurred(texture, most, psf))
+    own = light[side]
+    if "contrast" in equalise and own.std() > 0:
+        light = own.mean() + (light - own.mean()) * (1.0 / own.std())
+    if "luminance" in equalise:
+        light = light - light[side].mean()
+    if np.abs(light).max() > HIGHEST:
+        raise InputError(
+            f"equalise takes the blurred texture to {np.abs(light).max():.3g} standard deviations of the sharp one, "
+            f"but it may reach {HIGHEST:g}: give less blur, or a larger picture."
+        )
+    return light
+
+
+def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, phase: float) -> NDArray[np.float64]:
+    """Coverage of a grid, finer than the pixels by `factor`, by what is left of the border, exact along rows."""
+    rows, columns = canvas
+    y = (np.arange(rows * factor)[:, None] + 0.5 + NODES / 2) / factor - rows / 2
+    place = bend * np.sin(angle * y + phase) + columns / 2
+    x = np.arange(columns * factor)
+    covered = np.zeros((rows * factor, columns * factor))
+    for node, weight in enumerate(WEIGHTS / 2):
+        covered += weight * np.clip(place[:, node, None] * factor - x, 0, 1)
+    return covered
+
+
+def _ending(
+    texture: NDArray[np.float64], light: NDArray[np.float64], mask: NDArray[np.float64], sd: float, psf: Shape
+) -> NDArray[np.float64]:
+    """Light of the near surface over its blurred coverage: a surface that ends at the border has no light beyond it."""
+    share = blurred(mask, sd, psf)
+    own = blurred(texture * mask, sd, psf) / np.maximum(share, FAINT)
+    return np.where(share > FAINT, np.clip(own, texture.min(), texture.max()), light)
+
+
+def blurred_edge(
+    *,
+    pedestal_arcmin: float = 1.0,
+    increment_arcmin: float = 0.0,
+    orientation_deg: float = 0.0,
+    polarity: Literal["bright left", "bright right"] = "bright right",
+    width_deg: float = 4.0,
+    height_deg: float = 4.0,
+    pixels_per_degree: float = 60.0,
+    mean: float = 0.5,
+    contrast: float = 0.5,
+    psf: Shape = "gaussian",
+    focus_m: float = 0.57,
+    pupil_mm: float = 4.0,
+    side: Side = "beyond",
+) -> Stimulus:
+    """Draw a straight edge between two luminances, with a pedestal of blur and an increment (Watson and Ahumada 2011).
+
+    The edge is analytic: the edge spread of the blur, averaged over each pixel.
+
+    Parameters
+    ----------
+    pedestal_arcmin, increment_arcmin
+        The edge has the blur pedestal + increment: standard deviation along an axis, in arcmin. The increment may be
+        negative, down to minus the pedestal.
+    orientation_deg
+        Of the edge from the vertical, clockwise.
+    polarity
+        Which side is bright.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels.
+    mean, contrast
+        Mean of the two luminances in shares of white, and their Michelson contrast.
+    psf
+        Shape of the blur.
+    focus_m, pupil_mm
+        Of the eye by which blur is turned into depth.
+    side
+        Of the focus, on which that depth lies: "beyond", where blur has a limit, or "nearer".
+
+    Returns
+    -------
+    Stimulus
+        With the masks "bright" and "dark".
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+
+    Examples
+    --------
+    The steepest step, in shares of the whole: 1 / (sd sqrt(2 pi)).
+
+    >>> edge = blurred_edge(pedestal_arcmin=4, increment_arcmin=1, contrast=0.4)
+    >>> round(float(np.diff(edge.picture[0]).max() / 0.4 * 5 * np.sqrt(2 * np.pi)), 3)
+    0.997
+    """
+    parameters = dict(locals())
+    frame = Frame(width_deg, height_deg, pixels_per_degree)
+    check_light(mean, contrast, 0, 1.0)
+    check_choice("psf", psf, ("gaussian", "disc"))
+    check_choice("side", side, ("beyond", "nearer"))
+    check_choice("polarity", polarity, ("bright left", "bright right"))
+    check_number("orientation_deg", orientation_deg, "degrees")
+    frame.blur("pedestal_arcmin", pedestal_arcmin)
+    check_number("increment_arcmin", increment_arcmin, "arcmin")
+    if increment_arcmin < -pedestal_arcmin:
+        raise InputError(
+            f"increment_arcmin is {increment_arcmin:g}, but the pedestal is {pedestal_arcmin:g}: give an increment of "
+            f"{-pedestal_arcmin:g} or more."
+        )
+    arcmin = pedestal_arcmin + increment_arcmin
+    sd = frame.blur("pedestal_arcmin + increment_arcmin", arcmin)
+    turned = math.radians(orientation_deg)
+    normal = math.cos(turned), math.sin(turned)
+    sign = 1 if polarity == "bright right" else -1
+    rows, columns = frame.grid()
+    place = sign * (columns * normal[0] + rows * normal[1])
+    share, sharp = (_edge(place, (sign * normal[1], sign * normal[0]), width, psf) for width in (sd, 0.0))
+    low, high = mean * (1 - contrast), mean * (1 + contrast)
+    picture = low + (high - low) * share
+    masks = {"bright": place > 0, "dark": place <= 0}
+    blur_map = np.full(frame.shape, arcmin, float)
+    return Stimulus(
+        "blurred_edge",
+        picture,
+        low + (high - low) * sharp,
+        np.full(frame.shape, depth_of_blur(arcmin, side, focus_m=focus_m, pupil_mm=pupil_mm)),
+        blur_map,
+        masks,
+        frame.pixel_angle,
+        parameters,
+        {
+            "equalised": [],
+            "blur_arcmin": arcmin,
+            **measured(picture, masks),
+            "sharpest": sharpness(picture, blur_map * frame.pixels(1.0), psf),
+        },
+        ("watson2011",),
+    )
+
+
+def _edge(place: NDArray[np.float64], normal: tuple[float, float], sd: float, psf: Shape) -> NDArray[np.float64]:
+    """Share of the bright side in each pixel, whose middle lies at `place` (px) beyond an edge: `normal` (y, x)."""
+    share = np.zeros(place.shape)
+    for dy, wy in zip(NODES / 2, WEIGHTS / 2, strict=True):
+        if sd == 0:  # exact along a row: the piece of it beyond the edge
+            along = abs(normal[1])
+            at = place + dy * normal[0]
+            share += wy * (np.clip(at / along + 0.5, 0, 1) if along > 1e-9 else (at > 0) + 0.5 * (at == 0))
+            continue
+        for dx, wx in zip(NODES / 2, WEIGHTS / 2, strict=True):
+            share += wy * wx * _edge_spread((place + dy * normal[0] + dx * normal[1]) / sd, psf)
+    return share
+
+
+def _edge_spread(place: NDArray[np.float64], psf: Shape) -> NDArray[np.float64]:
+    """Light of a unit edge, blurred by a standard deviation of 1, at a place beyond it."""
+    if psf == "gaussian":
+        return np.asarray(ndtr(place))
+    half = np.clip(place / 2, -1, 1)  # of the disc's radius
+    return 0.5 + (np.arcsin(half) + half * np.sqrt(1 - half**2)) / math.pi

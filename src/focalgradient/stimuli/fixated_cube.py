@@ -1,0 +1,167 @@
+"""The Necker cube as an eye sees it that fixates one of its vertices, or its centre."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.psf import DISC_K
+from focalgradient.render import necker_frame
+from focalgradient.render.wireframe import Gradient, blur_at
+from focalgradient.scenes import NeckerCube
+from focalgradient.scenes.necker import EDGES, Direction
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, measured, sharpness
+
+__all__ = ["fixated_cube"]
+
+MARK_DEG = 0.15
+"""Radius of the mask around what is fixated."""
+
+
+def fixated_cube(
+    *,
+    fixation: Literal["nearest", "farthest", "centre"] = "nearest",
+    gradient: Gradient = "rigid",
+    turn: float = 0.08,
+    edge_deg: float = 8.0,
+    perspective: float = 0.4,
+    distance_m: float = 0.5,
+    tilt_deg: float = 20.0,
+    direction: Direction = "right",
+    line_arcmin: float = 4.0,
+    line_light: float = 0.45,
+    width_deg: float = 16.0,
+    height_deg: float = 16.0,
+    pixels_per_degree: float = 30.0,
+    pupil_mm: float = 12.0,
+) -> Stimulus:
+    """Draw one moment of the turning Necker cube, in focus where it is fixated.
+
+    Lines lie in the same places whatever the gradient and fixation, and give off the same light.
+
+    Parameters
+    ----------
+    fixation
+        What is in focus: the vertex that is nearest or farthest in the reading that the gradient shows, or the
+        distance of the cube's centre.
+    gradient
+        Whose depth the blur has: "rigid", the cube's; "nonrigid", the depth-reversed shape's; or "none".
+    turn
+        Turns done.
+    edge_deg, perspective, distance_m, tilt_deg, direction, line_arcmin
+        Of the cube: angle of an edge, edge / distance, distance of its centre, lean of its axis, where its near side
+        moves, and full width at half maximum of a sharp line.
+    line_light
+        Light of a sharp line in shares of white; where lines meet it adds.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels.
+    pupil_mm
+        Strength of the gradient: diameter of a pupil at the viewer's place.
+
+    Returns
+    -------
+    Stimulus
+        `depth_m` is of the reading that the gradient shows (of the cube for "none") on the lines, NaN between them;
+        with the masks "lines" and "fixation".
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the cube does not fit into the picture.
+
+    Examples
+    --------
+    >>> one = fixated_cube(fixation="farthest")
+    >>> round(float(one.blur_arcmin[one.masks["fixation"] & one.masks["lines"]].min()), 1)
+    0.0
+    """
+    parameters = dict(locals())
+    frame = Frame(width_deg, height_deg, pixels_per_degree)
+    check_choice("fixation", fixation, ("nearest", "farthest", "centre"))
+    check_choice("gradient", gradient, ("none", "rigid", "nonrigid"))
+    for name in ("turn", "tilt_deg"):
+        check_number(name, parameters[name], "turns" if name == "turn" else "degrees")
+    for name in ("edge_deg", "line_arcmin", "perspective", "distance_m"):
+        check_number(name, parameters[name], "its unit", positive=True)
+    check_number("line_light", line_light, "shares of white", positive=True)
+    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+    cube = NeckerCube(
+        size=math.radians(edge_deg),
+        perspective=perspective,
+        distance=distance_m,
+        tilt=math.radians(tilt_deg),
+        direction=direction,
+        line_width=math.radians(line_arcmin / 60),
+    )
+    reading = cube.seen(turn, "nonrigid" if gradient == "nonrigid" else "rigid")[:, 2]
+    at = {"nearest": int(reading.argmin()), "farthest": int(reading.argmax())}.get(fixation)
+    focus_m = distance_m if at is None else float(reading[at])
+    pixel = frame.pixel_angle
+    vertices = cube.project(cube.vertices(turn)) / pixel + (np.array(frame.shape[::-1]) - 1) / 2
+    if (vertices < 0).any() or (vertices > np.array(frame.shape[::-1]) - 1).any():
+        raise InputError(
+            f"edge_deg is {edge_deg:g}, with which the cube leaves the picture: give a smaller one, or a larger "
+            "width_deg and height_deg."
+        )
+    sharp = necker_frame(cube, turn, shape=frame.shape, pixel_angle=pixel).astype(float)
+    picture = necker_frame(
+        cube, turn, shape=frame.shape, pixel_angle=pixel, gradient=gradient, aperture=pupil_mm / 1000, focus=1 / focus_m
+    ).astype(float)
+    picture, sharp = line_light * picture, line_light * sharp
+    if sharp.max() > 1:
+        raise InputError(
+            f"line_light is {line_light:g}, with which light reaches {sharp.max():.3g} where lines meet, but white is "
+            f"1: give at most {math.floor(100 * line_light / sharp.max()) / 100:g}."
+        )
+    away, depth = _nearest_line(vertices, reading, frame)
+    blur = np.abs(blur_at(cube, depth, aperture=pupil_mm / 1000, focus=1 / focus_m, k=DISC_K)) / ARCMIN
+    blur = np.zeros(frame.shape) if gradient == "none" else blur
+    lines = away <= max(1.0, frame.pixels(line_arcmin) / 2)
+    down, right = frame.grid()
+    middle = (vertices.mean(axis=0) if at is None else vertices[at]) - (np.array(frame.shape[::-1]) - 1) / 2
+    mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
+    masks = {"lines": lines, "fixation": mark}
+    own = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # a sharp line's own standard deviation
+    return Stimulus(
+        "fixated_cube",
+        picture,
+        sharp,
+        np.where(lines, depth, np.nan),
+        blur,
+        masks,
+        pixel,
+        parameters,
+        {
+            "equalised": ["luminance"],
+            "light_percent": 100 * (float(picture.sum() / sharp.sum()) - 1),
+            "focus_m": focus_m,
+            "fixation_px": [float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
+            "blur_agrees_with_depth": gradient == "rigid",
+            **measured(picture, masks),
+            "sharpest": sharpness(picture, np.hypot(blur * ARCMIN / pixel, own), lines=True),
+        },
+        ("pastukhov",),
+    )
+
+
+def _nearest_line(
+    vertices: NDArray[np.float64], depth: NDArray[np.float64], frame: Frame
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each pixel, the way to the nearest line in pixels, and that line's depth there; the nearer where two cross."""
+    rows, columns = frame.shape
+    y, x = np.arange(rows)[:, None], np.arange(columns)[None]
+    away, found = np.full(frame.shape, np.inf), np.zeros(frame.shape)
+    order = np.argsort([-depth[edge].mean() for edge in EDGES])  # the farthest first
+    for start, end in EDGES[order]:
+        first, way = vertices[start], vertices[end] - vertices[start]
+        part = np.clip(((x - first[0]) * way[0] + (y - first[1]) * way[1]) / max(float(way @ way), 1e-12), 0, 1)
+        distance = np.hypot(x - first[0] - part * way[0], y - first[1] - part * way[1])
+        # In perspective the vergence of a straight edge is linear along its image.
+        metres = 1 / (1 / depth[start] + part * (1 / depth[end] - 1 / depth[start]))
+        closer = distance < away + 0.5
+        away, found = np.where(closer, np.minimum(distance, away), away), np.where(closer, metres, found)
+    return away, found

@@ -1,0 +1,178 @@
+"""Stimuli of published experiments, by the paper's key in the bibliography and the name of a condition.
+
+Of each it is kept which parameters the paper's abstract or its authors' page states; all others are our choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from focalgradient.errors import InputError, described
+from focalgradient.stimuli.borders import blurred_edge, texture_border
+from focalgradient.stimuli.leaves import dead_leaves
+from focalgradient.stimuli.stimulus import Stimulus
+from focalgradient.stimuli.surfaces import miniature, slanted_plane
+from focalgradient.stimuli.wide_field import wide_field
+
+__all__ = ["PAPERS", "Paper", "replica"]
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """A published experiment: the function that draws its stimuli, and its conditions' parameters.
+
+    Parameters
+    ----------
+    draw
+        Makes the stimulus.
+    conditions
+        Parameters of each condition, by its name.
+    stated
+        Names of the parameters whose values the paper's abstract or its authors' page states.
+    """
+
+    draw: Callable[..., Stimulus]
+    conditions: Mapping[str, Mapping[str, Any]]
+    stated: tuple[str, ...]
+
+
+def _border(sharp: str, edge: float, **others: Any) -> dict[str, Any]:
+    blurred = "right" if sharp == "left" else "left"
+    return {f"{sharp}_blur_arcmin": 0.0, f"{blurred}_blur_arcmin": 4.0, "border_blur_arcmin": edge, **others}
+
+
+_BORDERS = {
+    f"{sharp} sharp, {name} border": (sharp, edge)
+    for sharp in ("left", "right")
+    for name, edge in (("sharp", 0.0), ("blurred", 4.0))
+}
+
+_STRAIGHT = {name: _border(*given, border="straight") for name, given in _BORDERS.items()}
+
+LEVELS_ARCMIN = (0.0, 0.5, 1.0, 1.5, 2.25, 3.25, 4.5, 6.0)
+"""Blurs of the leaves, each a discriminable step from the one before; our choice."""
+
+HELD_M = 783.0
+"""Distance (m) of the scene whose blur at 0.36, 0.23 and 0.15 m needs apertures of 10.0, 15.65 and 24.5 m, for a pupil
+of 4.6 mm."""
+
+PAPERS: dict[str, Paper] = {
+    "mather1996": Paper(texture_border, _STRAIGHT, ()),
+    "marshall1996": Paper(texture_border, _STRAIGHT, ()),
+    "mather2002": Paper(
+        texture_border,
+        {name: _border(*given, border="sinusoidal") for name, given in _BORDERS.items()},
+        ("border",),
+    ),
+    "taylor2015": Paper(
+        dead_leaves,
+        {
+            f"{n} blurs": {"blurs_arcmin": LEVELS_ARCMIN[:n], "order": "random"}
+            for n in range(1, len(LEVELS_ARCMIN) + 1)
+        },
+        (),
+    ),
+    "watson2011": Paper(
+        blurred_edge,
+        {
+            f"pedestal {pedestal:g}, increment {increment:g}": {
+                "pedestal_arcmin": pedestal,
+                "increment_arcmin": increment,
+            }
+            for pedestal in (0.0, 0.5, 1.0, 2.0, 4.0)
+            for increment in (0.0, 0.25, 0.5, 1.0)
+        },
+        (),
+    ),
+    "held2010": Paper(
+        miniature,
+        {
+            f"{kind}, {metres:g} m": {
+                "gradient": gradient,
+                "simulated_distance_m": metres,
+                "true_distance_m": HELD_M,
+                "pupil_mm": 4.6,
+            }
+            for kind, gradient in (("consistent", "consistent"), ("aligned", "vertical"), ("orthogonal", "horizontal"))
+            for metres in (0.36, 0.23, 0.15)
+        },
+        ("gradient", "simulated_distance_m"),
+    ),
+    "vishwanath2010": Paper(
+        slanted_plane,
+        {
+            f"{way} gradient, {metres:g} m": {
+                "tilt_deg": tilt,
+                "distance_m": metres,
+                "slant_deg": 60.0,
+                "texture": "projected",
+            }
+            for way, tilt in (("vertical", 90.0), ("horizontal", 0.0))
+            for metres in (0.28, 0.57, 1.14)
+        },
+        ("distance_m",),
+    ),
+    "maiello2017": Paper(
+        wide_field,
+        {
+            f"{eccentricity:g} degrees, {quadrant}": {
+                "eccentricity_deg": eccentricity,
+                "quadrant": quadrant,
+                "window_deg": 46.0,
+                "focus_m": 0.4,
+                "psf": "gaussian",
+            }
+            for eccentricity in (0.0, 4.0, 8.0, 12.0)
+            for quadrant in ("upper right", "upper left", "lower left", "lower right")
+        },
+        ("eccentricity_deg", "quadrant", "window_deg", "focus_m", "psf"),
+    ),
+}
+"""By the key of the bibliography."""
+
+
+def replica(paper: str, condition: str | None = None, **others: Any) -> Stimulus:
+    """Draw the stimulus of a published experiment.
+
+    Parameters
+    ----------
+    paper
+        Key in the bibliography: one of `PAPERS`.
+    condition
+        One of the paper's, as ``PAPERS[paper].conditions`` lists them; None: the first.
+    others
+        Parameters of the function that draws it, in place of ours.
+
+    Returns
+    -------
+    Stimulus
+        ``controlled["stated_in_paper"]`` names the parameters whose values the paper's abstract or its authors' page
+        states; the others are ours: compare them with the paper before you call it a replication.
+
+    Raises
+    ------
+    InputError
+        If the paper, the condition or a parameter is unknown.
+
+    Examples
+    --------
+    >>> one = replica("mather2002", "left sharp, blurred border", width_deg=4, height_deg=4)
+    >>> one.name, one.controlled["near"], one.controlled["stated_in_paper"]
+    ('texture_border', 'right', ['border'])
+    """
+    if not isinstance(paper, str) or paper not in PAPERS:
+        raise InputError(f"paper is {described(paper)}, but must be one of {', '.join(PAPERS)}.")
+    known = PAPERS[paper]
+    condition = next(iter(known.conditions)) if condition is None else condition
+    if condition not in known.conditions:
+        raise InputError(f"condition is {described(condition)}, but {paper} has {'; '.join(known.conditions)}.")
+    given = {**known.conditions[condition], **others}
+    try:
+        drawn = known.draw(**given)
+    except TypeError as error:
+        raise InputError(f"{paper} is drawn by {known.draw.__name__}, which refuses this: {error}.") from error
+    stated = [name for name in known.stated if name not in others]
+    about = {"condition": condition, "stated_in_paper": stated}
+    return replace(drawn, source=(paper,), controlled={**drawn.controlled, **about})

@@ -1,0 +1,273 @@
+"""A stimulus as arrays: its picture, true depth and true blur, and a record of what made it and what was controlled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_number, check_seed, described
+from focalgradient.optics import Side, distance_of_blur
+
+__all__ = [
+    "Frame",
+    "Region",
+    "Shape",
+    "Stimulus",
+    "check_choice",
+    "check_light",
+    "depth_of_blur",
+    "measured",
+    "sharpness",
+]
+
+Shape = Literal["gaussian", "disc"]
+"""Shape of blur: both are given by their standard deviation; a disc's radius is twice that."""
+
+Region = NDArray[np.bool_]
+
+ARCMIN = math.radians(1 / 60)
+
+LARGEST = 4096
+"""Pixels along a side up to which pictures are made: their transforms stay within 2 GB."""
+
+LINE_PEAK = math.exp(-0.5)
+"""Steepest gradient of a Gaussian line of unit peak, times its standard deviation."""
+
+NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
+"""Steepest gradient of a unit step blurred by a Gaussian, times its standard deviation."""
+
+DISC_PEAK = 1 / math.pi
+"""The same of a disc, whose radius is twice its standard deviation: 2 / (pi radius)."""
+
+PIXEL_VARIANCE = 1 / 12
+"""Variance (px^2) of a pixel's own square."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stimulus:
+    """A stimulus: arrays of one shape, H x W, and what is known of them.
+
+    Parameters
+    ----------
+    name
+        Of the function that made it.
+    picture
+        Linear luminance in shares of the display's white, 0 to 1, float64.
+    sharp
+        The same without the blur: what a pinhole would show.
+    depth_m
+        True distance in metres along the axis of what each pixel shows; ``inf`` is allowed; NaN where nothing is.
+    blur_arcmin
+        True blur of what each pixel shows: its standard deviation along an axis, whatever its shape.
+    masks
+        Regions by name.
+    pixel_angle
+        Angle (rad) of a pixel in the middle of the picture.
+    parameters
+        What the function was called with.
+    controlled
+        What was equalised and what was measured: ``equalised``; ``mean_luminance`` and ``rms_contrast`` of the picture
+        and of each region; ``range``; ``sharpest``, the largest gradient over the largest that the blur allows (see
+        `sharpness`); ``occlusion_agrees_with_blur``, where something occludes.
+    source
+        Papers that use it, by their keys in the bibliography.
+    """
+
+    name: str
+    picture: NDArray[np.float64]
+    sharp: NDArray[np.float64]
+    depth_m: NDArray[np.float64]
+    blur_arcmin: NDArray[np.float64]
+    masks: Mapping[str, Region]
+    pixel_angle: float
+    parameters: Mapping[str, Any]
+    controlled: Mapping[str, Any]
+    source: tuple[str, ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        height, width = self.picture.shape
+        return height, width
+
+    @property
+    def blur_px(self) -> NDArray[np.float64]:
+        """Standard deviation of the blur in pixels of the middle of the picture, H x W."""
+        return self.blur_arcmin * ARCMIN / self.pixel_angle
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Size of a picture, checked: `width_deg` and `height_deg` (degrees) and `pixels_per_degree` in its middle."""
+
+    width_deg: float
+    height_deg: float
+    pixels_per_degree: float
+
+    def __post_init__(self) -> None:
+        for name in ("width_deg", "height_deg"):
+            check_number(name, getattr(self, name), "degrees", positive=True)
+        check_number("pixels_per_degree", self.pixels_per_degree, "pixels per degree", positive=True)
+        height, width = self.shape
+        if min(height, width) < 8 or max(height, width) > LARGEST:
+            raise InputError(
+                f"width_deg {self.width_deg:g} and height_deg {self.height_deg:g} at {self.pixels_per_degree:g} pixels "
+                f"per degree make {width} x {height} pixels, but each side must have 8 to {LARGEST}."
+            )
+
+    @property
+    def pixel_angle(self) -> float:
+        """Angle (rad) of a pixel."""
+        return math.radians(1 / self.pixels_per_degree)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels, even."""
+        return 2 * round(self.height_deg * self.pixels_per_degree / 2), 2 * round(
+            self.width_deg * self.pixels_per_degree / 2
+        )
+
+    def pixels(self, arcmin: float) -> float:
+        """Pixels of so many minutes of arc."""
+        return arcmin * ARCMIN / self.pixel_angle
+
+    def blur(self, name: str, arcmin: Any) -> float:
+        """Standard deviation in pixels of the blur called `name`, refused unless the picture has room for it."""
+        check_number(name, arcmin, "arcmin", least=0)
+        if self.pixels(arcmin) > max(self.shape) / 4:
+            raise InputError(
+                f"{name} is {arcmin:g} arcmin, {self.pixels(arcmin):.3g} pixels, but the picture has "
+                f"{self.shape[1]} x {self.shape[0]}: give at most a quarter of its larger side."
+            )
+        return self.pixels(arcmin)
+
+    def grid(self, rim: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Places in pixels from the middle of the pixels and of `rim` more on all sides: down, H x 1; right, 1 x W."""
+        height, width = (np.arange(-rim, side + rim, dtype=float) - (side - 1) / 2 for side in self.shape)
+        return height[:, None], width[None]
+
+
+def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
+    """Refuse a mean luminance, an RMS contrast whose `peak` multiples leave 0 to 1, or a seed that is none."""
+    check_seed(seed)
+    check_number("mean", mean, "shares of white", positive=True)
+    check_number("contrast", contrast, "standard deviation / mean", least=0)
+    if mean * (1 + peak * contrast) > 1 + 1e-9 or peak * contrast > 1 + 1e-9:
+        most = min(1 / peak, (1 / mean - 1) / peak)
+        raise InputError(
+            f"contrast is {contrast:g} at a mean of {mean:g}, with which light would leave 0 to 1: give at most "
+            f"{max(most, 0):.3g}, or another mean."
+        )
+
+
+def check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
+    """Refuse a `value` that is none of those `known`."""
+    if value not in known:
+        raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(known)}.")
+
+
+def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> NDArray[np.float64]:
+    """Distance (m) whose blur has this standard deviation, seen by an eye: the lens law 4 sd = pupil x defocus.
+
+    Parameters
+    ----------
+    blur_arcmin
+        Standard deviation along an axis, of any shape.
+    side
+        ``"beyond"`` or ``"nearer"`` than the focus.
+    focus_m, pupil_mm
+        Distance in focus, and diameter of the pupil.
+
+    Raises
+    ------
+    InputError
+        If nothing, at any distance, is blurred so much beyond the focus.
+
+    Examples
+    --------
+    >>> depth_of_blur(0.0, "beyond", focus_m=0.5, pupil_mm=4).item()
+    0.5
+    >>> round(depth_of_blur(3.4377, "beyond", focus_m=0.5, pupil_mm=4).item(), 4)  # 1 mrad: 1 D
+    1.0
+    """
+    check_number("focus_m", focus_m, "metres", positive=True)
+    check_number("pupil_mm", pupil_mm, "millimetres", positive=True)
+    if pupil_mm > 100:
+        raise InputError(f"pupil_mm is {pupil_mm:g}, but an eye's pupil has 1 to 10: give its diameter in millimetres.")
+    blur = np.asarray(blur_arcmin, float)
+    distance = distance_of_blur(2 * blur * ARCMIN, side, pupil_mm / 1000, 1 / focus_m)
+    if np.isnan(distance).any():
+        most = pupil_mm / 1000 / focus_m / 4 / ARCMIN
+        raise InputError(
+            f"a blur of {blur.max():.3g} arcmin lies beyond infinity for a pupil of {pupil_mm:g} mm focused at "
+            f"{focus_m:g} m, where the most is {most:.3g}: give less blur, a nearer focus_m, a larger pupil_mm, or "
+            "depth on the nearer side of the focus."
+        )
+    return distance
+
+
+def sharpness(
+    picture: NDArray[np.floating],
+    blur_px: NDArray[np.floating],
+    shape: Shape = "gaussian",
+    *,
+    lines: bool = False,
+) -> float:
+    """Largest gradient of a picture over the largest that its blur allows.
+
+    The blur allows that of a step as high as the picture's whole range, blurred by the least blur within three pixels:
+    range x 0.399 / sd for a Gaussian and x 0.318 / sd for a disc, the pixel's own square included; and never more than
+    the range from a pixel to the next.
+
+    Parameters
+    ----------
+    picture
+        Linear luminance, H x W.
+    blur_px
+        Standard deviation of the blur of what each pixel shows, H x W.
+    shape
+        Of the blur.
+    lines
+        Whether the picture consists of Gaussian lines, not of edges: then 0.607 / sd is allowed.
+
+    Returns
+    -------
+    float
+        At most 1 where nothing is sharper than its blur; 0 for a uniform picture.
+
+    Examples
+    --------
+    >>> step = np.where(np.arange(32) < 16, 0.0, 1.0) * np.ones((32, 1))
+    >>> sharpness(step, np.zeros((32, 32))), round(sharpness(step, np.full((32, 32), 4.0)))
+    (1.0, 10)
+    """
+    from scipy.ndimage import minimum_filter
+
+    light = np.asarray(picture, float)
+    span = float(np.ptp(light))
+    if span == 0:
+        return 0.0
+    least = minimum_filter(np.asarray(blur_px, float), 7, mode="nearest")
+    peak = LINE_PEAK if lines else DISC_PEAK if shape == "disc" else NORMAL_PEAK
+    allowed = span * np.minimum(1.0, peak / np.sqrt(least**2 + PIXEL_VARIANCE))
+    across = [np.abs(np.diff(light, axis=axis)) for axis in (0, 1)]
+    bounds = [np.maximum(allowed[1:], allowed[:-1]), np.maximum(allowed[:, 1:], allowed[:, :-1])]
+    return max(float((step / bound).max()) for step, bound in zip(across, bounds, strict=True))
+
+
+def measured(picture: NDArray[np.float64], masks: Mapping[str, Region]) -> dict[str, Any]:
+    """Mean luminance and RMS contrast of a picture and of its regions, and its range."""
+    regions = {"picture": np.ones(picture.shape, bool), **masks}
+    means = {name: float(picture[region].mean()) for name, region in regions.items() if region.any()}
+    return {
+        "mean_luminance": means,
+        "rms_contrast": {
+            name: float(picture[regions[name]].std() / mean) if mean > 0 else 0.0 for name, mean in means.items()
+        },
+        "range": [float(picture.min()), float(picture.max())],
+    }

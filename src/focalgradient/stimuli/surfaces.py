@@ -1,0 +1,439 @@
+"""Surfaces seen through a lens: slanted and corrugated planes, and a scene scaled for the miniature effect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number, check_seed
+from focalgradient.optics import Optics, check_optics
+from focalgradient.render import blur_picture
+from focalgradient.scenes.fractal import fractal
+from focalgradient.stimuli.depth_rating import Pupil
+from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, check_light, measured, sharpness
+from focalgradient.stimuli.town import draw_town
+
+__all__ = ["corrugated_plane", "miniature", "slanted_plane"]
+
+Texturing = Literal["painted", "projected"]
+"""On the surface, finer the farther away it is; or as by a slide projector at the eye, equally fine everywhere."""
+
+Distance = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+"""Of a surface in metres, by the tangents down, H x 1, and right, 1 x W."""
+
+COARSEST_DEG = 1.0
+"""Wavelength of the coarsest texture where the axis meets the surface; our choice."""
+
+ROUGHNESS = 0.9
+"""Amplitude of an octave of texture over the one before: near the 1/f of natural pictures."""
+
+SAMPLES = 3
+"""Places along a side of a pixel over which texture is averaged: it may be foreshortened by as much without loss."""
+
+FINEST = 2.0
+"""Pixels of the finest wavelength of a texture: finer ones would alias."""
+
+
+def slanted_plane(
+    *,
+    slant_deg: float = 60.0,
+    tilt_deg: float = 90.0,
+    distance_m: float = 0.57,
+    texture: Texturing = "projected",
+    width_deg: float = 12.0,
+    height_deg: float = 12.0,
+    pixels_per_degree: float = 32.0,
+    mean: float = 0.5,
+    contrast: float = 0.25,
+    equalise: Sequence[str] = (),
+    focus_m: float | None = None,
+    pupil_mm: float = 6.0,
+    optics: Optics | None = None,
+    seed: int = 0,
+) -> Stimulus:
+    """Draw a textured plane that is slanted, through a lens: its vergence, and so its blur, is linear in the picture.
+
+    Vishwanath and Blaser (2010) let people judge the distance of such planes.
+
+    Parameters
+    ----------
+    slant_deg
+        Angle between the plane's normal and the line of sight: 0 faces the eye.
+    tilt_deg
+        Way in which the plane goes away: 0 to the right, 90 upwards, as the ground does.
+    distance_m
+        Where the axis meets the plane.
+    texture
+        "projected", equally fine everywhere, so that blur alone gives the slant; or "painted" on the plane.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels.
+    mean, contrast
+        Mean luminance in shares of white, and RMS contrast without blur.
+    equalise
+        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
+        frequency; phase stays).
+    focus_m, pupil_mm
+        Distance in focus (None: `distance_m`), and diameter of the pupil.
+    optics
+        A `Lens` or an `Eye` in place of these two.
+    seed
+        The same seed gives the same texture, whatever the blur.
+
+    Returns
+    -------
+    Stimulus
+        Its blur is that of a disc, or the optics' own. No masks.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the plane's horizon is in the picture.
+
+    Examples
+    --------
+    >>> one = slanted_plane(slant_deg=60, distance_m=0.5, width_deg=4, height_deg=4)
+    >>> one.depth_m[[0, -1], 64].round(3).tolist(), one.blur_arcmin[[0, -1], 64].round(3).tolist()
+    ([0.532, 0.472], [0.619, 0.619])
+    """
+    parameters = dict(locals())
+    check_number("slant_deg", slant_deg, "degrees", least=0)
+    check_number("tilt_deg", tilt_deg, "degrees")
+    if slant_deg >= 90:
+        raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 is seen edge on.")
+    check_number("distance_m", distance_m, "metres", positive=True)
+    slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
+
+    def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+        rest = 1 - slope * (right * math.cos(tilt) - down * math.sin(tilt))
+        if rest.min() <= 1e-6:
+            raise InputError(
+                f"slant_deg is {slant_deg:g}, with which the plane's horizon lies in the picture or its blur: give "
+                "less slant, or a smaller picture."
+            )
+        return distance_m / rest
+
+    return _surface("slanted_plane", ("vishwanath2010",), depth, parameters)
+
+
+def corrugated_plane(
+    *,
+    amplitude_m: float = 0.1,
+    cycles_per_degree: float = 0.25,
+    orientation_deg: float = 0.0,
+    phase_deg: float = 0.0,
+    distance_m: float = 0.57,
+    texture: Texturing = "projected",
+    width_deg: float = 8.0,
+    height_deg: float = 8.0,
+    pixels_per_degree: float = 32.0,
+    mean: float = 0.5,
+    contrast: float = 0.25,
+    equalise: Sequence[str] = (),
+    focus_m: float | None = None,
+    pupil_mm: float = 6.0,
+    optics: Optics | None = None,
+    seed: int = 0,
+) -> Stimulus:
+    """Draw a plane that faces the eye and is corrugated in depth, through a lens: blur alone can show its relief.
+
+    Distance is a sine of the place in the picture.
+
+    Parameters
+    ----------
+    amplitude_m
+        Of the corrugation: half the way from crest to trough.
+    cycles_per_degree
+        Of the corrugation, in the picture.
+    orientation_deg
+        Of the ridges: 0 is horizontal, 90 vertical.
+    phase_deg
+        At the middle of the picture, where distance grows downwards (to the right, if vertical) at 0.
+    distance_m
+        Mean distance.
+    texture
+        "projected", equally fine everywhere, so that blur alone gives the relief; or "painted" on the surface.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels.
+    mean, contrast
+        Mean luminance in shares of white, and RMS contrast without blur.
+    equalise
+        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
+        frequency; phase stays).
+    focus_m, pupil_mm
+        Distance in focus (None: `distance_m`), and diameter of the pupil.
+    optics
+        A `Lens` or an `Eye` in place of these two.
+    seed
+        The same seed gives the same texture, whatever the blur.
+
+    Returns
+    -------
+    Stimulus
+        With the masks "near" and "far" of the mean distance.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> one = corrugated_plane(amplitude_m=0.1, distance_m=0.5, width_deg=4, height_deg=4, phase_deg=90)
+    >>> round(float(one.depth_m.max()), 3)
+    0.6
+    """
+    parameters = dict(locals())
+    check_number("amplitude_m", amplitude_m, "metres", least=0)
+    check_number("cycles_per_degree", cycles_per_degree, "cycles per degree", positive=True)
+    for name in ("orientation_deg", "phase_deg"):
+        check_number(name, parameters[name], "degrees")
+    check_number("distance_m", distance_m, "metres", positive=True)
+    if amplitude_m >= 0.9 * distance_m:
+        raise InputError(f"amplitude_m is {amplitude_m:g}, but must be below 0.9 of distance_m, {distance_m:g}.")
+    turn = math.radians(orientation_deg)
+
+    def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+        degrees = np.degrees(down * math.cos(turn) + right * math.sin(turn))
+        wave = np.sin(2 * math.pi * cycles_per_degree * degrees + math.radians(phase_deg))
+        return distance_m + amplitude_m * wave
+
+    return _surface("corrugated_plane", (), depth, parameters, between=distance_m)
+
+
+def _surface(
+    name: str,
+    source: tuple[str, ...],
+    depth: Distance,
+    parameters: dict[str, Any],
+    between: float | None = None,
+) -> Stimulus:
+    """A surface whose distance is a function of the tangents down and right, textured, through the optics."""
+    frame = Frame(*(parameters[key] for key in ("width_deg", "height_deg", "pixels_per_degree")))
+    mean, contrast, distance_m = (parameters[key] for key in ("mean", "contrast", "distance_m"))
+    check_light(mean, contrast, parameters["seed"], CLIP + 0.5)
+    check_choice("texture", parameters["texture"], ("painted", "projected"))
+    names = check_equalise(parameters["equalise"])
+    optics = _optics(parameters["optics"], parameters["focus_m"] or distance_m, parameters["pupil_mm"])
+    down, right = (frame.pixel_angle * axis for axis in frame.grid())
+    metres = depth(down, right) + 0 * down * right
+    rim = _rim(optics, metres, frame)
+    height, width = frame.shape
+    down, right = (frame.pixel_angle * axis for axis in frame.grid(rim))
+    metres = depth(down, right) + 0 * down * right
+    inside = slice(rim, rim + height), slice(rim, rim + width)
+    on = (
+        depth
+        if parameters["texture"] == "painted"
+        else (lambda down, right: np.full(np.broadcast(down, right).shape, distance_m))
+    )
+    light = _texture(on, down, right, frame.pixel_angle, distance_m, parameters["seed"])
+    light = mean * (1 + contrast * np.clip(_standard(light, inside), -CLIP, CLIP))
+    sharp = light[inside]
+    blurred = np.asarray(blur_picture(light, metres, optics, pixel_angle=frame.pixel_angle), float)[inside]
+    shown = equalised(np.clip(blurred, 0, 1), sharp, names, mean)
+    metres = metres[inside]
+    masks = {} if between is None else {"near": metres < between, "far": metres >= between}
+    return _record(name, shown, sharp, metres, _blur_map(optics, metres), masks, frame, parameters, names, source)
+
+
+def _record(
+    name: str,
+    picture: NDArray[np.float64],
+    sharp: NDArray[np.float64],
+    metres: NDArray[np.float64],
+    blur: NDArray[np.float64],
+    masks: dict[str, NDArray[np.bool_]],
+    frame: Frame,
+    parameters: dict[str, Any],
+    equalise: tuple[str, ...],
+    source: tuple[str, ...],
+    **stated: Any,
+) -> Stimulus:
+    """The stimulus, with what was measured in it."""
+    controlled = {
+        "equalised": list(equalise),
+        **stated,
+        **measured(picture, masks),
+        "sharpest": sharpness(picture, blur * ARCMIN / frame.pixel_angle, "disc"),
+    }
+    return Stimulus(name, picture, sharp, metres, blur, masks, frame.pixel_angle, parameters, controlled, source)
+
+
+def _optics(optics: Any, focus_m: Any, pupil_mm: Any) -> Optics:
+    """The optics given, or an eye of this focus and pupil."""
+    if optics is not None:
+        check_optics(optics)
+        return optics
+    check_number("focus_m", focus_m, "metres", positive=True)
+    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+    return Pupil(pupil_mm / 1000, 1 / focus_m)
+
+
+def _blur_map(optics: Optics, metres: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard deviation of the blur in arcmin by the lens law: half the disc's radius."""
+    return optics.aperture_diameter / 4 * np.abs(optics.focus_vergence - 1 / metres) / ARCMIN
+
+
+def _rim(optics: Optics, metres: NDArray[np.float64], frame: Frame) -> int:
+    """Pixels from beyond the picture that are blurred into it, refused where that is more than the picture."""
+    widest = 2 * float(_blur_map(optics, metres).max()) * ARCMIN / frame.pixel_angle
+    if widest > max(frame.shape) / 4:
+        raise InputError(
+            f"blur has a radius of {widest:.3g} pixels, but the picture {frame.shape[1]} x {frame.shape[0]}: give a "
+            "smaller pupil, less depth, or a larger picture."
+        )
+    return math.ceil(1.5 * widest) + 4
+
+
+def _texture(
+    depth: Distance, down: NDArray[np.float64], right: NDArray[np.float64], pixel: float, distance_m: float, seed: int
+) -> NDArray[np.float64]:
+    """Fractal texture of a surface, as fine as the pixels that see it, over which it is averaged."""
+    total = np.zeros(np.broadcast(down, right).shape)
+    offsets = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * pixel / SAMPLES
+    for dy in offsets:
+        for dx in offsets:
+            y, x = down + dy, right + dx
+            metres = depth(y, x) + 0 * y * x
+            points = np.stack([metres * x, metres * y, metres], axis=-1)
+            steps = [np.linalg.norm(np.gradient(points, axis=axis), axis=-1) for axis in (0, 1)]
+            finest = FINEST * np.maximum(np.minimum(*steps), np.maximum(*steps) / SAMPLES)
+            coarsest = max(math.radians(COARSEST_DEG) * distance_m, float(finest.min()))
+            total += fractal(points, seed, coarsest=coarsest, finest=finest, roughness=ROUGHNESS)
+    return total
+
+
+def _standard(field: NDArray[np.float64], inside: tuple[slice, slice]) -> NDArray[np.float64]:
+    """A field with mean 0 and standard deviation 1 within a part of it."""
+    part = field[inside]
+    return (field - part.mean()) / part.std()
+
+
+def miniature(
+    *,
+    simulated_distance_m: float = 0.15,
+    true_distance_m: float = 100.0,
+    gradient: Literal["consistent", "vertical", "horizontal"] = "consistent",
+    picture: ArrayLike | None = None,
+    depth_m: ArrayLike | None = None,
+    width_deg: float = 28.0,
+    height_deg: float = 20.0,
+    pixels_per_degree: float = 20.0,
+    equalise: Sequence[str] = (),
+    pupil_mm: float = 4.6,
+    seed: int = 0,
+) -> Stimulus:
+    """Blur a large scene as the eye would blur a small model of it (Held et al. 2010; Vishwanath and Blaser 2010).
+
+    A model that is s times smaller and nearer has the same picture, but s times the depth in dioptres. The control has
+    a planar gradient with as much blur, which does not agree with the scene's depth.
+
+    Parameters
+    ----------
+    simulated_distance_m
+        Distance at which the blur puts the point in focus.
+    true_distance_m
+        Distance of the scene's point in focus: of the middle of the picture.
+    gradient
+        "consistent": by the scene's depth. "vertical" or "horizontal": the control, by a plane whose vergence is linear
+        down or across the picture, from the scene's least to its greatest; in focus where the scene's middle is.
+    picture, depth_m
+        A scene of one's own: sharp linear luminance of 0 to 1, and distances in metres, H x W each, for a picture of
+        `width_deg`, with even sides. None: a town, drawn from the seed, with its middle at `true_distance_m`.
+    width_deg, height_deg, pixels_per_degree
+        Size of the picture, and its pixels; of one's own, its width alone counts.
+    equalise
+        What is made as without blur: "luminance" (mean), "contrast" (RMS), "spectrum" (amplitude at each spatial
+        frequency; phase stays).
+    pupil_mm
+        Diameter of the eye's pupil.
+    seed
+        Of the town.
+
+    Returns
+    -------
+    Stimulus
+        `depth_m` is that of the true scene; `controlled` states the scale, the aperture that would blur the true scene
+        so (pupil x scale), and whether blur agrees with depth.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> one = miniature(simulated_distance_m=0.2, width_deg=8, height_deg=6)
+    >>> one.shape, round(one.controlled["aperture_m"], 2)
+    ((120, 160), 2.3)
+    """
+    parameters = {name: value for name, value in locals().items() if name not in ("picture", "depth_m")}
+    for name in ("simulated_distance_m", "true_distance_m"):
+        check_number(name, parameters[name], "metres", positive=True)
+    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+    check_choice("gradient", gradient, ("consistent", "vertical", "horizontal"))
+    check_seed(seed)
+    names = check_equalise(equalise)
+    if (picture is None) != (depth_m is None):
+        raise InputError("picture and depth_m belong together: give both, or neither for a town.")
+    if picture is None or depth_m is None:
+        frame = Frame(width_deg, height_deg, pixels_per_degree)
+        tangent = frame.shape[1] * frame.pixel_angle
+        sharp, relative = draw_town(frame.shape, tangent, seed)
+        metres = true_distance_m * relative / relative[frame.shape[0] // 2, frame.shape[1] // 2]
+    else:
+        sharp, metres = check_finite("picture", picture, "shares of white"), np.asarray(depth_m, float)
+        if sharp.ndim != 2 or sharp.shape != metres.shape or sharp.shape[0] % 2 or sharp.shape[1] % 2:
+            raise InputError(
+                f"picture is of shape {sharp.shape} and depth_m of {metres.shape}, but both must be H x W, with even "
+                "sides: give the luminance and the distance of every pixel."
+            )
+        if not (metres > 0).all() or sharp.min() < 0 or sharp.max() > 1:
+            raise InputError("picture must hold light of 0 to 1, and depth_m positive distances: scale or mend them.")
+        check_number("width_deg", width_deg, "degrees", positive=True)
+        frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
+    scale = true_distance_m / simulated_distance_m
+    optics = Pupil(pupil_mm / 1000 * scale, 1 / true_distance_m)
+    vergence = 1 / metres
+    shown_at = metres
+    if gradient != "consistent":
+        ends = float(vergence.max()), float(vergence.min())
+        axis = 0 if gradient == "vertical" else 1
+        far, near = _plane_ends(vergence, axis, ends)
+        line = np.linspace(far, near, frame.shape[axis])
+        shown_at = 1 / np.maximum(np.broadcast_to(line[:, None] if axis == 0 else line[None], frame.shape), 1e-12)
+    widest = 2 * float(_blur_map(optics, shown_at).max()) * ARCMIN / frame.pixel_angle
+    if widest > max(frame.shape) / 4:
+        raise InputError(
+            f"simulated_distance_m is {simulated_distance_m:g}, with which blur has a radius of {widest:.3g} pixels, "
+            f"but the picture {frame.shape[1]} x {frame.shape[0]}: give a larger distance or a smaller pupil_mm."
+        )
+    blurred = np.asarray(blur_picture(sharp, shown_at, optics, pixel_angle=frame.pixel_angle), float)
+    shown = equalised(np.clip(blurred, 0, 1), sharp, names, float(sharp.mean()))
+    return _record(
+        "miniature",
+        shown,
+        sharp,
+        metres,
+        _blur_map(optics, shown_at),
+        {},
+        frame,
+        parameters,
+        names,
+        ("held2010", "vishwanath2010"),
+        scale=scale,
+        aperture_m=optics.aperture_diameter,
+        blur_agrees_with_depth=gradient == "consistent",
+    )
+
+
+def _plane_ends(vergence: NDArray[np.float64], axis: int, ends: tuple[float, float]) -> tuple[float, float]:
+    """Vergence of a plane at the first and the last row or column: it runs the way that the scene does."""
+    highest, lowest = ends
+    along = vergence.mean(axis=1 - axis)
+    return (lowest, highest) if along[-1] >= along[0] else (highest, lowest)

@@ -1,0 +1,179 @@
+"""A wide field of dead leaves that is blurred at one eccentricity, and more so in one quadrant."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.optics import Side
+from focalgradient.stimuli.layers import blurred, reach_of
+from focalgradient.stimuli.leaves import dead_leaves
+from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_choice, depth_of_blur, measured, sharpness
+
+__all__ = ["wide_field"]
+
+Quadrant = Literal["upper right", "upper left", "lower left", "lower right"]
+QUADRANTS = {"upper right": (-1, 1), "upper left": (-1, -1), "lower left": (1, -1), "lower right": (1, 1)}
+"""Signs of the way down and to the right."""
+
+ANNULUS_DEG = 4.0
+"""Default width of the annulus of `wide_field`: the annuli at 0, 4, 8 and 12 degrees then touch. Our choice."""
+
+
+def wide_field(
+    *,
+    eccentricity_deg: float = 8.0,
+    pedestal_arcmin: float = 4.0,
+    increment_arcmin: float = 4.0,
+    quadrant: Quadrant = "upper right",
+    annulus_deg: float = ANNULUS_DEG,
+    transition_deg: float = 0.5,
+    window_deg: float = 46.0,
+    smallest_deg: float = 0.4,
+    largest_deg: float = 4.0,
+    pixels_per_degree: float = 16.0,
+    mean: float = 0.5,
+    contrast: float = 0.5,
+    psf: Shape = "gaussian",
+    focus_m: float = 0.4,
+    pupil_mm: float = 6.0,
+    side: Side = "beyond",
+    seed: int = 0,
+) -> Stimulus:
+    """Draw a wide field of dead leaves, blurred in an annulus, more so in one quadrant (Maiello et al. 2017).
+
+    The picture lies on a flat screen: eccentricity is the arc tangent of the way from its middle, and blur is as set in
+    visual angle at the annulus, where a pixel subtends less than in the middle.
+
+    Parameters
+    ----------
+    eccentricity_deg
+        Radius of the middle of the annulus, 0 to 12 degrees in the paper; 0: a disc.
+    pedestal_arcmin, increment_arcmin
+        Blur of the annulus, and what is added to it in one quadrant: standard deviation along an axis, in arcmin.
+    quadrant
+        The one with the increment.
+    annulus_deg
+        Width of the annulus; of the disc, its diameter.
+    transition_deg
+        Width over which one blur turns into another, as a raised cosine: no border of its own is to be seen.
+    window_deg
+        Diameter of the round window; uniform beyond.
+    smallest_deg, largest_deg
+        Leaves' radii r lie between these, and are distributed as 1 / r^3.
+    pixels_per_degree
+        Pixels in the middle of the picture.
+    mean, contrast
+        Of the leaves' luminances: mean in shares of white, standard deviation / mean.
+    psf
+        Shape of the blur.
+    focus_m, pupil_mm
+        Of the eye by which blur is turned into depth.
+    side
+        Of the focus, on which that depth lies: "beyond", where blur has a limit, or "nearer".
+    seed
+        The same seed gives the same leaves, whatever the blur.
+
+    Returns
+    -------
+    Stimulus
+        With the masks "window", "annulus" and "target", the quadrant of the annulus with the increment.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> one = wide_field(eccentricity_deg=4, window_deg=14, pixels_per_degree=12)
+    >>> one.shape, round(float(one.masks["target"].sum() / one.masks["annulus"].sum()), 2)
+    ((168, 168), 0.25)
+    """
+    parameters = dict(locals())
+    check_number("window_deg", window_deg, "degrees", positive=True)
+    if window_deg > 120:
+        raise InputError(f"window_deg is {window_deg:g}, but a flat screen shows 120 degrees at most.")
+    check_number("pixels_per_degree", pixels_per_degree, "pixels per degree", positive=True)
+    flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # degrees of the middle's pixels
+    check_choice("side", side, ("beyond", "nearer"))
+    frame = Frame(flat, flat, pixels_per_degree)
+    check_choice("quadrant", quadrant, tuple(QUADRANTS))
+    check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
+    check_number("annulus_deg", annulus_deg, "degrees", positive=True)
+    check_number("transition_deg", transition_deg, "degrees", positive=True)
+    if eccentricity_deg + annulus_deg / 2 + transition_deg > window_deg / 2:
+        raise InputError(
+            f"eccentricity_deg is {eccentricity_deg:g}, with which the annulus leaves the window of {window_deg:g} "
+            "degrees: give a smaller one, or a larger window_deg."
+        )
+    frame.blur("pedestal_arcmin", pedestal_arcmin)
+    cosine = math.cos(math.radians(eccentricity_deg))
+    stretch = cosine**-1.5  # a pixel subtends cos^2 along the radius and cos across it, in shares of the middle's
+    blurs = [float(pedestal_arcmin), float(pedestal_arcmin) + float(increment_arcmin)]
+    check_number("increment_arcmin", increment_arcmin, "arcmin", least=0)
+    sds = [stretch * frame.blur("pedestal_arcmin + increment_arcmin", blur) for blur in blurs]
+    depths = depth_of_blur([0.0, *blurs], side, focus_m=focus_m, pupil_mm=pupil_mm)
+    leaves = dead_leaves(
+        blurs_arcmin=(0.0,),
+        smallest_deg=smallest_deg,
+        largest_deg=largest_deg,
+        width_deg=flat,
+        height_deg=flat,
+        pixels_per_degree=pixels_per_degree,
+        mean=mean,
+        contrast=contrast,
+        focus_m=focus_m,
+        pupil_mm=pupil_mm,
+        seed=seed,
+    ).picture
+    down, right = frame.grid()
+    scale = frame.pixel_angle
+    far = np.degrees(np.arctan(np.hypot(down, right) * scale))
+    window = _ramp(window_deg / 2 - transition_deg / 2 - far, transition_deg)
+    outer = _ramp(eccentricity_deg + annulus_deg / 2 - far, transition_deg)
+    inner = _ramp(far - (eccentricity_deg - annulus_deg / 2), transition_deg) if eccentricity_deg > 0 else 1.0
+    annulus = outer * inner
+    signs = QUADRANTS[quadrant]
+    quarter = _ramp(signs[0] * np.degrees(np.arctan(down * scale)), transition_deg) * _ramp(
+        signs[1] * np.degrees(np.arctan(right * scale)), transition_deg
+    )
+    pad = reach_of(max(sds))
+    wide = np.pad(leaves, pad, mode="symmetric")
+    inside = slice(pad, pad + frame.shape[0]), slice(pad, pad + frame.shape[1])
+    low, high = (blurred(wide, sd, psf)[inside] for sd in sds)
+    mixed = (1 - annulus) * leaves + annulus * ((1 - quarter) * low + quarter * high)
+    picture = np.clip(mean + window * (mixed - mean), 0, 1)
+    ring = annulus >= 0.5
+    target = ring & (quarter >= 0.5)
+    number = ring.astype(int) + target
+    masks = {"window": window >= 0.5, "annulus": ring, "target": target}
+    blur_map = np.array([0.0, *blurs])[number]
+    # Where two blurs are mixed the sharper one bounds the gradient.
+    least = np.where(annulus > 1 - 1e-9, np.where(quarter > 1 - 1e-9, sds[1], sds[0]), 0.0)
+    return Stimulus(
+        "wide_field",
+        picture,
+        np.clip(mean + window * (leaves - mean), 0, 1),
+        depths[number],
+        blur_map,
+        masks,
+        frame.pixel_angle,
+        parameters,
+        {
+            "equalised": [],
+            "pixels_per_degree_at_annulus": pixels_per_degree / stretch,
+            **measured(picture, masks),
+            "sharpest": sharpness(picture, least, psf),
+        },
+        ("maiello2017",),
+    )
+
+
+def _ramp(inside: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """Weight of a raised cosine of this width: a half at 0, 1 inside."""
+    return 0.5 + 0.5 * np.sin(math.pi * np.clip(inside / width, -0.5, 0.5))

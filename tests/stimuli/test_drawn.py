@@ -1,0 +1,485 @@
+"""Drawn stimuli: their blur is what was set, by means of other code; nothing is sharper; depth follows the lens law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.ndimage import convolve, gaussian_filter, map_coordinates
+from scipy.stats import norm, qmc
+
+from focalgradient import InputError, Lens
+from focalgradient.stimuli import (
+    PAPERS,
+    Stimulus,
+    blurred_edge,
+    corrugated_plane,
+    dead_leaves,
+    depth_of_blur,
+    fixated_cube,
+    frames,
+    miniature,
+    replica,
+    sharpness,
+    slanted_plane,
+    texture_border,
+    wide_field,
+)
+from focalgradient.stimuli.layers import noise
+
+Draw = Callable[..., Stimulus]
+ARCMIN = np.radians(1 / 60)
+SMALL: dict[Draw, dict[str, Any]] = {
+    texture_border: {"width_deg": 4, "height_deg": 3},
+    dead_leaves: {"width_deg": 4, "height_deg": 3},
+    wide_field: {"window_deg": 16, "eccentricity_deg": 4, "pixels_per_degree": 10},
+    blurred_edge: {"width_deg": 2, "height_deg": 1.5},
+    slanted_plane: {"width_deg": 4, "height_deg": 3},
+    corrugated_plane: {"width_deg": 4, "height_deg": 3},
+    miniature: {"width_deg": 8, "height_deg": 6},
+    fixated_cube: {"edge_deg": 4, "width_deg": 8, "height_deg": 8},
+}
+every = pytest.mark.parametrize("draw", SMALL, ids=lambda draw: draw.__name__)
+
+
+@every
+def test_arrays_agree_and_light_is_in_range(draw: Draw) -> None:
+    one = draw(**SMALL[draw])
+    for array in (one.picture, one.sharp, one.depth_m, one.blur_arcmin):
+        assert array.shape == one.shape
+        assert array.dtype == float
+    for mask in one.masks.values():
+        assert mask.shape == one.shape
+        assert mask.dtype == bool
+    assert one.shape[0] % 2 == one.shape[1] % 2 == 0
+    assert 0 <= one.picture.min() < one.picture.max() <= 1
+    assert one.name == draw.__name__
+    assert one.controlled["range"] == [one.picture.min(), one.picture.max()]
+    assert one.controlled["mean_luminance"]["picture"] == pytest.approx(one.picture.mean())
+    np.testing.assert_array_equal(draw(**SMALL[draw]).picture, one.picture)
+
+
+@every
+def test_depth_and_blur_obey_the_lens_law(draw: Draw) -> None:
+    """Blur of the depth that is stated, by a lens: its disc's radius is twice the standard deviation."""
+    one = draw(**SMALL[draw])
+    given = {**dict.fromkeys(("focus_m",)), **one.parameters}
+    focus = one.controlled.get("focus_m") or given["focus_m"] or given.get("distance_m") or given["true_distance_m"]
+    aperture = one.controlled.get("aperture_m", given["pupil_mm"] / 1000)
+    scale = np.radians(given["edge_deg"]) / given["perspective"] if draw is fixated_cube else 1.0
+    known = np.isfinite(one.depth_m)
+    radius = scale * aperture / 2 * np.abs(1 / focus - 1 / one.depth_m[known]) / ARCMIN
+    np.testing.assert_allclose(radius, 2 * one.blur_arcmin[known], atol=1e-6)
+    assert known.any()
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("psf", ["gaussian", "disc"])
+def test_each_texture_has_the_blur_that_was_set(side: str, psf: str) -> None:
+    """Away from the border the picture is the sharp one convolved with the blur, sampled in space."""
+    blurs = {"left_blur_arcmin": 4.0, "right_blur_arcmin": 6.0}
+    one = texture_border(**blurs, psf=psf, slope=1.2, border="straight", seed=3)
+    sd = one.blur_px[:, 5 if side == "left" else -5][0]
+    if psf == "gaussian":
+        expected = gaussian_filter(one.sharp, sd, mode="wrap", truncate=6)
+    else:
+        fine = (np.arange(-20, 21)[:, None] + (np.arange(16) + 0.5) / 16 - 0.5).ravel()
+        disc = (np.hypot(fine[:, None], fine) <= 2 * sd).reshape(41, 16, 41, 16).mean(axis=(1, 3))
+        expected = convolve(one.sharp, disc / disc.sum(), mode="wrap")
+    inside = np.s_[40:-40, 40:88] if side == "left" else np.s_[40:-40, -88:-40]
+    error = (one.picture - expected)[inside]
+    assert error.std() < (1e-4 if psf == "gaussian" else 2e-3) * one.sharp.std() * 5
+    assert one.picture[inside].std() < 0.9 * one.sharp[inside].std()
+
+
+@pytest.mark.parametrize("blur", [0.5, 2.0, 6.0])
+def test_the_border_has_the_blur_that_was_set(blur: float) -> None:
+    one = texture_border(
+        left_blur_arcmin=0, right_blur_arcmin=0, border_blur_arcmin=blur, border="straight", near="left"
+    )
+    left, right = (0.5 * (1 + 0.2 * noise(one.shape, [0, number], 1.0)) for number in (0, 1))
+    covered = np.where(np.abs(left - right) > 0.05, (one.picture - right) / (left - right), np.nan)
+    sd = blur * 32 / 60
+    place = 128 - (np.arange(256) + 0.5)
+    expected = np.mean([norm.cdf((place + part) / sd) for part in (np.arange(64) + 0.5) / 64 - 0.5], axis=0)
+    np.testing.assert_allclose(np.nanmedian(covered, axis=0), expected, atol=0.01)
+
+
+def test_uniform_layers_leave_no_trace_of_a_border() -> None:
+    for blur in (None, 0.0, 1.0, 5.0):
+        one = texture_border(contrast=0.0, left_blur_arcmin=3.0, border_blur_arcmin=blur)
+        np.testing.assert_allclose(one.picture, 0.5, atol=1e-9)
+
+
+def test_a_near_blurred_surface_over_a_far_sharp_one_is_what_rays_through_the_pupil_see() -> None:
+    """1,024 rays a pixel: each meets the near surface where the ray crosses it, or else the far one in focus."""
+    given = {"width_deg": 2, "height_deg": 2, "slope": 2.0, "period_deg": 1.0, "amplitude_deg": 0.2, "seed": 5}
+    one = texture_border(left_blur_arcmin=6.0, right_blur_arcmin=0.0, near="left", **given)
+    sd, side = 6 * 32 / 60, one.shape[0]
+    near, far = (0.5 * (1 + 0.2 * noise(one.shape, [5, number], 2.0)) for number in (0, 1))
+    offsets = norm.ppf(qmc.Sobol(2, seed=1).random(1024)) * sd
+    y, x = np.indices(one.shape).astype(float)
+    seen = np.zeros(one.shape)
+    for dy, dx in offsets:
+        light = map_coordinates(near, [y + dy, x + dx], order=3, mode="grid-wrap")
+        border = side / 2 + 0.2 * 32 * np.sin(2 * np.pi / 32 * (y + dy + 0.5 - side / 2))
+        covered = np.clip(border - (x + dx), 0, 1)
+        seen += covered * light + (1 - covered) * far
+    error = (seen / len(offsets) - one.picture) / 0.5
+    assert np.abs(error).max() < 0.01
+    assert error.std() < 0.002
+
+
+@pytest.mark.parametrize("psf", ["gaussian", "disc"])
+@pytest.mark.parametrize("turn", [0.0, 30.0, 90.0])
+def test_an_edge_has_the_blur_that_was_set(psf: str, turn: float) -> None:
+    one = blurred_edge(pedestal_arcmin=2.0, increment_arcmin=3.0, psf=psf, orientation_deg=turn)
+    down, right = np.indices(one.shape) - (one.shape[0] - 1) / 2
+    place = (right * np.cos(np.radians(turn)) + down * np.sin(np.radians(turn))).ravel()
+    share = (one.picture.ravel() - 0.25) / 0.5
+    order = np.argsort(place)
+    place, share = place[order], share[order]
+    mass = np.diff(share) / np.sum(np.diff(share))
+    middle = (place[1:] + place[:-1]) / 2
+    variance = np.sum(mass * middle**2) - np.sum(mass * middle) ** 2
+    assert np.sqrt(variance) == pytest.approx(5.0, rel=0.02)  # 60 pixels per degree
+    assert share[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_leaves_of_one_blur_are_the_sharp_leaves_blurred() -> None:
+    one = dead_leaves(blurs_arcmin=(6.0,), width_deg=6, height_deg=6, seed=2)
+    sd = 6 * 32 / 60
+    expected = gaussian_filter(one.sharp, sd, truncate=6)
+    inside = np.s_[20:-20, 20:-20]
+    np.testing.assert_allclose(one.picture[inside], expected[inside], atol=2e-3)
+
+
+def test_leaves_in_front_that_are_in_focus_stay_sharp_and_blurred_ones_never_bleed_onto_them() -> None:
+    one = dead_leaves(blurs_arcmin=(5.0, 0.0), order="depth", width_deg=6, height_deg=6, seed=4)
+    front = one.masks["0 arcmin"]
+    clear = np.abs(one.picture - one.sharp)
+    assert np.mean(clear[front] < 2e-3) > 0.9  # all but the pixels of their own edges
+    assert front.mean() == pytest.approx(0.5, abs=0.12)
+    assert one.depth_m[front].max() < one.depth_m[~front].min()
+
+
+def test_the_same_seed_gives_the_same_leaves_whatever_their_blur() -> None:
+    several = [dead_leaves(blurs_arcmin=blurs, width_deg=4, height_deg=4) for blurs in ((0.0, 1.0), (0.0, 4.0), (2.0,))]
+    for one in several[1:]:
+        assert np.mean(np.abs(one.sharp - several[0].sharp) < 2e-3) > 0.9  # all but the pixels of edges
+    shares = [mask.mean() for mask in several[1].masks.values()]
+    assert min(shares) > 0.25
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    left=st.floats(0, 8),
+    right=st.floats(0, 8),
+    edge=st.none() | st.floats(0, 8),
+    psf=st.sampled_from(["gaussian", "disc"]),
+    border=st.sampled_from(["straight", "sinusoidal"]),
+    seed=st.integers(0, 99),
+)
+def test_no_place_of_a_border_is_sharper_than_its_blur_allows(
+    left: float, right: float, edge: float | None, psf: Any, border: Any, seed: int
+) -> None:
+    one = texture_border(
+        left_blur_arcmin=left,
+        right_blur_arcmin=right,
+        border_blur_arcmin=edge,
+        psf=psf,
+        border=border,
+        seed=seed,
+        width_deg=4,
+        height_deg=3,
+        pupil_mm=8,
+    )
+    assert one.controlled["sharpest"] <= 1.0
+    span = np.ptp(one.sharp) / 2
+    assert one.picture.min() >= 0.5 - 1.7 * span
+    assert one.picture.max() <= 0.5 + 1.7 * span
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    blurs=st.lists(st.floats(0, 5), min_size=1, max_size=4, unique=True),
+    order=st.sampled_from(["random", "depth"]),
+    psf=st.sampled_from(["gaussian", "disc"]),
+    aspect=st.floats(1, 4),
+    seed=st.integers(0, 99),
+)
+def test_no_leaf_is_sharper_than_its_blur_allows(
+    blurs: list[float], order: Any, psf: Any, aspect: float, seed: int
+) -> None:
+    one = dead_leaves(blurs_arcmin=blurs, order=order, psf=psf, aspect=aspect, seed=seed, width_deg=3, height_deg=3)
+    assert one.controlled["sharpest"] <= (1.05 if order == "depth" or len(blurs) == 1 else 1.25)
+
+
+@settings(max_examples=10, deadline=None)
+@given(eccentricity=st.floats(0, 5), pedestal=st.floats(0, 10), increment=st.floats(0, 10), seed=st.integers(0, 99))
+def test_no_place_of_a_wide_field_is_sharper_than_its_blur_allows(
+    eccentricity: float, pedestal: float, increment: float, seed: int
+) -> None:
+    one = wide_field(
+        eccentricity_deg=eccentricity,
+        pedestal_arcmin=pedestal,
+        increment_arcmin=increment,
+        seed=seed,
+        window_deg=16,
+        pixels_per_degree=10,
+        pupil_mm=8,
+    )
+    assert one.controlled["sharpest"] <= 1.0
+
+
+def test_a_wide_field_is_sharp_but_in_its_annulus_and_blurred_there_as_set_in_visual_angle() -> None:
+    one = wide_field(eccentricity_deg=12, pedestal_arcmin=8, increment_arcmin=8, pixels_per_degree=10, pupil_mm=8)
+    far = np.degrees(np.arctan(np.hypot(*(np.indices(one.shape) - (one.shape[0] - 1) / 2)) * one.pixel_angle))
+    sharp = np.abs(far - 12) > 2 + 0.26
+    np.testing.assert_array_equal(one.picture[sharp], one.sharp[sharp])
+    ring = (np.abs(far - 12) < 1.7) & ~one.masks["target"]
+    # A pixel at 12 degrees subtends cos^2 along the radius and cos across: cos^1.5 on average.
+    sd = 8 / 60 * 10 / np.cos(np.radians(12)) ** 1.5
+    blurred = gaussian_filter(one.sharp, sd, truncate=6)
+    away = ring & (np.roll(ring, 6, 0) & np.roll(ring, -6, 0) & np.roll(ring, 6, 1) & np.roll(ring, -6, 1))
+    np.testing.assert_allclose(one.picture[away], blurred[away], atol=4e-3)
+    assert one.masks["target"].sum() / one.masks["annulus"].sum() == pytest.approx(0.25, abs=0.01)
+
+
+@pytest.mark.parametrize(("slant", "tilt"), [(60.0, 90.0), (70.0, 0.0), (65.0, 210.0)])
+def test_a_slanted_plane_is_what_rays_through_the_pupil_see(slant: float, tilt: float) -> None:
+    """Vergence is linear in the picture: where a ray meets the plane is known in closed form."""
+    one = slanted_plane(slant_deg=slant, tilt_deg=tilt, distance_m=0.3, pupil_mm=24, width_deg=6, height_deg=6)
+    assert one.blur_px.max() > 2.5
+    t, slope = np.radians(tilt), np.tan(np.radians(slant))
+    across, down = slope * np.cos(t) / 0.3, -slope * np.sin(t) / 0.3  # vergence = 1 / 0.3 - across x - down y
+    points = np.sqrt((np.arange(150) + 0.5) / 150), np.arange(150) * np.pi * (3 - np.sqrt(5))
+    height, width = one.shape
+    y, x = (np.indices(one.shape) - [[[(height - 1) / 2]], [[(width - 1) / 2]]]) * one.pixel_angle
+    seen = np.zeros(one.shape)
+    for radius, angle in zip(*points, strict=True):
+        u, v = 0.012 * radius * np.cos(angle), 0.012 * radius * np.sin(angle)
+        # From x' = x + u D and y' = y + v D, where the defocus D = across x' + down y' there:
+        defocus = (across * x + down * y) / (1 - across * u - down * v)
+        at = [
+            (y + v * defocus) / one.pixel_angle + (height - 1) / 2,
+            (x + u * defocus) / one.pixel_angle + (width - 1) / 2,
+        ]
+        seen += map_coordinates(one.sharp, at, order=3, mode="mirror") / 150
+    inside = np.s_[20:-20, 20:-20]
+    error = (seen - one.picture)[inside] / 0.5
+    assert error.std() < 0.006
+    assert np.abs(error).max() < 0.04
+
+
+def test_a_corrugated_plane_has_the_relief_that_was_set() -> None:
+    one = corrugated_plane(
+        amplitude_m=0.1, cycles_per_degree=0.5, distance_m=0.6, orientation_deg=90, width_deg=8, height_deg=3
+    )
+    x = (np.arange(256) - 127.5) / 32
+    np.testing.assert_allclose(one.depth_m, np.broadcast_to(0.6 + 0.1 * np.sin(np.pi * x), one.shape), atol=1e-9)
+    sharp, blurred = (np.gradient(light, axis=0).std(axis=0) for light in (one.sharp, one.picture))
+    assert np.corrcoef(blurred / sharp, one.blur_px[0])[0, 1] < -0.8  # most detail is lost where blur is most
+
+
+def test_a_miniature_depends_on_the_simulated_distance_alone() -> None:
+    given = {"width_deg": 12, "height_deg": 9, "seed": 2}
+    one, other = (miniature(true_distance_m=metres, simulated_distance_m=0.15, **given) for metres in (20.0, 783.0))
+    np.testing.assert_allclose(one.picture, other.picture, atol=1e-5)
+    np.testing.assert_allclose(one.blur_arcmin, other.blur_arcmin, rtol=1e-6, atol=1e-9)
+    near = miniature(simulated_distance_m=0.075, **given)
+    np.testing.assert_allclose(near.blur_arcmin, 2 * one.blur_arcmin, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize(("gradient", "axis"), [("vertical", 0), ("horizontal", 1)])
+def test_the_control_of_the_miniature_has_a_planar_gradient_with_as_much_blur(gradient: Any, axis: int) -> None:
+    given = {"width_deg": 12, "height_deg": 9}
+    control, one = miniature(gradient=gradient, **given), miniature(**given)
+    signed = np.abs(np.diff(control.blur_arcmin, n=2, axis=axis))
+    assert np.quantile(signed, 0.95) < 1e-6  # linear but where it crosses the focus
+    assert np.ptp(control.blur_arcmin, axis=1 - axis).max() < 1e-9
+    assert control.blur_arcmin.max() == pytest.approx(one.blur_arcmin.max(), rel=1e-6)
+    assert not control.controlled["blur_agrees_with_depth"]
+    np.testing.assert_array_equal(control.depth_m, one.depth_m)
+
+
+def test_a_miniature_of_ones_own_scene() -> None:
+    picture = 0.5 + 0.1 * noise((48, 64), 1)
+    depth = np.broadcast_to(np.linspace(50, 200, 64), (48, 64))
+    one = miniature(picture=picture, depth_m=depth, width_deg=10, true_distance_m=100, simulated_distance_m=0.1)
+    assert one.pixel_angle == pytest.approx(np.radians(10 / 64))
+    assert one.controlled["aperture_m"] == pytest.approx(4.6)
+    for wrong in (
+        {"picture": picture},
+        {"picture": picture, "depth_m": depth[1:]},
+        {"picture": 3 * picture, "depth_m": depth},
+    ):
+        with pytest.raises(InputError, match="picture"):
+            miniature(**wrong)
+
+
+@pytest.mark.parametrize("fixation", ["nearest", "farthest", "centre"])
+@pytest.mark.parametrize("gradient", ["rigid", "nonrigid"])
+def test_the_cube_is_sharp_where_it_is_fixated_and_gives_off_the_same_light(fixation: Any, gradient: Any) -> None:
+    one = fixated_cube(fixation=fixation, gradient=gradient)
+    assert one.controlled["light_percent"] == pytest.approx(0, abs=0.05)
+    lines = one.masks["lines"]
+    np.testing.assert_array_equal(np.isfinite(one.depth_m), lines)
+    sharpest = one.depth_m[lines][one.blur_arcmin[lines].argmin()]
+    assert sharpest == pytest.approx(one.controlled["focus_m"], rel=0.02)
+    if fixation != "centre":
+        x, y = one.controlled["fixation_px"]
+        assert one.masks["fixation"][int(y), int(x)]
+        assert one.blur_arcmin[int(y), int(x)] < 0.1 * one.blur_arcmin.max()
+        assert one.controlled["focus_m"] == pytest.approx(
+            one.depth_m[lines].min() if fixation == "nearest" else one.depth_m[lines].max(), rel=0.02
+        )
+    assert one.controlled["sharpest"] <= 1.05
+
+
+@pytest.mark.parametrize("draw", [dead_leaves, slanted_plane, corrugated_plane])
+def test_luminance_and_contrast_are_equalised_over_blur(draw: Draw) -> None:
+    blur = {"blurs_arcmin": (1.0, 3.0)} if draw is dead_leaves else {"pupil_mm": 20}
+    given = {**blur, "contrast": 0.15, "width_deg": 10, "height_deg": 4}
+    one, plain = draw(**given, equalise=("luminance", "contrast")), draw(**given)
+    assert one.picture.mean() == pytest.approx(one.sharp.mean(), rel=1e-6)
+    assert one.picture.std() == pytest.approx(one.sharp.std(), rel=1e-6)
+    assert one.controlled["equalised"] == ["luminance", "contrast"]
+    assert plain.picture.std() < 0.985 * plain.sharp.std()
+    same = draw(**given, equalise=("spectrum",))
+    spectra = [np.abs(np.fft.fft2(light)) for light in (same.picture, same.sharp)]
+    np.testing.assert_allclose(*spectra, rtol=1e-6, atol=1e-6 * spectra[1].max())
+
+
+def test_both_sides_of_a_border_are_equalised() -> None:
+    blurs = {"left_blur_arcmin": 0.0, "right_blur_arcmin": 4.0, "border_blur_arcmin": 0.0}
+    one = texture_border(**blurs, equalise=("luminance", "contrast"))
+    for measure in ("mean_luminance", "rms_contrast"):
+        left, right = (one.controlled[measure][side] for side in ("left", "right"))
+        assert left == pytest.approx(right, rel=0.01)
+    same = texture_border(**blurs, equalise=("spectrum",), width_deg=8)
+    power = [np.abs(np.fft.rfft(same.picture[:, part], axis=0)).mean(axis=1) for part in (np.s_[:64], np.s_[-64:])]
+    assert power[0][20:60].mean() == pytest.approx(power[1][20:60].mean(), rel=0.15)
+
+
+def test_a_border_belongs_to_the_side_whose_blur_it_has() -> None:
+    blurs = {"left_blur_arcmin": 0.0, "right_blur_arcmin": 4.0}
+    for edge, near in ((0.0, "left"), (4.0, "right"), (None, "left")):
+        one = texture_border(**blurs, border_blur_arcmin=edge)
+        assert one.controlled["near"] == near
+        assert one.controlled["occlusion_agrees_with_blur"]
+        other = "right" if near == "left" else "left"
+        assert one.depth_m[one.masks[near]].max() < one.depth_m[one.masks[other]].min()
+    assert not texture_border(**blurs, border_blur_arcmin=0.0, near="right").controlled["occlusion_agrees_with_blur"]
+
+
+def test_sharpness_finds_a_seam() -> None:
+    one = texture_border(left_blur_arcmin=6, right_blur_arcmin=6)
+    seam = one.picture.copy()
+    seam[100:, 120:] += 0.5 * (seam.max() - seam.min())
+    assert one.controlled["sharpest"] < 1
+    assert sharpness(seam, one.blur_px) > 2
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_papers_are_in_the_bibliography_and_their_stimuli_can_be_drawn(paper: str) -> None:
+    from pathlib import Path
+
+    bibliography = Path(__file__).parents[2].joinpath("docs/references.bib").read_text(encoding="utf-8")
+    assert f"{{{paper}," in bibliography
+    known = PAPERS[paper]
+    small = {name: value for name, value in SMALL[known.draw].items() if name not in known.stated}
+    small = {"pixels_per_degree": 6} if known.draw is wide_field else small
+    for condition in list(known.conditions)[:: max(1, len(known.conditions) // 3)]:
+        one = replica(paper, condition, **small)
+        assert one.source == (paper,)
+        assert one.controlled["stated_in_paper"] == list(known.stated)
+        assert {**one.parameters, **known.conditions[condition]} == one.parameters
+    assert set(known.stated) <= set(known.conditions[condition])
+
+
+def test_replicas_that_are_none_are_refused() -> None:
+    for arguments, said in (
+        (("nobody1900",), "paper is 'nobody1900', but must be one of mather1996"),
+        (("mather2002", "x"), "condition is 'x', but mather2002 has left sharp"),
+    ):
+        with pytest.raises(InputError, match=said):
+            replica(*arguments)
+    with pytest.raises(InputError, match="mather2002 is drawn by texture_border, which refuses this"):
+        replica("mather2002", colour="red")
+
+
+def test_frames_are_drawn_one_at_a_time() -> None:
+    turning = frames(fixated_cube, "turn", np.arange(1000) / 4000, **SMALL[fixated_cube])
+    first, second = next(turning), next(turning)
+    assert first.dtype == np.float32
+    assert not np.array_equal(first, second)
+    with pytest.raises(InputError, match="fixated_cube has no parameter 'colour'"):
+        frames(fixated_cube, "colour", [1])
+
+
+@pytest.mark.parametrize(
+    ("draw", "wrong", "said"),
+    [
+        (texture_border, {"left_blur_arcmin": -1}, "left_blur_arcmin is -1"),
+        (texture_border, {"left_blur_arcmin": float("nan")}, "left_blur_arcmin is nan"),
+        (texture_border, {"right_blur_arcmin": 300}, "right_blur_arcmin is 300 arcmin, 160 pixels"),
+        (texture_border, {"right_blur_arcmin": 9}, "9 arcmin lies beyond infinity for a pupil of 4 mm"),
+        (texture_border, {"contrast": 0.5}, "contrast is 0.5 at a mean of 0.5"),
+        (texture_border, {"border": "wavy"}, "border is 'wavy', but must be one of straight, sinusoidal"),
+        (texture_border, {"near": "front"}, "near is 'front'"),
+        (texture_border, {"equalise": ("colour",)}, "equalise has 'colour'"),
+        (texture_border, {"equalise": "contrast"}, "equalise is 'contrast', but must be a list"),
+        (texture_border, {"seed": -1}, "seed is -1"),
+        (texture_border, {"width_deg": 0.1}, "make 4 x 256 pixels"),
+        (texture_border, {"width_deg": 1e4}, "each side must have 8 to 4096"),
+        (texture_border, {"pixels_per_degree": 0}, "pixels_per_degree is 0"),
+        (texture_border, {"period_deg": 0}, "period_deg is 0"),
+        (texture_border, {"pupil_mm": 0}, "pupil_mm is 0"),
+        (blurred_edge, {"increment_arcmin": -2}, "increment_arcmin is -2, but the pedestal is 1"),
+        (blurred_edge, {"polarity": "up"}, "polarity is 'up'"),
+        (dead_leaves, {"blurs_arcmin": ()}, "must be different blurs"),
+        (dead_leaves, {"blurs_arcmin": (1, 1)}, "must be different blurs"),
+        (dead_leaves, {"blurs_arcmin": ("a",)}, "blurs_arcmin is 'a'"),
+        (dead_leaves, {"smallest_deg": 3}, "smallest_deg is 3, but largest_deg is 2"),
+        (dead_leaves, {"smallest_deg": 0.01}, "leaves of 0.01 to 2 degrees have radii of 0.32"),
+        (dead_leaves, {"aspect": 0.5}, "aspect is 0.5"),
+        (dead_leaves, {"contrast": 0.5, "equalise": ("spectrum",), "mean": 0.6}, "contrast is 0.5|multiply contrast"),
+        (wide_field, {"eccentricity_deg": 22}, "eccentricity_deg is 22, with which the annulus leaves the window"),
+        (wide_field, {"quadrant": "top"}, "quadrant is 'top'"),
+        (wide_field, {"increment_arcmin": -5}, "increment_arcmin is -5"),
+        (wide_field, {"window_deg": 170}, "flat screen shows 120"),
+        (slanted_plane, {"slant_deg": 90}, "slant_deg is 90"),
+        (
+            slanted_plane,
+            {"slant_deg": 85, "width_deg": 20, "height_deg": 20},
+            "the plane's horizon lies in the picture",
+        ),
+        (slanted_plane, {"optics": "eye"}, "optics is 'eye'"),
+        (slanted_plane, {"pupil_mm": 900, "focus_m": 0.1}, "radius of .* pixels, but the picture"),
+        (corrugated_plane, {"amplitude_m": 0.6}, "amplitude_m is 0.6, but must be below 0.9"),
+        (miniature, {"simulated_distance_m": 1e-3}, "simulated_distance_m is 0.001, with which blur has a radius"),
+        (miniature, {"gradient": "up"}, "gradient is 'up'"),
+        (fixated_cube, {"edge_deg": 30}, "the cube leaves the picture"),
+        (fixated_cube, {"line_light": 0.9}, "line_light is 0.9, with which light reaches"),
+        (fixated_cube, {"fixation": "top"}, "fixation is 'top'"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(draw: Draw, wrong: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said) as raised:
+        draw(**wrong)
+    assert "\n" not in str(raised.value)
+
+
+def test_depth_of_blur_is_the_inverse_of_the_lens_law() -> None:
+    blur = np.array([0.0, 1.0, 3.0])
+    for side in ("beyond", "nearer"):
+        metres: NDArray[np.float64] = depth_of_blur(blur, side, focus_m=0.5, pupil_mm=5)
+        found = Lens(0.01, 2.0, 0.5).blur_radius(metres) / 2 / ARCMIN
+        np.testing.assert_allclose(found, blur, atol=1e-9)
+        assert (metres[1:] > 0.5).all() == (side == "beyond")
