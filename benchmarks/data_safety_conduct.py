@@ -19,7 +19,6 @@ from focalgradient.dataset import Files, Journal, begin_dataset, read_dataset, r
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, load_design
 from focalgradient.design.consent import read_consent
 from focalgradient.design.pages import pages_of
-from focalgradient.design.rating_pages import example_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Turn, sequence
 from focalgradient.design.words import LANGUAGES, load_words
 from focalgradient.report import make_report
@@ -150,7 +149,7 @@ def untrue_texts() -> str:
         for steps in range(2, 22):
             design = DepthRatingDesign(repetitions=1, scale="steps", steps=steps, catch_trials=0, practice_trials=0)
             told = _told(design, language)
-            wrong["example on the flat side"] += example_of(design) <= (1 + steps) / 2
+            wrong["example on the flat side"] += (design.response_scale.example or 0.0) <= (1 + steps) / 2
             wrong["drawings that were not shown"] += words("depth.about_drawings").strip() in told
             wrong["digits that choose no step"] += words("depth.answer_steps") in told and steps > 9
         cube = _told(NeckerDesign(gradients=("none",), longest_run=20), language)

@@ -28,7 +28,6 @@ from scipy import optimize, special, stats
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, NotComputed, compare_pictures
 from focalgradient.statistics.cells import slope_weights
-from focalgradient.statistics.comparisons import Kind
 from focalgradient.statistics.crossed import moments
 from focalgradient.statistics.marginal import marginal_slope
 from focalgradient.statistics.ordinal import ordinal_rating
@@ -186,7 +185,7 @@ def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float]:
 
 def compare(seed: int) -> None:
     """Analyse a set of each kind by `compare_pictures` and by the code above; stop where they differ."""
-    kinds: tuple[Kind, ...] = ("bipolar", "choice")
+    kinds: tuple[str, ...] = ("bipolar", "choice")
     for scale in kinds:
         cell = Cell(scale, "normal", SCENE_SD[1], 0.0, 6)
         mine = comparisons(seed, cell, 2)

@@ -43,11 +43,12 @@ ROOMS = {
         *("progress", "psf", "render", "scenes", "tables", "video"),
     },
     "tables": {"errors", "files"},
-    "design": {"errors", "files", "tables"},
-    "dataset": {"design", "errors", "files", "parallel"},
+    "scales": {"errors"},
+    "design": {"errors", "files", "scales", "tables"},
+    "dataset": {"design", "errors", "files", "parallel", "scales"},
     "observers": {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
-        *("render", "scenes", "stimuli"),
+        *("render", "scales", "scenes", "stimuli"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {
@@ -65,13 +66,13 @@ ROOMS = {
     },
     "video": {"display", "errors", "files", "progress", "view"},
     "lab": {
-        *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scenes"),
+        *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales", "scenes"),
         "stimuli",
     },
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
-    "statistics": {"errors", "files", "parallel", "progress"},
+    "statistics": {"errors", "files", "parallel", "progress", "scales"},
     "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
-    "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "statistics"},
+    "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "scales", "statistics"},
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live", "memory", "optics"),
@@ -82,8 +83,9 @@ ROOMS = {
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 
-# What a room may import inside a function only: a result draws itself through the room of figures, which knows results.
-WHEN_CALLED = {"depth": {"plotting"}}
+# What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
+# the check of a scale passes answers through the tables and the statistics, which know scales.
+WHEN_CALLED = {"depth": {"plotting"}, "scales": {"dataset", "design", "statistics"}}
 
 # Libraries that live in one place: a room, or a folder beside src.
 HOMES = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from focalgradient.design.scales import Scale
 from focalgradient.design.words import load_words
 from focalgradient.lab.questions import ask
+from focalgradient.scales import Scale
 
 
 class Window:

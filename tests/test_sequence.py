@@ -11,7 +11,6 @@ import pytest
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, Pinhole
 from focalgradient.design.pages import pages_of
-from focalgradient.design.rating_pages import example_of, scale_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, breaks, sequence
 from focalgradient.design.words import LANGUAGES, load_words
 
@@ -117,11 +116,11 @@ def test_texts_of_depth_rating_are_true_of_the_design(language: str) -> None:
         if design.scale == "choice":
             assert words("depth.answer_choice") in told
             continue
-        example = example_of(design)
+        example = design.response_scale.example
         assert design.is_answer(example)
         middle = design.right_side(_deep(design))["above"]  # type: ignore[index]
         assert example > middle  # what looks deep is answered on the deep side
-        scale = scale_of(design, words)
+        scale = design.response_scale.control(words)
         digits = words("depth.answer_steps") in told
         assert digits is (design.scale == "steps" and most <= 9)
         assert not digits or scale.has_digits  # type: ignore[union-attr]

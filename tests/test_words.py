@@ -55,6 +55,7 @@ def test_every_entry_is_said_somewhere_and_no_other():
     """Where the program puts a name together, what it fills in must stand in the program, too."""
     web = SOURCE.parent / "web"
     files = [*SOURCE.glob("*.py"), *(SOURCE.parent / "design").rglob("*.py")]
+    files += (SOURCE.parent / "scales").glob("*.py")
     files += [*web.glob("*.py"), *(web / "page").glob("*.js")]
     code = "".join(path.read_text(encoding="utf-8") for path in files)
     templates = re.findall(r"[\"'`]([a-z_.]*\$?\{[^\s\"`]*?\}[a-z_.]*)[\"'`]", code)

@@ -6,9 +6,11 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
+
+from focalgradient.scales import AnswerColumn, scale_of
 
 __all__ = ["APERTURE", "COLUMNS", "FORMULA", "TITLES", "Column", "cell", "columns_of"]
 
@@ -35,8 +37,8 @@ class Column:
         As BIDS writes them.
     levels
         The texts that there are, each with its meaning; empty where any text may stand.
-    least
-        No number is smaller.
+    least, most
+        No number is smaller, or larger.
     above
         Every number is greater.
     optional
@@ -49,6 +51,7 @@ class Column:
     units: str | None = None
     levels: Mapping[str, str] = field(default_factory=dict, hash=False)
     least: float | None = None
+    most: float | None = None
     above: float | None = None
     optional: bool = False
 
@@ -64,6 +67,8 @@ class Column:
         kind = "a whole number" if self.form == "integer" else "a number"
         if self.above is not None:
             return f"{kind} above {self.above:g}"
+        if self.least is not None and self.most is not None:
+            return f"{kind} from {self.least:g} to {self.most:g}"
         return kind if self.least is None else f"{kind} of {self.least:g} or more"
 
     def described(self) -> dict[str, Any]:
@@ -72,7 +77,8 @@ class Column:
         form = {"integer": "integer", "number": "number"}.get(self.form)
         # Of what must be greater, BIDS can say only that it is no smaller.
         minimum = self.above if self.least is None else self.least
-        entries = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, "Minimum": minimum}
+        range_ = {"Minimum": minimum, "Maximum": self.most}
+        entries = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, **range_}
         return {key: value for key, value in entries.items() if value not in (None, {})}
 
     @property
@@ -270,18 +276,17 @@ GAZE = (
         "bool",
     ),
 )
-RATINGS = {
-    "steps": ("How three-dimensional it looked, in steps of the scale of the design.", 1.0),
-    "bipolar": ("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.", None),
-    "choice": ("1 where the picture was judged deeper than the reference, 0 where the reference was.", 0.0),
-}
-"""What a rating means on each scale but the ratio, and the least there is."""
 
 
 def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...]:
     """Give the columns that a session's table has, by its design as it was recorded.
 
     Designs of earlier versions say nothing of a scale, and their tables have none of what came with it.
+
+    Raises
+    ------
+    InputError
+        If the scale is not known here.
 
     Examples
     --------
@@ -300,16 +305,27 @@ def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...
     fixations = design.get("fixations")
     names = [str(name) for name in fixations] if isinstance(fixations, Sequence) else []
     gaze = design.get("gaze", "none") != "none"
-    return _depth_columns(str(design["scale"]), json.dumps(levels), json.dumps(names), gaze)
+    scale = scale_of(design)
+    return _depth_columns(scale.column, scale.intervals, json.dumps(levels), json.dumps(names), gaze)
+
+
+def rating_column(answer: AnswerColumn) -> Column:
+    """Return the column of the answers on a scale.
+
+    >>> from focalgradient.scales import VisualAnalogue
+    >>> rating_column(VisualAnalogue().column).described()["Maximum"]
+    100.0
+    """
+    return Column("rating", form="number", **{one.name: getattr(answer, one.name) for one in fields(answer)})
 
 
 @lru_cache(maxsize=64)
-def _depth_columns(scale: str, factors: str, fixations: str, gaze: bool) -> tuple[Column, ...]:
+def _depth_columns(
+    answer: AnswerColumn, intervals: int, factors: str, fixations: str, gaze: bool
+) -> tuple[Column, ...]:
     columns = list(COLUMNS["depthrating"])
     place = {column.name: number for number, column in enumerate(columns)}
-    if scale in RATINGS:
-        about, least = RATINGS[scale]
-        columns[place["rating"]] = Column("rating", about, "number", least=least)
+    columns[place["rating"]] = rating_column(answer)
     own = [
         Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
         for name, levels in json.loads(factors).items()
@@ -327,7 +343,7 @@ def _depth_columns(scale: str, factors: str, fixations: str, gaze: bool) -> tupl
     columns.insert(place["rating"] + 1, START)
     columns[place["catch"] + 1 : place["catch"] + 1] = [
         STANDARD_BEFORE,
-        *([INTERVAL] if scale == "choice" else []),
+        *([INTERVAL] if intervals > 1 else []),
         *own,
     ]
     return tuple(columns)

@@ -222,7 +222,8 @@ def _wrong_ratings(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[s
             f"{least:g} to {most:g}."
         )
     elif (between := np.array([not design.is_answer(rating) for rating in ratings.tolist()], bool)).any():
-        yield f"trial {shown['trial'][between][0]}: rating is {ratings[between][0]:g}, but the scale has whole steps."
+        wrong = f"rating is {ratings[between][0]:g}, but the scale {design.response_scale.off}."
+        yield f"trial {shown['trial'][between][0]}: {wrong}"
     if "start" in shown:
         with np.errstate(invalid="ignore"):
             away = (shown["start"] < least - CLOCK) | (shown["start"] > most + CLOCK)

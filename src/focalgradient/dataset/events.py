@@ -163,11 +163,12 @@ def _cells(every: tuple[Column, ...]) -> Tests:
 def _test(column: Column) -> Callable[[Any], bool]:
     least = -math.inf if column.least is None else column.least
     above = -math.inf if column.above is None else column.above
+    most = MOST if column.most is None else column.most
     levels, optional = frozenset(column.levels), column.optional
 
     def number(value: Any) -> bool:
         if type(value) is float or type(value) is int:
-            return value >= least and value > above and value < MOST
+            return value >= least and value > above and value <= most and value < MOST
         return value is None and optional
 
     def integer(value: Any) -> bool:

@@ -162,7 +162,7 @@ def _read_table(found: SessionTable) -> None:
             )
             continue
         texts = cells_of[column.name]
-        values, wrong = _converted(column, texts)
+        values, wrong = converted(column, texts)
         if wrong is None:
             found.columns[column.name] = values
         else:
@@ -179,7 +179,7 @@ def _read_table(found: SessionTable) -> None:
             met.add(key)
 
 
-def _converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
+def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
     """A column's texts as what they stand for, and the place of the first that may not stand there."""
     absent = {"n/a"} if column.optional else set()
     if column.form == "bool":
@@ -200,6 +200,8 @@ def _converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int 
             bad |= (numbers % 1 != 0) | (np.abs(numbers) >= 2.0**63)
         if column.least is not None:
             bad |= numbers < column.least
+        if column.most is not None:
+            bad |= numbers > column.most
         if column.above is not None:
             bad |= numbers <= column.above
     if absent:

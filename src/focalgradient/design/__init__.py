@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial, Judged
-from focalgradient.design.depth_rating import Answers, DepthRatingDesign, DepthTrial, Fixation
+from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial, Fixation
 from focalgradient.design.factors import Factor
 from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
 from focalgradient.design.order import Place, check_label
@@ -28,7 +28,6 @@ from focalgradient.tables import check_table, shown
 __all__ = [
     "DESIGNS",
     "NAMES",
-    "Answers",
     "BlurThresholdDesign",
     "BlurTrial",
     "DepthRatingDesign",

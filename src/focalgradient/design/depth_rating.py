@@ -14,12 +14,10 @@ from focalgradient.design.draws import Draws
 from focalgradient.design.factors import Factor, between, check_factors, crossed
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
+from focalgradient.scales import ResponseScale, scale_of
 from focalgradient.tables import Table
 
-__all__ = ["EXAMPLES", "Answers", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
-
-Answers = Literal["ratio", "steps", "bipolar", "choice"]
-"""What is answered: a ratio to the standard, a step of a scale, a step from flatter to deeper, or which of two."""
+__all__ = ["EXAMPLES", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
 CatchPicture = Literal["standard", "flatter", "deeper"]
 """What a catch trial shows: the standard itself, or a drawing that looks clearly flatter, or clearly deeper."""
@@ -133,7 +131,7 @@ class DepthRatingDesign(Plan):
     practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
     practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
 
-    scale: Annotated[Answers, Field(description="'ratio', 'steps', 'bipolar' or 'choice'")] = "ratio"
+    scale: Annotated[str, Field(description="the name of a response scale, like 'ratio'")] = "ratio"
     steps: Annotated[int, Field(ge=2, le=21, description="a whole number from 2 to 21")] = 7
     labels: Annotated[
         tuple[str, ...], Field(strict=False, description="a list of texts, one a step or one an end")
@@ -187,21 +185,23 @@ class DepthRatingDesign(Plan):
         self.trials("01")  # some orders are impossible: say so before the participant has come
         return self
 
+    @property
+    def response_scale(self) -> ResponseScale:
+        """The response scale, made of the settings."""
+        return scale_of(dict(self))
+
     def _check_scale(self) -> None:
-        if self.scale == "bipolar" and self.steps % 2 == 0:
-            raise ValueError(f"steps is {self.steps}, but a bipolar scale has a middle: give an odd number.")
-        allowed = {"steps": {0, 2, self.steps}, "bipolar": {0, 2, 3, self.steps}}.get(self.scale, {0})
-        if len(self.labels) not in allowed:
-            counts = " or ".join(map(str, sorted(allowed)))
-            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes {counts}: mend it.")
-        if self.scale in ("steps", "choice") and self.catch_pictures == ("standard",) and self.catch_trials:
+        scale = self.response_scale
+        if self.labels and not hasattr(scale, "labels"):
+            raise ValueError(f"labels has {len(self.labels)} texts, but scale {self.scale!r} takes 0: mend it.")
+        if scale.standard is None and self.catch_pictures == ("standard",) and self.catch_trials:
             raise ValueError(
                 f"catch_pictures is the standard alone, of which no answer on the scale {self.scale!r} is right: give "
                 "'flatter' and 'deeper'."
             )
-        if self.scale == "choice" and self.confidence:
+        if scale.intervals > 1 and self.confidence:
             raise ValueError("confidence is true, but a choice between two asks for none: leave it out.")
-        if self.scale == "choice" and self.reference == "same-scene" and set(self.apertures) == {"pinhole"}:
+        if scale.intervals > 1 and self.reference == "same-scene" and set(self.apertures) == {"pinhole"}:
             raise ValueError("apertures is the pinhole alone, which is the reference itself: add another.")
 
     @property
@@ -211,18 +211,11 @@ class DepthRatingDesign(Plan):
         >>> DepthRatingDesign(scale="bipolar").bounds, DepthRatingDesign(scale="steps", steps=5).bounds
         ((-3.0, 3.0), (1.0, 5.0))
         """
-        half = float(self.steps // 2)
-        return {
-            "ratio": (self.least_rating, self.most_rating),
-            "steps": (1.0, float(self.steps)),
-            "bipolar": (-half, half),
-            "choice": (0.0, 1.0),
-        }[self.scale]
+        return self.response_scale.bounds
 
     def is_answer(self, rating: float) -> bool:
         """Whether a rating can be one: within the scale, and on a step of it where it has steps."""
-        least, most = self.bounds
-        return least - 1e-6 <= rating <= most + 1e-6 and (self.scale == "ratio" or rating % 1 == 0)
+        return self.response_scale.is_answer(rating)
 
     def right(self, trial: DepthTrial, rating: float) -> bool | None:
         """Whether an answer is right, of a picture that looks clearly flatter or deeper; None of any other.
@@ -246,13 +239,12 @@ class DepthRatingDesign(Plan):
         """
         if trial.scene not in EXAMPLES.values():
             return None
-        middle = {"ratio": 1.0, "steps": (1 + self.steps) / 2, "bipolar": 0.0, "choice": 0.5}[self.scale]
-        return {"below" if trial.scene == EXAMPLES["flatter"] else "above": middle}
+        return {"below" if trial.scene == EXAMPLES["flatter"] else "above": self.response_scale.middle}
 
     @property
     def has_standard(self) -> bool:
         """Whether the standard counts as 1 (or as alike), and is shown again and again."""
-        return self.scale in ("ratio", "bipolar") and self.reference == "standard"
+        return self.response_scale.standard is not None and self.reference == "standard"
 
     @property
     def shows_drawings(self) -> bool:
@@ -286,7 +278,7 @@ class DepthRatingDesign(Plan):
         """Seconds from when the (first) picture of a trial appears to the question."""
         mask = self.mask_s if self.mask != "none" else 0.0
         once = self.picture_s + mask + self.blank_s
-        return 2 * once if self.scale == "choice" else once
+        return self.response_scale.intervals * once
 
     def least_s(self, trial: DepthTrial) -> float:
         """Return the shortest time in seconds from one answer to the next question, the standard included.
@@ -298,7 +290,7 @@ class DepthRatingDesign(Plan):
         mask = self.mask_s if self.mask != "none" else 0.0
         each = self.mark_s + mask + self.blank_s
         before = self.standard_s if trial.standard_before else 0.0
-        if self.scale == "choice":
+        if self.response_scale.intervals > 1:
             before += each + self.picture_s
         elif self.reference == "same-scene":
             before += each + self.reference_s
@@ -336,7 +328,7 @@ class DepthRatingDesign(Plan):
             else trial
             for trial in listed
         ]
-        if self.scale != "choice":
+        if self.response_scale.intervals == 1:
             return tuple(listed)
         mirrored = self.place(participant).mirrored
         draws = self.draws(participant, session, "intervals, mirrored" if mirrored else "intervals")
@@ -345,7 +337,8 @@ class DepthRatingDesign(Plan):
 
     def _seen(self, levels: Mapping[str, str]) -> list[DepthTrial]:
         """Every condition of a participant, once."""
-        apertures = [one for one in self.apertures if not (self.scale == "choice" and self._is_reference(one))]
+        two = self.response_scale.intervals > 1
+        apertures = [one for one in self.apertures if not (two and self._is_reference(one))]
         within = crossed(self.factors, [name for name, factor in self.factors.items() if factor.vary == "within"])
         return [
             replace(self._trial(scene, aperture, fixation), factors=self._ordered({**levels, **own}))
@@ -388,7 +381,7 @@ class DepthRatingDesign(Plan):
 
     def _examples(self) -> list[CatchPicture]:
         """Kinds of catch pictures of which some answer is right on the scale."""
-        wrong = ("standard",) if self.scale in ("steps", "choice") else ()
+        wrong = ("standard",) if self.response_scale.standard is None else ()
         return [kind for kind in self.catch_pictures if kind not in wrong]
 
     def _catches(self, draws: Draws) -> list[DepthTrial]:
@@ -409,7 +402,8 @@ class DepthRatingDesign(Plan):
         examples = [EXAMPLES[kind] for kind in self.catch_pictures if kind in EXAMPLES]
         if self.practice_trials <= len(examples):
             examples = []
-        apertures = [one for one in self.apertures if self.scale != "choice" or one != "pinhole"] or self.apertures
+        two = self.response_scale.intervals > 1
+        apertures = [one for one in self.apertures if not (two and one == "pinhole")] or self.apertures
         pairs: list[tuple[str, Fixation]] = []
         while len(pairs) < self.practice_trials - len(examples):
             pairs += draws.shuffled(product(apertures, self.fixations))

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from focalgradient.design.depth_rating import aperture_mm
 from focalgradient.design.plan import ASKED, Plan, Question, Seconds, Trial, no_repeats
+from focalgradient.scales import Ratio
 
 __all__ = ["Form", "Pinhole", "PinholeTrial", "Viewing"]
 
@@ -90,11 +91,16 @@ class Pinhole(Plan):
     @property
     def bounds(self) -> tuple[float, float]:
         """The least and the greatest answer of the scale."""
-        return (self.least_rating, self.most_rating)
+        return self.response_scale.bounds
+
+    @property
+    def response_scale(self) -> Ratio:
+        """Ratios to the view through the pinhole."""
+        return Ratio(self.least_rating, self.most_rating)
 
     def is_answer(self, rating: float) -> bool:
         """Whether a rating can be one: within the scale."""
-        return self.least_rating - 1e-6 <= rating <= self.most_rating + 1e-6
+        return self.response_scale.is_answer(rating)
 
     @property
     def shown_s(self) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from focalgradient.design.pinhole import Pinhole, PinholeTrial
-from focalgradient.design.rating_pages import ratios_text
 from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
 from focalgradient.design.words import Words
 
@@ -26,7 +25,7 @@ class PinholePages:
     def opening(self) -> tuple[Page, ...]:
         """Give the instructions."""
         words = self.words
-        ratios = ratios_text(words, *self.design.bounds)
+        ratios = self.design.response_scale.doubled(words)
         texts = [words("pinhole.instructions", ratios=ratios, escape=escape_text(self.words, browser=self.browser))]
         if "real" in self.design.forms:
             tube = words("pinhole.needed_tube") if "tube" in self.design.viewings else ""

@@ -5,12 +5,12 @@ the adaptive one of a threshold of blur, are `EXPERIMENTS`, by the names that ``
 (extra ``lab``) is imported when a window opens.
 """
 
-from focalgradient.design.scales import Scale, Steps
 from focalgradient.lab import blur_threshold, depth_rating, gaze_focus, necker, pinhole
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import form, pages
 from focalgradient.lab.questions import Given, ask, ask_which
 from focalgradient.lab.running import run
+from focalgradient.scales import Scale, Steps
 
 __all__ = [
     "EVENTS",

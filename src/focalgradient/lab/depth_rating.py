@@ -6,17 +6,18 @@ ratio to the standard, a pinhole picture that counts as 1 and is shown now and t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
-from focalgradient.design.rating_pages import scale_of, standard_text
-from focalgradient.design.scales import Scale
+from focalgradient.design.rating_pages import standard_text
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
-from focalgradient.lab.questions import Given, ask, ask_which
+from focalgradient.lab.questions import Given, ask
+from focalgradient.scales import Scale
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 __all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
@@ -95,7 +96,8 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
     """
     design: DepthRatingDesign = sitting.design
     shown = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s)]
-    if design.scale == "choice":
+    two = design.response_scale.intervals > 1
+    if two:
         shown.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s))
     elif design.reference == "same-scene":
         shown.insert(0, ("reference", design.reference_of(trial), design.reference_s))
@@ -114,16 +116,14 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
         onsets = {event: _interval(sitting, ready[event], seconds, event) for event, _, seconds in shown}
     finally:
         sitting.taken = None if recorder is None else recorder.end()
-    return (min(onsets.values()) if design.scale == "choice" else onsets["picture"]), ready["picture"].file
+    return (min(onsets.values()) if two else onsets["picture"]), ready["picture"].file
 
 
 def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     """Ask on the scale of the design how three-dimensional it looked."""
-    if sitting.design.scale != "choice":
-        return ask(sitting.screen, scale_of(sitting.design, sitting.words))
-    words = sitting.words
-    given = ask_which(sitting.screen, words("depth.question_choice"), (words("depth.first"), words("depth.second")))
-    return Given(float(given.value == trial.interval), given.seconds)
+    scale = sitting.design.response_scale
+    given = ask(sitting.screen, scale.control(sitting.words))
+    return replace(given, value=scale.answer_in(given.value, trial.interval))
 
 
 def ask_confidence(sitting: Sitting) -> float | None:

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from focalgradient.dataset import Rated
 from focalgradient.design import Pinhole, PinholeTrial
 from focalgradient.design.pinhole_pages import BLOCKS
-from focalgradient.design.scales import Scale
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask
 from focalgradient.lab.sound import tone
+from focalgradient.scales import Scale
 from focalgradient.stimuli import StimulusSet
 
 __all__ = [

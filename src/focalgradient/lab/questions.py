@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from focalgradient.design.scales import Scale, Steps
 from focalgradient.lab.forms import DIGITS, WARN, edited
+from focalgradient.scales import Control, Scale, Steps, Ways
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -41,12 +41,17 @@ class Given:
     start: float | None = None
 
 
-def ask(screen: Screen, scale: Scale | Steps, event: str = "question") -> Given:
-    """Ask for an answer on a scale: on a slider (arrow keys or mouse), typed, or a step; confirmed with the Enter key.
+def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
+    """Ask for an answer on a control.
+
+    On a slider (arrow keys or mouse), typed, or a step, each confirmed with the Enter key; or one of two ways, by the
+    first press of an arrow key.
 
     Nothing is shown on the scale before the first key: it puts the marker at a random place, so that no answer is
     suggested, and whoever presses one key and no more can be detected by it.
     """
+    if isinstance(scale, Ways):
+        return ask_which(screen, scale.question, scale.ways, event)
     if isinstance(scale, Steps):
         return _steps(screen, scale, event)
     if scale.typed:
@@ -140,8 +145,9 @@ def _marker(screen: Screen, scale: Scale, half: float) -> Callable[[float], None
         x = (2 * place - 1) * half
         marker.pos = (x, (LOW + 0.014) * unit)
         marker.draw()
-        number.pos, number.text = (x, (LOW + 0.08) * unit), screen.words.number(scale.value(place))
-        number.draw()
+        if scale.numbered:
+            number.pos, number.text = (x, (LOW + 0.08) * unit), screen.words.number(scale.value(place))
+            number.draw()
 
     return draw
 

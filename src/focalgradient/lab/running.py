@@ -20,7 +20,6 @@ import numpy as np
 from focalgradient.dataset import Answer, Apparatus, Session
 from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
-from focalgradient.design.rating_pages import scale_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError, one_line
 from focalgradient.lab.consent import agree
@@ -254,7 +253,7 @@ class _Walk:
     def _page(self, page: Page) -> None:
         screen, words = self._sitting.screen, self._sitting.words
         if page.at is not None:
-            explain(screen, scale_of(self._sitting.design, words), page.text, page.at)
+            explain(screen, self._sitting.design.response_scale.control(words), page.text, page.at)
         elif page.event == "break":
             rest(screen, page.text.replace("{minutes}", str(self._minutes())), page.least_s)
             if self._practised:

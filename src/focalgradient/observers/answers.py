@@ -51,10 +51,10 @@ def random_stream(seed: int, task: str, participant: str, *what: int) -> np.rand
 def rate(
     design: DepthRatingDesign, observer: Observer, participant: str, seed: int, encoded: EncodedPictures
 ) -> tuple[Answer, ...]:
-    """Rate every picture of a participant's list against the standard as it was last seen: see `_rating`."""
+    """Rate every picture of a participant's list against the standard as it was last seen, on the design's scale."""
     person = observer.person(random_stream(seed, design.task, participant))
     clock, answers = 0.0, []
-    standard = math.nan
+    standard, scale = math.nan, design.response_scale
     for number, trial in enumerate(design.trials(participant), start=1):
         assert isinstance(trial, DepthTrial)
         random = random_stream(seed, design.task, participant, number)
@@ -78,29 +78,10 @@ def rate(
             log = random.uniform(least, most)
         time = DECISION * math.exp(DECISIONS * random.standard_normal())
         clock += design.mark_s
-        rating = _rating(min(max(log, least), most), most, design)
+        rating = scale.simulated(min(max(log, least), most), most)
         answers.append(Rated(onset=round(clock, 4), rating=rating, response_time=round(time, 4), stimulus=file))
         clock += design.shown_s + time + PAUSE
     return tuple(answers)
-
-
-def _rating(log: float, most: float, design: DepthRatingDesign) -> float:
-    """Answer on the scale of a design.
-
-    A ratio; a step: 2 as the standard, the last as the greatest ratio, at equal log steps; a step from flatter to
-    deeper, at equal log steps; or 1 where it looks deeper than the reference.
-
-    >>> steps = DepthRatingDesign(scale="steps")
-    >>> _rating(0.0, 1.386, DepthRatingDesign()), _rating(0.0, 1.386, steps), _rating(1.386, 1.386, steps)
-    (1.0, 2.0, 7.0)
-    """
-    if design.scale == "ratio":
-        return round(math.exp(log), 3)
-    if design.scale == "choice":
-        return float(log > 0)
-    first, last = design.bounds
-    step = round(2 + (last - 2) * log / most) if design.scale == "steps" else round(last * log / most)
-    return float(min(max(step, first), last))
 
 
 def watch(

@@ -20,6 +20,7 @@ from focalgradient.observers.rotation import EncodedCubes
 from focalgradient.observers.thresholds import choose, known_threshold
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
+from focalgradient.scales import OrdinalScale
 from focalgradient.stimuli import StimulusSet
 
 __all__ = ["check_pictures", "labels", "simulate"]
@@ -126,8 +127,10 @@ def simulate(
     2
     """
     one = observer_named(observer)
-    if one.categories and isinstance(design, DepthRatingDesign) and design.scale == "ratio":
-        design = DepthRatingDesign.model_validate(design.model_dump() | {"scale": "steps", "steps": one.categories})
+    if one.categories and isinstance(design, DepthRatingDesign) and design.response_scale.analysis.ratios:
+        design = DepthRatingDesign.model_validate(
+            design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}
+        )
     if isinstance(design, DepthRatingDesign):  # they fixate what the design says: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
     who = f"{FORMER_NAMES.get(observer, observer)}, seed {seed}, model {MODEL}"

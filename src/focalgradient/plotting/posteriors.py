@@ -57,7 +57,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
         ax.fill_between(at, density, color=colour, alpha=0.15, linewidth=0)
         ax.plot(at, density, color=colour, label=label)
     ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
-    what = "odds ratio" if result.scale == "ordinal" else "ratio to the pinhole"
+    what = "odds ratio" if not result.analysis.ratios else "ratio to the pinhole"
     ax.set(xlabel=f"rise at the largest aperture ({what})", ylabel="density (of the logarithm)", yticks=[])
     ticks = _ratios(min(ends), max(ends))
     ax.set_xticks([math.log(tick) for tick in ticks], [f"{tick:g}" for tick in ticks])
@@ -79,7 +79,7 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
         ax.plot(at, _above_zero(draws, at), color=colour, label=label)
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     ax.set(xlim=(0, largest), yticks=[], xlabel="standard deviation (log odds)")
-    if result.scale == "ratio":
+    if result.analysis.ratios:
         ax.set_xlabel("standard deviation (log ratio)")
     ax.set_title(f"Variation of the {RISES[first.name][1].split()[0]} rise; priors dashed")
     ax.legend(loc="upper right", fontsize=7, handlelength=1.6)

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_spreads
-from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating
+from focalgradient.statistics import Effect, NotComputed, analyse
+from focalgradient.statistics.effects import effects
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 from focalgradient.statistics.tables import FIXATIONS
@@ -30,19 +31,12 @@ __all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers"]
 SIZES = (8, 24)
 """Numbers of subjects of the experiments that are analysed."""
 
-EACH = {"steps": 8, "bipolar": 60, "choice": 30}
-"""Experiments of each size, by scale: as many as take some 20 s on one core (a model of steps takes 0.5 to 2 s). With 8
-the mean standard error of a test is known to some 7 %; the mean of its estimate needs none, see `latent_power`."""
-
 DRAWS = 20_000
 """Estimates drawn for each number of subjects: a share to .004, one standard error at .5."""
 
-REACH = 3.0
-"""Log odds between the middle of a scale of steps and its outer thresholds: our choice, as in
-benchmarks/scales_error_rates.py."""
-
 BETWEEN_LEVELS = 1.0
-"""Standard deviation over subjects of the level of their answers in steps, log odds: our choice, as there."""
+"""Standard deviation over subjects of the level of their answers in steps, log odds: our choice, as in
+benchmarks/scales_error_rates.py."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +95,7 @@ class LatentStudy:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.design.scale == "ratio":
+        if self.design.response_scale.analysis.ratios:
             raise InputError("The design's answers are ratios: take Study, or set another scale.")
         if len(self.design.apertures) < 2:
             raise InputError("apertures has one: a change with the aperture needs two or more.")
@@ -123,7 +117,7 @@ def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generato
     >>> len(table), sorted(table["rating"].unique().tolist())
     (384, [1.0, 2.0, 3.0, 4.0, 5.0])
     """
-    model, design = study.model, study.design
+    model, design, scale = study.model, study.design, study.design.response_scale
     trials = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
     largest = max(trial.aperture_mm for trial in trials) or 1.0
     means = {name: model.effect if number == 0 else model.far_effect for number, name in enumerate(study.fixations)}
@@ -141,36 +135,19 @@ def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generato
     tables = []
     for number in range(1, subjects + 1):
         rises = np.array([rng.normal(math.log(mean), model.between) for mean in means.values()])
-        level = rng.normal(0, BETWEEN_LEVELS) if design.scale == "steps" else 0.0
+        level = 0.0 if scale.compares else rng.normal(0, BETWEEN_LEVELS)
         felt = level + (rises[which] + scene) * share + rng.logistic(size=len(trials))
-        tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=_answers(design, felt), catch=False))
+        tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=scale.latent(felt), catch=False))
     return pd.concat(tables, ignore_index=True)
-
-
-def _answers(design: DepthRatingDesign, felt: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is answered on the scale of a design."""
-    least, most = design.bounds
-    cuts = {
-        "steps": np.linspace(-REACH, REACH, design.steps - 1) if design.steps > 2 else np.zeros(1),
-        "bipolar": np.arange(least, most) + 0.5,
-        "choice": np.zeros(1),
-    }[design.scale]
-    return np.asarray(least + np.digitize(felt, cuts), float)
 
 
 def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotComputed]:
     """Of one experiment: the slope of each fixation, then their differences where the report tests them."""
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     table = simulated_answers(study, subjects, rng)
-    if study.design.scale in ("bipolar", "choice"):
-        found = compare_pictures(table, "bipolar" if study.design.scale == "bipolar" else "choice")
-        slopes, interaction, differences = found.slopes, found.interaction, found.differences
-    else:
-        ordinal = depth_rating(table, equivalence_bound=1.2, scale="ordinal").ordinal
-        assert ordinal is not None and not isinstance(ordinal, NotComputed)  # noqa: PT018
-        slopes, interaction, differences = ordinal.rises, ordinal.interaction, ordinal.differences
-    pairs = list(differences.values()) or [interaction]
-    return [*slopes, *(pairs if len(slopes) > 1 and study.design.scale != "choice" else [])]
+    analysis = study.design.response_scale.analysis
+    slopes, pairs = effects(analyse(table, analysis))
+    return [*slopes, *(pairs if len(slopes) > 1 and analysis.compares_slopes else [])]
 
 
 def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[str, float]]:
@@ -194,9 +171,9 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
     InputError
         If too few experiments can be analysed.
     """
-    of_size = {}
+    analysis, of_size = study.design.response_scale.analysis, {}
     for size in SIZES:
-        runs = [_tests(study, size, number) for number in range(EACH[study.design.scale])]
+        runs = [_tests(study, size, number) for number in range(analysis.experiments)]
         whole = [[(one.estimate, one.standard_error, one.df) for one in run if isinstance(one, Effect)] for run in runs]
         whole = [run for run in whole if len(run) == len(runs[0])]
         if len(whole) < len(runs) / 2:
@@ -205,12 +182,12 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
     singles = len(study.fixations)
     weighed = [(found[:, :, 0].mean(axis=0), size) for size, found in of_size.items()]
     mean = sum(estimate * size for estimate, size in weighed) / sum(SIZES)
-    if study.design.scale == "steps":  # whose model is that of the simulation: the mean is what was put in
+    if analysis.latent:  # whose model is that of the simulation: the mean is what was put in
         logs = [math.log(study.model.effect), *[math.log(study.model.far_effect)] * (singles - 1)]
         mean = np.array([*logs, *(one - other for one, other in combinations(logs, 2))])
     error = _by_size([(found[:, :, 1] ** 2).mean(axis=0) for found in of_size.values()])
     spread = error  # of the estimates: where experiments are many, as found, for errors that are too careful
-    if study.design.scale != "steps":
+    if not analysis.latent:
         spread = _by_size([found[:, :, 0].var(axis=0, ddof=1) for found in of_size.values()])
     few, many = (found[:, :, 2].mean(axis=0) for found in of_size.values())
     rng = default_rng(study.seed)

@@ -115,7 +115,7 @@ class Study:
         check_fields(self)
         if not 1 < self.bound < math.inf:
             raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
-        if self.design.scale != "ratio":
+        if not self.design.response_scale.analysis.ratios:
             raise InputError(
                 f"The design has the scale {self.design.scale!r}, but this is a model of ratios: 'focalgradient report "
                 "--preregister' gives the power of the tests of other scales."

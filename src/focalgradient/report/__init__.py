@@ -62,12 +62,12 @@ from focalgradient.report.scales import comparison_findings, comparison_sheets, 
 from focalgradient.report.tables import Sheet, necker_sheets, quality_sheets, rating_sheets
 from focalgradient.report.thresholds import Thresholds, analyse_thresholds, methods_thresholds, threshold_part
 from focalgradient.report.words import counts, methods_necker, methods_ratings, necker_findings, rating_findings
+from focalgradient.scales import Analysis, analysis_named
 from focalgradient.statistics import (
     DepthRatingResult,
     NotComputed,
     OrdinalResult,
     Rules,
-    Scale,
     read_ratings,
     read_reports,
 )
@@ -140,7 +140,7 @@ def make_report(
     root: str | os.PathLike[str],
     *,
     bound: float | None = None,
-    scale: Scale | None = None,
+    scale: Analysis | str | None = None,
     stated: Stated | None = None,
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
@@ -195,7 +195,13 @@ def make_report(
         reports = analyse_report_table(read.table, rules=stated.rules)
         found = _Analysed(root.stem, reports=reports, notes=[*read.notes], notices=[*read.notices])
     else:
-        own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm, steps=scale == "ordinal")
+        own = read_ratings(
+            root,
+            columns,
+            conditions,
+            focal_length_mm=focal_length_mm,
+            steps=scale is not None and analysis_named(scale).whole,
+        )
         ratings = analyse_table(own.table, bound=used, scale=scale, rules=stated.rules, progress=progress)
         found = _Analysed(root.stem, ratings, notes=[*own.notes], problems=[*own.problems], notices=[*own.notices])
     sheets: list[Sheet] = []
@@ -208,7 +214,7 @@ def make_report(
     if found.ratings is not None:
         body += _rating_part(found.ratings, sheets, figures)
         if bayes and isinstance(found.ratings.result, DepthRatingResult):
-            posterior = bayes_analysis(found.ratings, found.ratings.result.scale, chosen, used, progress)
+            posterior = bayes_analysis(found.ratings, found.ratings.result.analysis, chosen, used, progress)
             body += bayes_part(posterior, sheets, figures, simulated=found.ratings.simulated)
             methods.append(bayes_methods(posterior))
     if found.reports is not None:
@@ -249,7 +255,12 @@ class _Analysed:
 
 
 def _of_dataset(
-    root: Path, bound: float, scale: Scale | None, rules: Rules, executor: Executor | None, progress: Progress | None
+    root: Path,
+    bound: float,
+    scale: Analysis | str | None,
+    rules: Rules,
+    executor: Executor | None,
+    progress: Progress | None,
 ) -> _Analysed:
     """The experiments of a data set, each where people took part in it."""
     title = str(read_description(root).get("Name", root.name))
@@ -301,7 +312,7 @@ def _methods(
         yield Heading("Depth ratings", 3)
         yield from map(Paragraph, [*methods_ratings(part, used), *bayes])
         yield from _shown([] if part.data is None else [_design(part.data, "depth_rating")], sheets)
-        if chosen is None and part.scale == "ratio":
+        if chosen is None and part.analysis.ratios:
             yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
     if found.reports is not None:
         yield Heading("Necker cube", 3)
@@ -332,12 +343,12 @@ def _rating_part(part: Ratings, sheets: list[Sheet], figures: dict[str, bytes]) 
     yield Paragraph(counts(part.quality))
     own = quality_sheets(part.quality, "depth_rating")
     seen = [] if part.data is None else screens(part.data)
-    if places := place_effects(seen, part.kept, ratios=part.scale == "ratio"):
-        unit = "logarithm of the ratings" if part.scale == "ratio" else "units of the scale"
+    if places := place_effects(seen, part.kept, ratios=part.analysis.ratios):
+        unit = "logarithm of the ratings" if part.analysis.ratios else "units of the scale"
         own = [place_sheet(places, "depth_rating", unit), *own]
     own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
     if part.factors:
-        own = [factor_sheet(part.factors, part.scale), *own]
+        own = [factor_sheet(part.factors, part.analysis), *own]
     without = [*_without(part, "depth_rating", own)]
     if part.compared is not None:
         yield from map(Paragraph, comparison_findings(part.compared))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +14,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
+from focalgradient.scales import Analysis, Ratios, ResponseScale, analysis_named, scale_of
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
@@ -22,9 +23,7 @@ from focalgradient.statistics import (
     NotComputed,
     Quality,
     Rules,
-    Scale,
-    compare_pictures,
-    depth_rating,
+    analyse,
     factor_effects,
     necker,
     quality,
@@ -32,30 +31,21 @@ from focalgradient.statistics import (
 
 __all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
-Answers = Literal["ratio", "ordinal", "bipolar", "choice"]
-"""What the ratings are, for the analysis."""
 
-OF_DESIGN: Mapping[str, Answers] = {"ratio": "ratio", "steps": "ordinal", "bipolar": "bipolar", "choice": "choice"}
-
-
-def scale_of(data: DataSet) -> tuple[Answers, float | None, Mapping[str, Any]]:
-    """Find the scale of a data set's designs, its middle, and the factors.
+def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
+    """Return the response scale of a data set's designs, and the factors.
 
     Raises
     ------
     InputError
-        If sessions differ in scale.
+        If sessions differ in scale, or the scale is not known here.
     """
     designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
     scales = sorted({str(design.get("scale", "ratio")) for design in designs})
-    if len(scales) != 1 or scales[0] not in OF_DESIGN:
+    if len(scales) != 1:
         raise InputError(f"{data.root} has the scales {', '.join(scales)}: keep designs in data sets of their own.")
-    steps = designs[0].get("steps", 7)
-    middle = {"ratio": 1.0, "steps": (1 + steps) / 2, "bipolar": 0.0, "choice": 0.5}[scales[0]]
-    return OF_DESIGN[scales[0]], middle, designs[0].get("factors") or {}
+    return scale_of(designs[0]), designs[0].get("factors") or {}
 
-
-COMPARED = NotComputed("The answers compare two pictures: they have no ratios.")
 
 BOUND = 1.2
 """Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
@@ -77,8 +67,8 @@ class Ratings:
         The analysis of the ratings, or why there is none.
     simulated
         Whether observers were simulated.
-    scale
-        What the ratings are.
+    analysis
+        The statistic of the ratings.
     compared
         The analysis of comparisons, where those are the answers; then `result` is none.
     factors
@@ -95,7 +85,7 @@ class Ratings:
     quality: Quality
     result: DepthRatingResult | NotComputed
     simulated: bool
-    scale: Answers = "ratio"
+    analysis: Analysis = field(default_factory=Ratios)
     compared: ComparisonResult | None = None
     factors: tuple[FactorEffect, ...] = ()
     fixated: Ratings | NotComputed | None = None
@@ -125,7 +115,7 @@ def analyse_ratings(
     root: str | os.PathLike[str],
     *,
     bound: float = BOUND,
-    scale: Scale | None = None,
+    scale: Analysis | str | None = None,
     rules: Rules | None = None,
     progress: Progress | None = None,
 ) -> Ratings:
@@ -164,22 +154,25 @@ def analyse_table(
     table: pd.DataFrame,
     *,
     bound: float = BOUND,
-    scale: Scale | None = None,
+    scale: Analysis | str | None = None,
     rules: Rules | None = None,
     data: DataSet | None = None,
     progress: Progress | None = None,
 ) -> Ratings:
     """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
-    meant: Answers
-    meant, middle, factors = (scale or "ratio", None, {}) if data is None else scale_of(data)
-    if scale is not None and scale != meant:
-        meant, middle = scale, None
-    kept, found = quality(table, rules, meant, middle)
+    stated = None if scale is None else analysis_named(scale)
+    meant: Analysis = stated or Ratios()
+    factors: Mapping[str, Any] = {}
+    if data is not None:
+        response, factors = scale_of_sessions(data)
+        # The design's own knows the middle of its scale.
+        meant = response.analysis if stated is None or type(response.analysis) is type(stated) else stated
+    kept, found = quality(table, rules, meant)
     main = _main(kept, found, meant, bound, progress)
     everyone = main if not found.exclusions else _main(table, found, meant, bound, None)
     own: tuple[FactorEffect, ...] = ()
     if found.subjects_after:
-        own = factor_effects(kept, factors, ratios=meant == "ratio")
+        own = factor_effects(kept, factors, ratios=meant.ratios)
     fixated: Ratings | NotComputed | None = None
     if data is not None and "gaze_left" in table:
         stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
@@ -188,19 +181,18 @@ def analyse_table(
         else:
             fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
     compared = main if isinstance(main, ComparisonResult) else None
-    result = COMPARED if isinstance(main, ComparisonResult) else main
+    result: DepthRatingResult | NotComputed
+    result = NotComputed(main.analysis.no_rises) if isinstance(main, ComparisonResult) else main
     return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own, fixated, everyone)
 
 
 def _main(
-    rows: pd.DataFrame, found: Quality, meant: Answers, bound: float, progress: Progress | None
+    rows: pd.DataFrame, found: Quality, meant: Analysis, bound: float, progress: Progress | None
 ) -> DepthRatingResult | ComparisonResult | NotComputed:
     """The main analysis of some rows, by what the answers are."""
     if rows["catch"].all():
         return _nobody(found)
-    if meant == "bipolar" or meant == "choice":
-        return compare_pictures(rows, meant)
-    return depth_rating(rows, equivalence_bound=bound, scale=meant, progress=progress)
+    return analyse(rows, meant, bound=bound, progress=progress)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:

@@ -14,7 +14,8 @@ from focalgradient.progress import Progress
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
 from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number, probability
-from focalgradient.statistics import NotComputed, Scale
+from focalgradient.scales import Analysis
+from focalgradient.statistics import NotComputed
 from focalgradient.statistics.bayes import ODDS_BOUND, bayes_depth_rating
 from focalgradient.statistics.posteriors import BayesResult, Posterior
 
@@ -33,11 +34,11 @@ CAPTION = (
 
 
 def bayes_analysis(
-    part: Ratings, scale: Scale, bound: float | None, used: float, progress: Progress | None
+    part: Ratings, analysis: Analysis, bound: float | None, used: float, progress: Progress | None
 ) -> BayesResult:
     """The Bayesian model of what the rules kept; `bound` is None where the user gave none, then `used` is of ratios."""
-    limit = used if scale == "ratio" else ODDS_BOUND if bound is None else bound
-    return bayes_depth_rating(part.kept, bound=limit, scale=scale, progress=progress)
+    limit = used if analysis.ratios else ODDS_BOUND if bound is None else bound
+    return bayes_depth_rating(part.kept, bound=limit, scale=analysis, progress=progress)
 
 
 def bayes_part(
@@ -72,7 +73,7 @@ def bayes_methods(result: BayesResult) -> str:
     software = ", ".join(f"{name} {version}" for name, version in result.versions.items())
     one = (
         "one cumulative-link (logit) model of all answers, random effects uncorrelated"
-        if result.scale == "ordinal"
+        if not result.analysis.ratios
         else "one model for the log ratios of each fixation, and one for their difference"
     )
     priors = "; ".join(f"{name} {prior}" for name, prior in result.priors.items())
@@ -84,7 +85,7 @@ def bayes_methods(result: BayesResult) -> str:
 
 
 def _sentence(found: Posterior, result: BayesResult) -> str:
-    what = "odds ratio" if result.scale == "ordinal" else "ratio"
+    what = "odds ratio" if not result.analysis.ratios else "ratio"
     ends = interval(math.exp(found.low), math.exp(found.high), 2)
     return (
         f"{WHAT[found.name]} has the posterior median {decimals(math.exp(found.median))} ({what}, 95{SPACE}% credible "

@@ -11,6 +11,7 @@ import pandas as pd
 
 from focalgradient.report.document import Table
 from focalgradient.report.tables import SPACE, Sheet, decimals, freedom, interval, many, number, probability
+from focalgradient.scales import Analysis
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
@@ -22,6 +23,7 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
+from focalgradient.statistics.comparisons import slope_unit
 
 __all__ = [
     "CUBE_CATCH",
@@ -76,14 +78,14 @@ NAMES: Mapping[str, str] = {
 """Of each rule, for those that could not be applied."""
 
 
-def catch_answers(scale: str, catches: Collection[str] = ("standard",)) -> str:
+def catch_answers(analysis: Analysis, catches: Collection[str] = ("standard",)) -> str:
     """What passes a catch trial of depth rating."""
-    near = "within a factor {rules.catch_factor:g} of 1" if scale == "ratio" else "within one step of 0"
+    near = "within a factor {rules.catch_factor:g} of 1" if analysis.ratios else "within one step of 0"
     kinds = []
-    if "standard" in catches and scale in ("ratio", "bipolar"):  # on the others no answer to it is right
+    if "standard" in catches and analysis.standard_known:
         kinds.append(f"the standard itself, rated {near}")
     if {"flatter", "deeper"} & set(catches):
-        right = "chosen rightly" if scale == "choice" else "rated on its side of the scale’s middle"
+        right = "chosen rightly" if analysis.binary else "rated on its side of the scale’s middle"
         kinds.append(f"a clearly flat or deep drawing, {right}")
     return "; ".join(kinds)
 
@@ -191,7 +193,7 @@ def headlines(result: Analysed | NotComputed) -> list[Headline]:
             for each in result.effects
         ]
     if isinstance(result, ComparisonResult):
-        unit = "steps for a millimetre" if result.scale == "bipolar" else "log odds for a millimetre"
+        unit = f"{slope_unit(result.analysis)} for a millimetre"
         found = [
             Headline(f"slope, {name} in focus ({unit})", test, _as_it_is)
             for name, test in zip(result.fixations, result.slopes, strict=True)

@@ -287,14 +287,14 @@ def trial_files(
         tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
         tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
         files["headline_comparisons.R"] = (_with_fewest(COMPARED) + _found(tests)).encode()
-    if result is not None and result.scale != "ratio":
+    if result is not None and not result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
     if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
         tests = [*zip(result.ordinal.fixations, result.ordinal.rises, strict=True)]
         tests.append(("difference", result.ordinal.interaction))
         tests += [(f"{one} less {other}", test) for (one, other), test in result.ordinal.differences.items()]
         files["headline_ordinal.R"] = (_with_fewest(ORDINAL) + _found(tests)).encode()
-    if isinstance(result, DepthRatingResult) and result.scale == "ratio":
+    if isinstance(result, DepthRatingResult) and result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
         prepare = PREPARE.format(fewest=FEWEST_SCENES)
         rises = [(each.fixation, each.rise) for each in result.fixations]

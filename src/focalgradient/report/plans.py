@@ -12,6 +12,7 @@ from itertools import combinations
 from typing import Any
 
 from focalgradient.report.tables import many
+from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.tables import FIXATIONS
 
@@ -48,6 +49,8 @@ class Plan(ABC):
         What pictures are compared with, where they are.
     steps
         How many steps the scale has, where it has some and they are known.
+    statistic
+        Analysis of the answers.
     """
 
     fixations: tuple[str, ...]
@@ -55,6 +58,7 @@ class Plan(ABC):
     bound: float
     reference: str
     steps: int | None
+    statistic: Analysis
 
     @property
     def random(self) -> bool:
@@ -202,11 +206,11 @@ class StepsPlan(Plan):
 
 
 class _Comparison(Plan):
-    """Answers that compare two pictures."""
+    """Answers that compare two pictures, or places on a line."""
 
     __slots__ = ()
 
-    what = ""
+    statistic: Slopes | Choices
 
     @property
     def _largest(self) -> str:
@@ -221,25 +225,37 @@ class _Comparison(Plan):
         slopes = "the slopes with their differences" if self.pairs else "the slopes over the fixations"
         if len(self.fixations) == 1:
             slopes = "the slope"
+        if self.statistic.alike is None:
+            return (
+                f"Holm’s method corrects {slopes}; a result is called reliable where the corrected p is below "
+                f".05.{here}"
+            )
         return (
-            f"The {self.what} of subjects and scenes at the largest aperture were compared with those of pictures that "
-            f"are alike {over}. Holm’s method corrects {slopes}, and the comparisons at the largest aperture; a "
-            f"result is called reliable where the corrected p is below .05.{here}"
+            f"The {self.statistic.mean.removesuffix(' of choices')}s of subjects and scenes at the largest aperture "
+            f"were compared with those of pictures that are alike {over}. Holm’s method corrects {slopes}, and the "
+            "comparisons at the largest aperture; a result is called reliable where the corrected p is below "
+            f".05.{here}"
         )
 
 
-class BipolarPlan(_Comparison):
-    """Steps from much flatter to much deeper than another picture."""
+class SlopesPlan(_Comparison):
+    """Steps from much flatter to much deeper than another picture, or places on a line."""
 
     __slots__ = ()
 
-    what = "mean steps"
+    statistic: Slopes
+
+    @property
+    def _answer(self) -> str:
+        """The answer in a word: "step", "place"."""
+        return self.statistic.mean.removeprefix("mean ")
 
     @property
     def outcome(self) -> str:
         return (
-            "The primary outcome is the slope of the step on the diameter of the aperture (steps for a millimetre) "
-            f"with {in_focus(self.fixations[0])}, one value for each subject and scene."
+            f"The primary outcome is the slope of the {self._answer} on the diameter of the aperture "
+            f"({self.statistic.unit} for a millimetre) with {in_focus(self.fixations[0])}, one value for each subject "
+            "and scene."
         )
 
     @property
@@ -247,7 +263,7 @@ class BipolarPlan(_Comparison):
         first, *others = self.fixations
         return self._numbered(
             [
-                f"With {in_focus(first)}, the mean step rises with the aperture.",
+                f"With {in_focus(first)}, the {self.statistic.mean} rises with the aperture.",
                 *(f"It rises more with {in_focus(first)} than with {in_focus(other)}." for other in others),
             ]
         )
@@ -260,10 +276,12 @@ class BipolarPlan(_Comparison):
             else "by Student’s t over subjects, with N − 1 degrees of freedom"
         )
         slopes = "slopes and their difference between the fixations were" if self.pairs else "slope was"
+        compared = ""
+        if self.statistic.compared:
+            compared = f"Pictures were compared with {self.reference} in {self._steps} {self.statistic.compared}. "
         return (
-            f"Pictures were compared with {self.reference} in {self._steps} from much flatter to much deeper, 0 being "
-            "alike. A straight line on the diameter of the aperture was fitted to the steps of each subject and scene; "
-            f"its {slopes} tested {tested}. {self._largest}"
+            f"{compared}A straight line on the diameter of the aperture was fitted to the {self._answer}s of each "
+            f"subject and scene; its {slopes} tested {tested}. {self._largest}"
         )
 
 
@@ -272,7 +290,7 @@ class ChoicePlan(_Comparison):
 
     __slots__ = ()
 
-    what = "shares"
+    statistic: Choices
 
     @property
     def outcome(self) -> str:
@@ -306,13 +324,13 @@ class ChoicePlan(_Comparison):
         return []
 
 
-PLANS: dict[str, type[Plan]] = {
-    "ratio": RatioPlan,
-    "ordinal": StepsPlan,
-    "bipolar": BipolarPlan,
-    "choice": ChoicePlan,
+PLANS: dict[type[Analysis], type[Plan]] = {
+    Ratios: RatioPlan,
+    OrdinalSteps: StepsPlan,
+    Slopes: SlopesPlan,
+    Choices: ChoicePlan,
 }
-"""The plan of each scale, as the analysis names it."""
+"""The plan of each analysis."""
 
 
 REFERENCES = {
@@ -323,9 +341,13 @@ REFERENCES = {
 
 
 def plan_of(
-    scale: str, fixations: Collection[str], scenes: int, design: Mapping[str, Any] | None = None, bound: float = 1.2
+    analysis: Analysis | str,
+    fixations: Collection[str],
+    scenes: int,
+    design: Mapping[str, Any] | None = None,
+    bound: float = 1.2,
 ) -> Plan:
-    """The plan of ratings on a scale, of what a design or a table has.
+    """Return the plan of ratings with an analysis (or its name), of what a design or a table has.
 
     Examples
     --------
@@ -336,4 +358,5 @@ def plan_of(
     ordered = (*(name for name in FIXATIONS if name in fixations), *sorted({*fixations} - {*FIXATIONS}))
     steps = int(design["steps"]) if "steps" in design else None
     reference = REFERENCES[str(design.get("reference", "standard"))]
-    return PLANS[scale](ordered, scenes, bound, reference, steps)
+    statistic = analysis_named(analysis)
+    return PLANS[type(statistic)](ordered, scenes, bound, reference, steps, statistic)

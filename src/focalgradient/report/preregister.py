@@ -19,7 +19,7 @@ from focalgradient.power import (
     quick_cube_power,
     rise_power,
 )
-from focalgradient.report.analysed import BOUND, OF_DESIGN
+from focalgradient.report.analysed import BOUND
 from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, criteria
 from focalgradient.report.plans import Plan, in_focus, plan_of
@@ -27,12 +27,12 @@ from focalgradient.report.rules import MEANING, Stated, as_toml
 from focalgradient.report.tables import many
 from focalgradient.report.thresholds import methods_thresholds, unit_of
 from focalgradient.report.words import analysis_necker
+from focalgradient.scales import OrdinalSteps
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS
 from focalgradient.statistics.exclusions import (
     FEW_OF_CONDITION,
     FEW_PLACES,
     NO_CATCH,
-    NO_RATIOS,
     NO_STARTS,
     NOT_DIFFERENT,
     NOT_REPEATED,
@@ -157,13 +157,13 @@ def _of_ratings(
     *,
     ordinal: bool,
 ) -> _Text:
-    scale = OF_DESIGN[design.scale]
-    if ordinal and scale != "ordinal":
+    analysis = design.response_scale.analysis
+    if ordinal and not isinstance(analysis, OrdinalSteps):
         raise InputError(
             f"ordinal is of answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps' in it."
         )
-    plan = plan_of(scale, design.fixations, len(design.scenes), design.model_dump(), bound)
-    ratios = scale == "ratio"
+    plan = plan_of(analysis, design.fixations, len(design.scenes), design.model_dump(), bound)
+    ratios = analysis.ratios
     if ratios and "pinhole" not in design.apertures:
         raise InputError("apertures has no pinhole, from which the rise is measured: add it.")
     assumed, powers = (_ratios if ratios else _latent)(design, bound, effects, model)
@@ -172,11 +172,11 @@ def _of_ratings(
     shown = (
         f"{many(len(design.scenes), 'scene')}, the apertures {', '.join(design.apertures)} of a lens of "
         f"{design.focal_length_mm:g} mm, each scene with {focus}{orders}, {many(design.repetitions, 'repetition')}, "
-        f"{many(design.catch_trials, 'catch trial')}. {_answers(design)} Every subject judges every scene, in a random "
-        "order from the seed that the data set records."
+        f"{many(design.catch_trials, 'catch trial')}. {design.response_scale.answered} Every subject "
+        "judges every scene, in a random order from the seed that the data set records."
     )
     unjudged = _unjudged(design, stated)
-    sentences = criteria(stated.rules, unjudged, catch_answers(scale, design.catch_pictures))
+    sentences = criteria(stated.rules, unjudged, catch_answers(analysis, design.catch_pictures))
     skipped = {*unjudged} if ratios else {*unjudged, "catch_factor"}
     table = _rules(stated, [name for name in OF_RATINGS if name not in skipped])
     return _Text(
@@ -196,31 +196,22 @@ def _of_ratings(
 AFTERWARDS = ("Results without exclusions stand beside those with them; the file rules.toml holds the rules.",)
 
 
-def _answers(design: DepthRatingDesign) -> str:
-    """What is answered, in a sentence."""
-    return {
-        "ratio": "Answers are ratios to a standard that counts as 1.",
-        "steps": f"Answers are one of {many(design.steps, 'step')}.",
-        "bipolar": f"Answers are one of {many(design.steps, 'step')} from much flatter to much deeper.",
-        "choice": "The answer is which of two pictures looks deeper.",
-    }[design.scale]
-
-
 def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
     """Rules that cannot be applied to answers of a design, with the reasons that the report will give."""
     reasons = {}
     trials = len(design.scenes) * design.repetitions
+    analysis = design.response_scale.analysis
     if not design.catch_trials:
         reasons["catch_passed"] = NO_CATCH
-    if design.scale != "ratio":
-        reasons |= {"repeat_factor": NO_RATIOS, "lapses": NO_RATIOS}
-    if design.scale == "ratio" and design.repetitions < 2:
+    if not analysis.ratios:
+        reasons |= {"repeat_factor": analysis.no_ratios, "lapses": analysis.no_ratios}
+    if analysis.ratios and design.repetitions < 2:
         reasons["repeat_factor"] = NOT_REPEATED
-    if design.scale == "ratio" and trials < 3:
+    if analysis.ratios and trials < 3:
         reasons["lapses"] = FEW_OF_CONDITION
-    if design.scale == "choice" and design.catch_trials < FEW:
+    if analysis.binary and design.catch_trials < FEW:
         reasons["same_answer"] = NOT_DIFFERENT
-    if design.scale == "choice" or design.answer == "typed":
+    if analysis.binary or design.answer == "typed":
         reasons["first_press"] = NO_STARTS
     elif trials * len(design.apertures) * len(design.fixations) < FEW_STARTS:
         reasons["first_press"] = FEW_PLACES

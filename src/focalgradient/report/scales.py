@@ -8,7 +8,9 @@ from typing import Any
 from focalgradient.report.plans import in_focus
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
+from focalgradient.scales import Analysis
 from focalgradient.statistics import ComparisonResult, ComparisonTests, Effect, FactorEffect, NotComputed
+from focalgradient.statistics.comparisons import UNLIKE, slope_unit
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.tables import FIXATIONS
 
@@ -17,7 +19,7 @@ __all__ = ["comparison_findings", "comparison_sheets", "factor_sheet"]
 
 def comparison_findings(found: ComparisonResult) -> Iterator[str]:
     """The results in sentences: Holm's p decides what is said."""
-    what = "the mean step" if found.scale == "bipolar" else "the share of choices"
+    what = f"the {found.analysis.mean}"
     here = found.these_scenes
     for name, slope, fixed, largest in zip(
         found.fixations, found.slopes, here.slopes, found.against_reference, strict=True
@@ -27,16 +29,18 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
         else:
             verb = "did not change reliably" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
-            unit = "steps for a millimetre" if found.scale == "bipolar" else "log odds for a millimetre"
+            unit = f"{slope_unit(found.analysis)} for a millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
             yield sentence + _here(slope, fixed)
+        if found.analysis.alike is None:
+            continue
         if isinstance(largest, Effect):
             verb = "differed" if largest.significant else "did not differ reliably"
             ends = f"({_worded(largest)}; {_over(largest)})"
             yield f"At the largest aperture it {verb} from that of pictures that are alike {ends}."
         else:
             yield f"At the largest aperture it was not tested: {largest.reason}"
-    pairs = found.differences or ({FIXATIONS: found.interaction} if found.scale == "bipolar" else {})
+    pairs = found.differences or ({FIXATIONS: found.interaction} if found.analysis.compares_slopes else {})
     for (one, other), test in pairs.items():
         if isinstance(test, NotComputed):
             yield f"The slopes of “{one}” and “{other}” were not compared: {test.reason}"
@@ -61,8 +65,7 @@ def comparison_sheets(found: ComparisonResult) -> Iterator[Sheet]:
         [one.fixation, one.aperture, f"{one.aperture_mm:.3g}", str(one.subjects), *_interval(one.mean)]
         for one in found.means
     ]
-    what = "steps" if found.scale == "bipolar" else "share of choices"
-    yield listed("comparison_means.csv", f"Mean {what} over subjects, 95 % intervals by t", head, rows)
+    yield listed("comparison_means.csv", f"Mean {found.analysis.unit} over subjects, 95 % intervals by t", head, rows)
     rows = [
         [name, over, _worded(test)]
         for over, tests in ((BOTH, found), (HERE, found.these_scenes))
@@ -80,17 +83,18 @@ def _named(
 ) -> Iterator[tuple[str, Effect | NotComputed]]:
     for name, slope, largest in zip(fixations, tests.slopes, tests.against_reference, strict=True):
         yield f"slope, {name} in focus", slope
-        yield f"largest aperture, {name} in focus", largest
+        if largest is not UNLIKE:
+            yield f"largest aperture, {name} in focus", largest
     for (one, other), test in tests.differences.items():
         yield f"difference of the slopes, {one} less {other}", test
     if not tests.differences:
         yield "difference of the slopes", tests.interaction
 
 
-def factor_sheet(found: tuple[FactorEffect, ...], scale: str) -> Sheet:
+def factor_sheet(found: tuple[FactorEffect, ...], analysis: Analysis) -> Sheet:
     """Own factors: each level against the first, as a table."""
     rows = [[one.factor, f"{one.level} − {one.against}", one.measure, _worded(one.effect)] for one in found]
-    unit = "logarithm of the ratings" if scale == "ratio" else "units of the scale"
+    unit = "logarithm of the ratings" if analysis.ratios else "units of the scale"
     caption = f"Factors of the design: differences between levels, {unit}; Holm within factor and measure"
     return listed("factors.csv", caption, ["factor", "levels", "of", "difference"], rows)
 

@@ -10,6 +10,7 @@ from focalgradient.report.analysed import Ratings, Reports
 from focalgradient.report.exclusions import CUBE_CATCH, catch_answers, excluded
 from focalgradient.report.plans import in_focus, plan_of
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
+from focalgradient.scales import scale_of
 from focalgradient.statistics import (
     DepthRatingResult,
     Effect,
@@ -63,7 +64,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         )
     for (one, other), (test, _) in result.differences.items():
         sentences.append(_pair(one, other, test, "rises"))
-    if sentences and result.scale == "ratio":
+    if sentences and result.analysis.ratios:
         sentences[0] = f"Primary outcome. {sentences[0]}"
     return sentences
 
@@ -167,7 +168,7 @@ def necker_findings(result: NeckerResult) -> list[str]:
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
     """Methods of experiment 1, for a paper."""
     if part.data is None:
-        return [_own_table(part), excluded(part.quality, catch_answers(part.scale)), *_analysis(part, bound, {})]
+        return [_own_table(part), excluded(part.quality, catch_answers(part.analysis)), *_analysis(part, bound, {})]
     designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
     design = designs[0]
     apertures, scenes = _listed(design.get("apertures", ())), len(design.get("scenes", ()))
@@ -177,7 +178,7 @@ def methods_ratings(part: Ratings, bound: float) -> list[str]:
         f"{_focused(design)} in focus and fixated, {_times(design.get('repetitions', 1))} in random order "
         f"({design.get('fixation_order', 'mixed')} fixation). {_answers(design)}"
         f"Pictures were shown for {design.get('picture_s', '?')} s each. {_catches(design)}{_same(designs)}".strip(),
-        excluded(part.quality, catch_answers(part.scale, design.get("catch_pictures") or ("standard",))),
+        excluded(part.quality, catch_answers(part.analysis, design.get("catch_pictures") or ("standard",))),
         *_analysis(part, bound, design),
     ]
 
@@ -191,17 +192,9 @@ def _focused(design: Mapping[str, Any]) -> str:
 
 
 def _answers(design: Mapping[str, Any]) -> str:
-    """What was answered; of ratios, whether to the standard or, as in the paper, to the same scene's picture."""
-    if design.get("scale", "ratio") == "steps":
-        return f"Answers were steps from 1 to {design.get('steps', 7)}. "
-    if design.get("scale", "ratio") != "ratio":
-        return ""
-    if design.get("reference") == "same-scene":
-        return "Ratings were ratios to the pinhole picture of the same scene, shown just before, as in the paper. "
-    return (
-        "Ratings were ratios to a pinhole picture of another scene that counts as 1, shown now and then; the paper’s "
-        "increase is relative to the same scene’s pinhole picture, which here follows from the analysis. "
-    )
+    """What was answered, in a sentence; empty where the analysis states it."""
+    sentence = scale_of(design).reported
+    return f"{sentence} " if sentence else ""
 
 
 def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[str]:
@@ -209,7 +202,7 @@ def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[st
     rows = part.kept[~part.kept["catch"]]
     if rows.empty:
         rows = part.table[~part.table["catch"]]
-    plan = plan_of(part.scale, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
+    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
     return [plan.outcome, plan.analysis]
 
 

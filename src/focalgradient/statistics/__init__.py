@@ -26,6 +26,7 @@ from focalgradient.statistics.durations import (
     DurationsOfPerson,
     fit_durations_of_people,
 )
+from focalgradient.statistics.effects import analyse
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, Unjudged, quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
@@ -88,6 +89,7 @@ __all__ = [
     "ThresholdFit",
     "ThresholdResult",
     "Unjudged",
+    "analyse",
     "as_table",
     "blur_thresholds",
     "compare_pictures",

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
+from focalgradient.scales import Analysis, analysis_named
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior
 from focalgradient.statistics.records import NotComputed
@@ -56,7 +57,7 @@ def bayes_depth_rating(
     table: pd.DataFrame,
     *,
     bound: float,
-    scale: Literal["ratio", "ordinal"] = "ratio",
+    scale: Analysis | Literal["ratio", "ordinal"] = "ratio",
     seed: int = 1,
     progress: Progress | None = None,
 ) -> BayesResult:
@@ -84,9 +85,10 @@ def bayes_depth_rating(
     if not (isinstance(bound, int | float) and 1 < bound < math.inf):
         raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
     check_installed(*NEEDED)
+    analysis = analysis_named(scale)
     table = rating_table(table)
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
-    if scale == "ordinal":
+    if analysis.whole:
         check_steps(table)
     posteriors: dict[Name, Posterior | NotComputed]
     others = sorted({*table["fixation"]} - {*FIXATIONS})
@@ -95,18 +97,18 @@ def bayes_depth_rating(
             f"fixation is {others[0]!r} in some trials, but the Bayesian models know nearest and farthest only: leave "
             "them out."
         )
-    if scale == "ordinal":
+    if analysis.whole:
         formula, posteriors = posteriors_of_steps(
             table, bound, seed=seed, draws=ORDINAL_DRAWS, tune=ORDINAL_TUNE, chains=CHAINS, progress=progress
         )
     else:
         formula, posteriors = _ratios(table, bound, seed, progress)
-    draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if scale == "ordinal" else (DRAWS, TUNE)
+    draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if analysis.whole else (DRAWS, TUNE)
     return BayesResult(
-        scale,
+        analysis,
         bound,
         formula,
-        ORDINAL_PRIORS if scale == "ordinal" else RATIO_PRIORS,
+        ORDINAL_PRIORS if analysis.whole else RATIO_PRIORS,
         posteriors,
         f"{CHAINS} chains of {draws:,} draws after {tune:,} of tuning (NUTS, seed {seed})",
         {name: version(name) for name in ("bambi", "pymc", "arviz")},

@@ -1,7 +1,7 @@
-"""Answers that compare two pictures: steps from flatter to deeper, or which of the two is deeper.
+"""Comparisons of two pictures (steps from flatter to deeper, or which of the two is deeper), and places on a line.
 
-Steps are analysed by a straight line on the aperture within each subject and scene, over both; choices by a marginal
-logistic model (GEE) with standard errors between subjects, to which is added what scenes differ by.
+Steps and places are analysed by a straight line on the aperture within each subject and scene, over both; choices by a
+marginal logistic model (GEE) with standard errors between subjects, to which is added what scenes differ by.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.marginal import marginal_slope
@@ -23,11 +23,9 @@ from focalgradient.statistics.means import family, only_difference, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
-__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures"]
+__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures", "slope_unit"]
 
 FloatArray = NDArray[np.float64]
-
-Kind = Literal["bipolar", "choice"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +55,8 @@ class ComparisonResult:
 
     Parameters
     ----------
-    scale
-        "bipolar" or "choice".
+    analysis
+        The statistic: `focalgradient.scales.Slopes` or `Choices`.
     participants, trials
         Who, and how many answers; catch trials are not counted.
     means
@@ -69,7 +67,8 @@ class ComparisonResult:
         Of each: steps for a millimetre of aperture; of choices, log odds for a millimetre. Over subjects and scenes,
         both random, where there are five scenes or more.
     against_reference
-        Of each, at the largest aperture: mean step against 0; share of choices against one half. Over both, too.
+        Of each, at the largest aperture: mean step against 0; share of choices against one half. Over both, too. Not
+        computed where no answer of the scale means that two pictures are alike.
     interaction
         The slope with the nearest object in focus less that with the farthest, of each subject and scene: of steps
         only, and where there are two fixations.
@@ -84,7 +83,7 @@ class ComparisonResult:
     again for these scenes.
     """
 
-    scale: Kind
+    analysis: Slopes | Choices
     participants: tuple[str, ...]
     trials: int
     means: tuple[ComparisonMean, ...]
@@ -95,6 +94,11 @@ class ComparisonResult:
     differences: Mapping[tuple[str, str], Effect | NotComputed]
     these_scenes: ComparisonTests
 
+    @property
+    def scale(self) -> str:
+        """Name of the analysis: "bipolar", "choice", or a scale's own."""
+        return self.analysis.name
+
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
         return f"<ComparisonResult: {len(self.participants)} subjects, {self.trials} answers, scale {self.scale!r}>"
@@ -102,17 +106,27 @@ class ComparisonResult:
     def summary(self) -> str:
         """Slopes, their differences, and the comparisons with the reference, a line each."""
         lines = [f"{len(self.participants)} subjects, {self.trials} answers"]
-        slope = "steps per mm" if self.scale == "bipolar" else "log odds per mm"
+        slope = f"{slope_unit(self.analysis)} per mm"
         both = zip(self.fixations, self.slopes, self.against_reference, strict=True)
         for name, change, compared in both:
             lines.append(line(f"{slope}, {name} in focus", change))
-            lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
+            if self.analysis.alike is not None:
+                lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
         pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
         return "\n".join([*lines, *(line(*one) for one in pairs or [("difference", self.interaction)])])
 
 
-def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
-    """Analyse answers of the scales "bipolar" and "choice".
+def slope_unit(analysis: Slopes | Choices) -> str:
+    """Return the unit of the slopes for a millimetre.
+
+    >>> slope_unit(Choices())
+    'log odds'
+    """
+    return "log odds" if analysis.binary else analysis.unit
+
+
+def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonResult:
+    """Analyse comparisons of two pictures, or places on a line.
 
     Parameters
     ----------
@@ -120,12 +134,12 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
         As for `focalgradient.statistics.tables.rating_table`; `rating` is a step (0: alike), or 1 where the picture was
         judged deeper than the reference and 0 where not. Catch trials are left out.
     scale
-        Which.
+        The analysis (`focalgradient.scales.Slopes` or `Choices`), or its name: "bipolar" or "choice".
 
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, or there are only catch trials.
+        If the table cannot be read without guessing, there are only catch trials, or the analysis is another.
 
     Examples
     --------
@@ -142,20 +156,23 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
     >>> round(found.slopes[0].estimate, 2), round(found.means[-1].mean.estimate, 1)
     (0.28, 2.5)
     """
-    table = rating_table(table, scale)
+    analysis = analysis_named(scale)
+    if not isinstance(analysis, Slopes | Choices):
+        raise InputError(f"scale is {analysis.name!r}, but must be 'bipolar' or 'choice', or an analysis by slopes.")
+    table = rating_table(table, analysis)
     table = table[~table["catch"]]
     if table.empty:
         raise InputError("All trials are catch trials: there are no answers to analyse.")
     present = fixations_of(table)
     rows = {name: table[table["fixation"] == name].rename(columns={"rating": "answer"}) for name in present}
     of = {name: cells(own) for name, own in rows.items()}
-    pairs = list(combinations(present, 2)) if scale == "bipolar" else []
-    slopes = [_slope(of[name], rows[name], scale) for name in present]
+    pairs = list(combinations(present, 2)) if analysis.compares_slopes else []
+    slopes = [_slope(of[name], rows[name], analysis) for name in present]
     slopes += [_difference(of[one], of[other]) for one, other in pairs]
-    largest = [_largest(own, scale) for own in of.values()]
-    both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, scale) for k in (0, 1))
+    largest = [_largest(own, analysis) for own in of.values()]
+    both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, analysis) for k in (0, 1))
     return ComparisonResult(
-        scale,
+        analysis,
         tuple(sorted(set(table["participant_id"]))),
         len(table),
         _means(table),
@@ -169,25 +186,28 @@ def compare_pictures(table: pd.DataFrame, scale: Kind) -> ComparisonResult:
 
 
 CHOICES = NotComputed("Slopes of choices are compared for steps only.")
+UNLIKE = NotComputed("No answer of the scale means that two pictures are alike.")
 
 Test = Effect | NotComputed
 
 
-def _tests(slopes: list[Test], largest: list[Test], pairs: list[tuple[str, str]], scale: Kind) -> ComparisonTests:
+def _tests(
+    slopes: list[Test], largest: list[Test], pairs: list[tuple[str, str]], analysis: Analysis
+) -> ComparisonTests:
     """Corrected by Holm: slopes with their differences, and the comparisons with the reference."""
     tests, single = family(slopes), len(slopes) - len(pairs)
     differences = dict(zip(pairs, tests[single:], strict=True))
     return ComparisonTests(
         tuple(tests[:single]),
         tuple(family(largest)),
-        only_difference(differences) if scale == "bipolar" else CHOICES,
+        only_difference(differences) if analysis.compares_slopes else CHOICES,
         differences if len(pairs) > 1 else {},
     )
 
 
-def _slope(own: Cells, rows: pd.DataFrame, scale: Kind) -> tuple[Test, Test]:
+def _slope(own: Cells, rows: pd.DataFrame, analysis: Analysis) -> tuple[Test, Test]:
     """The slope on the aperture over subjects and scenes, and for these scenes."""
-    if scale == "choice":
+    if analysis.binary:
         numbers = (pd.factorize(rows[name], sort=True)[0] for name in ("participant_id", "scene"))
         return marginal_slope(rows["answer"].to_numpy(float), rows["aperture_mm"].to_numpy(float), *numbers)
     lines = _lines(own)
@@ -222,9 +242,11 @@ def _lines(own: Cells) -> FloatArray | NotComputed:
     return (np.where(seen, own.values, 0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)) @ weights[:, None]
 
 
-def _largest(own: Cells, scale: Kind) -> tuple[Test, Test]:
+def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
     """Answers to the largest aperture against those to pictures that are alike."""
-    away = own.values[:, :, -1] - (0.5 if scale == "choice" else 0.0)
+    if analysis.alike is None:
+        return UNLIKE, UNLIKE
+    away = own.values[:, :, -1] - analysis.alike
     return crossed_effect(away), over_subjects(away)
 
 

@@ -6,16 +6,15 @@ effect. One that cannot be judged without looking at it is not applied, and the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.scales import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
 from focalgradient.statistics.judging import (
-    ANSWERS,
-    AnswerKind,
     SubjectQuality,
     judged_observers,
     judged_raters,
@@ -72,7 +71,7 @@ class Quality:
 
 
 def quality(
-    table: pd.DataFrame, rules: Rules | None = None, scale: str = "ratio", middle: float | None = None
+    table: pd.DataFrame, rules: Rules | None = None, scale: Analysis | str = "ratio", middle: float | None = None
 ) -> tuple[pd.DataFrame, Quality]:
     """Judge a table of depth ratings or of reports on the cube (known by the columns), and keep what the rules keep.
 
@@ -83,7 +82,8 @@ def quality(
     rules
         By which; None: the usual.
     scale
-        What ratings are: "ratio", "ordinal", "bipolar" or "choice". Spread and lapses are judged of ratios only.
+        Analysis of the ratings (`focalgradient.scales.Analysis`), or its name: "ratio", "ordinal", "bipolar" or
+        "choice". Spread and lapses are judged of ratios only.
     middle
         Of the scale: pictures that look clearly flatter are to be answered below it, those clearly deeper above. None:
         that of the scale; of an ordinal one it is not known then, and such pictures are not judged.
@@ -116,10 +116,11 @@ def quality(
     """
     rules = rules or Rules()
     if "rating" in table:
-        table = rating_table(table, scale)
-        kind = ANSWERS[scale] if middle is None else ANSWERS[scale]._replace(middle=middle)
-        subjects = judged_raters(table, rules, kind)
-        reasons = _unjudged_ratings(table, subjects, kind)
+        analysis = analysis_named(scale)
+        table = rating_table(table, analysis)
+        analysis = analysis if middle is None else replace(analysis, middle=middle)
+        subjects = judged_raters(table, rules, analysis)
+        reasons = _unjudged_ratings(table, subjects, analysis)
         concern: tuple[str, ...] = OF_RATINGS
     elif "percept" in table:
         table = report_table(table)
@@ -161,7 +162,6 @@ NO_CATCH = "there are no catch trials"
 NO_RIGHT_ANSWER = "no answer to the catch trials is right or wrong whatever blur does"
 NO_TIMES = "response times were not recorded"
 NO_FRAMES = "dropped frames were not counted"
-NO_RATIOS = "it is judged of ratios, and these answers are steps or choices"
 NOT_REPEATED = "no picture was rated twice by a subject"
 FEW_OF_CONDITION = "no condition was rated three times by a subject"
 NOT_DIFFERENT = (
@@ -173,7 +173,7 @@ FEW_PLACES = "where the marker first stood was recorded in too few trials of a s
 NO_PLAIN_TRIALS = "there are no trials without a gradient"
 
 
-def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], kind: AnswerKind) -> dict[str, str]:
+def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], analysis: Analysis) -> dict[str, str]:
     """Why rules cannot be applied to these ratings, by field."""
     reasons = _unjudged_reports(table, subjects)
     if reasons.get("catch_passed") and table["catch"].any():
@@ -182,7 +182,7 @@ def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], kind:
         reasons["response_time"] = reasons["fast"] = NO_TIMES
     for name, few in (("repeat_factor", NOT_REPEATED), ("lapses", FEW_OF_CONDITION)):
         if all(getattr(one, name) is None for one in subjects):
-            reasons[name] = few if kind.ratios else NO_RATIOS
+            reasons[name] = few if analysis.ratios else analysis.no_ratios
     if all(one.same_answer is None for one in subjects):
         reasons["same_answer"] = NOT_DIFFERENT
     if all(one.first_press is None for one in subjects):

@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from focalgradient.scales import Analysis
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import moments
 
-__all__ = ["ANSWERS", "FEW", "FEW_STARTS", "AnswerKind", "SubjectQuality", "judged_observers", "judged_raters"]
+__all__ = ["FEW", "FEW_STARTS", "SubjectQuality", "judged_observers", "judged_raters"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,32 +62,6 @@ class SubjectQuality:
     first_press: float | None = None
 
 
-class AnswerKind(NamedTuple):
-    """What the criteria need to know of answers on a scale.
-
-    Parameters
-    ----------
-    ratios
-        Whether they are ratios, whose spread and lapses are factors: on scales of steps both depend on where on the
-        scale a subject answers, and so on how much depth blur adds.
-    middle
-        Answer between flatter and deeper than the standard; None where unknown.
-    standard_known
-        Whether some answer to the standard itself is right.
-    """
-
-    ratios: bool
-    middle: float | None
-    standard_known: bool
-
-
-ANSWERS = {
-    "ratio": AnswerKind(ratios=True, middle=1.0, standard_known=True),
-    "ordinal": AnswerKind(ratios=False, middle=None, standard_known=False),
-    "bipolar": AnswerKind(ratios=False, middle=0.0, standard_known=True),
-    "choice": AnswerKind(ratios=False, middle=0.5, standard_known=False),
-}
-
 EXAMPLES = {"example-flat": -1, "example-deep": 1}
 """Drawings that look clearly flat or deep, and the side of the middle on which they are answered."""
 
@@ -112,24 +86,24 @@ FELT = 1 / 3
 nobody is judged by them. Our choice."""
 
 
-def judged_raters(table: pd.DataFrame, rules: Rules, kind: AnswerKind) -> list[SubjectQuality]:
+def judged_raters(table: pd.DataFrame, rules: Rules, analysis: Analysis) -> list[SubjectQuality]:
     """Judge each subject of a table of depth ratings, in the order of their names."""
     catch = table["catch"].to_numpy(bool)
     off = np.full(len(table), math.nan)
-    if kind.ratios:
+    if analysis.ratios:
         off[~catch] = _unexpected(table[~catch])
     answers = {"catch": catch, "off": off, "rating": table["rating"].to_numpy(float)}
-    answers["side"] = _right_side(table, kind)
+    answers["side"] = _right_side(table, analysis)
     answers["pinhole"] = (table["aperture_mm"] == 0).to_numpy(bool) & ~catch
     answers["picture"] = table.groupby(["scene", "aperture", "fixation"], sort=False).ngroup().to_numpy()
     answers["condition"] = table.groupby(["aperture", "fixation"], sort=False).ngroup().to_numpy()
     for name in ("response_time", "dropped_frames", "interval", "start"):
         if name in table:
             answers[name] = table[name].to_numpy(float)
-    apart = _told_apart(table[answers["pinhole"]], kind, rules)
+    apart = _told_apart(table[answers["pinhole"]], analysis, rules)
     of_subject = {str(name): rows for name, rows in table.groupby("participant_id").indices.items()}
     return [
-        _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, kind, apart)
+        _rater(name, {key: values[of_subject[name]] for key, values in answers.items()}, rules, analysis, apart)
         for name in sorted(of_subject)
     ]
 
@@ -157,31 +131,31 @@ def _unexpected(rows: pd.DataFrame) -> np.ndarray:
     return np.min(found, axis=0)
 
 
-def _right_side(table: pd.DataFrame, kind: AnswerKind) -> np.ndarray:
+def _right_side(table: pd.DataFrame, analysis: Analysis) -> np.ndarray:
     """Side of the middle on which a catch trial is answered rightly, 0 for near it; NaN where no answer is right.
 
     The standard is a pinhole picture: how a blurred picture of it should be rated depends on what blur does.
     """
     side = np.full(len(table), math.nan)
-    if kind.middle is None:
+    if analysis.middle is None:
         return side
     catch, scene = table["catch"].to_numpy(bool), table["scene"].to_numpy(object)
-    if kind.standard_known:
+    if analysis.standard_known:
         side[catch & (table["aperture_mm"] == 0).to_numpy(bool)] = 0
     for name, right in EXAMPLES.items():
         side[catch & (scene == name)] = right
     return side
 
 
-def _told_apart(rows: pd.DataFrame, kind: AnswerKind, rules: Rules) -> bool:
+def _told_apart(rows: pd.DataFrame, analysis: Analysis, rules: Rules) -> bool:
     """Whether scenes at the pinhole, where blur can do nothing, differ so much that every honest answer must differ.
 
     Judged by the subjects whose answers vary there: they must be the majority and agree on the scenes, and whoever
     feels only `FELT` of the differences must still give different answers in steps as theirs.
     """
-    if rows.empty or kind == ANSWERS["choice"]:
+    if rows.empty or analysis.binary:
         return False
-    values = np.log(rows["rating"]) if kind.ratios else rows["rating"].astype(float)
+    values = np.log(rows["rating"]) if analysis.ratios else rows["rating"].astype(float)
     rows = pd.DataFrame({"who": rows["participant_id"], "scene": rows["scene"], "answer": values})
     most = 1.0 if rules.same_answer is None else rules.same_answer
     own = rows.groupby("who")["answer"]
@@ -201,9 +175,11 @@ def _told_apart(rows: pd.DataFrame, kind: AnswerKind, rules: Rules) -> bool:
     return all(_largest_share(answers) <= most for answers in given.T)
 
 
-def _rater(name: str, answers: Mapping[str, np.ndarray], rules: Rules, kind: AnswerKind, apart: bool) -> SubjectQuality:
+def _rater(
+    name: str, answers: Mapping[str, np.ndarray], rules: Rules, analysis: Analysis, apart: bool
+) -> SubjectQuality:
     catch = answers["catch"]
-    passed = _passed(answers["rating"], answers["side"], rules, kind)
+    passed = _passed(answers["rating"], answers["side"], rules, analysis)
     rows = {key: values[~catch] for key, values in answers.items()}
     picture = np.unique(rows["picture"], return_inverse=True)[1]
     count = np.bincount(picture)
@@ -235,11 +211,11 @@ def _rater(name: str, answers: Mapping[str, np.ndarray], rules: Rules, kind: Ans
     )
 
 
-def _passed(answer: np.ndarray, side: np.ndarray, rules: Rules, kind: AnswerKind) -> np.ndarray:
+def _passed(answer: np.ndarray, side: np.ndarray, rules: Rules, analysis: Analysis) -> np.ndarray:
     """Which of the catch trials that have a right answer are passed."""
     known = ~np.isnan(side)
-    answer, side, middle = answer[known], side[known], kind.middle or 0.0
-    if kind.ratios:
+    answer, side, middle = answer[known], side[known], analysis.middle or 0.0
+    if analysis.ratios:
         near = (answer >= middle / rules.catch_factor) & (answer <= middle * rules.catch_factor)
     else:
         near = np.abs(answer - middle) <= 1

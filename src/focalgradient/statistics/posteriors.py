@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.scales import Analysis
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["ORDINAL_PRIORS", "RATIO_PRIORS", "BayesResult", "Name", "Posterior", "Prior"]
@@ -127,8 +128,8 @@ class BayesResult:
 
     Parameters
     ----------
-    scale
-        "ratio" or "ordinal".
+    analysis
+        That of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
     bound
         Ratio, or odds ratio, within which a rise counts as none.
     formula
@@ -145,12 +146,12 @@ class BayesResult:
     Examples
     --------
     >>> alone = {"nearest": NotComputed("one subject only")}
-    >>> result = BayesResult("ratio", 1.2, "log_rating ~ amount", RATIO_PRIORS, alone, "4 chains", {})
+    >>> result = BayesResult(Ratios(), 1.2, "log_rating ~ amount", RATIO_PRIORS, alone, "4 chains", {})
     >>> result, result.summary()
     (<BayesResult: log_rating ~ amount>, 'nearest: one subject only')
     """
 
-    scale: Literal["ratio", "ordinal"]
+    analysis: Analysis
     bound: float
     formula: str
     priors: Mapping[str, Prior]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
+from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, error_skewness, over_subjects
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
@@ -31,6 +32,7 @@ __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneM
 FloatArray = NDArray[np.float64]
 
 Scale = Literal["ratio", "ordinal"]
+"""Names of the analyses of `depth_rating`."""
 """What the ratings are: ratios to the standard, or steps in order (whole numbers)."""
 
 
@@ -146,8 +148,8 @@ class DepthRatingResult:
         Who gave them, in order.
     trials
         How many ratings were analysed; catch trials are not.
-    scale
-        What the ratings are.
+    analysis
+        Statistic of the ratings: `focalgradient.scales.Ratios` or `OrdinalSteps`.
     scenes
         Their names.
     largest_mm
@@ -182,7 +184,7 @@ class DepthRatingResult:
 
     participants: tuple[str, ...]
     trials: int
-    scale: Scale
+    analysis: Analysis
     scenes: tuple[str, ...]
     largest_mm: float
     subject_means: tuple[SubjectMean, ...]
@@ -196,6 +198,11 @@ class DepthRatingResult:
     differences: Mapping[tuple[str, str], tuple[Effect | NotComputed, Effect | NotComputed]] = field(
         default_factory=dict
     )
+
+    @property
+    def scale(self) -> str:
+        """Name of the analysis: "ratio" or "ordinal"."""
+        return self.analysis.name
 
     def __repr__(self) -> str:
         """In short; `summary` has the results."""
@@ -218,7 +225,11 @@ class DepthRatingResult:
 
 
 def depth_rating(
-    table: pd.DataFrame, *, equivalence_bound: float, scale: Scale = "ratio", progress: Progress | None = None
+    table: pd.DataFrame,
+    *,
+    equivalence_bound: float,
+    scale: Analysis | Scale = "ratio",
+    progress: Progress | None = None,
 ) -> DepthRatingResult:
     """Analyse depth ratings.
 
@@ -260,19 +271,22 @@ def depth_rating(
             f"equivalence_bound is {equivalence_bound!r}, but must be a ratio above 1: the smallest increase "
             "that matters."
         )
+    analysis = analysis_named(scale)
+    if not isinstance(analysis, Ratios | OrdinalSteps):
+        raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': take compare_pictures.")
     table = rating_table(table)
     table = table[~table["catch"]]
     if table.empty:
         raise InputError("All trials are catch trials: there are no ratings to analyse.")
-    if scale == "ordinal":
+    if analysis.whole:
         check_steps(table)
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = fixations_of(table)
     of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
-    found = [_fixation(name, of[name], equivalence_bound, scale, remarks) for name in present]
+    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks) for name in present]
     pairs = [FIXATIONS] if set(present) <= {*FIXATIONS} else list(combinations(present, 2))
-    against = [_difference(of, one, other, scale) for one, other in pairs]
+    against = [_difference(of, one, other, analysis) for one, other in pairs]
     rises = family([*(each.rise for each in found), *(test for test, _ in against)])
     here = family([*(each.rise_these_scenes for each in found), *(test for _, test in against)])
     differences = dict(zip(pairs, zip(rises[len(found) :], here[len(found) :], strict=True), strict=True))
@@ -281,13 +295,13 @@ def depth_rating(
     return DepthRatingResult(
         participants=tuple(sorted(set(table["participant_id"]))),
         trials=len(table),
-        scale=scale,
+        analysis=analysis,
         scenes=tuple(sorted(set(table["scene"].astype(str)))),
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
-        scene_means=_scene_means(table, of) if scale == "ratio" else (),
+        scene_means=_scene_means(table, of) if analysis.ratios else (),
         means=_means(table, of, dict(zip(present, zip(rises, here, strict=False), strict=False)), remarks)
-        if scale == "ratio"
+        if analysis.ratios
         else (),
         fixations=tuple(
             replace(each, rise=rise, rise_these_scenes=fixed, slope=slope, curvature=curve)
@@ -295,7 +309,7 @@ def depth_rating(
         ),
         interaction=interaction[0],
         interaction_these_scenes=interaction[1],
-        ordinal=ordinal_rating(table, remarks, progress) if scale == "ordinal" else RATIO,
+        ordinal=RATIO if analysis.ratios else ordinal_rating(table, remarks, progress),
         remarks=tuple(dict.fromkeys(remarks)),
         differences={} if set(present) <= {*FIXATIONS} else differences,
     )
@@ -308,8 +322,8 @@ ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
 RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
 
 
-def _fixation(fixation: str, own: Cells, bound: float, scale: Scale, remarks: list[str]) -> FixationResult:
-    if scale == "ordinal":
+def _fixation(fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str]) -> FixationResult:
+    if not analysis.ratios:
         return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
         remarks.append("Scenes and apertures cannot be told apart: nothing is corrected for scenes.")
@@ -346,10 +360,10 @@ def _no_ratio(own: Cells, fixation: str) -> NotComputed:
 
 
 def _difference(
-    of: Mapping[str, Cells], one: str, other: str, scale: Scale
+    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis
 ) -> tuple[Effect | NotComputed, Effect | NotComputed]:
     """The difference of two rises of each subject and scene, over both; and for these scenes."""
-    if scale == "ordinal":
+    if not analysis.ratios:
         return ORDINAL, ORDINAL
     rises = []
     for fixation in (one, other):

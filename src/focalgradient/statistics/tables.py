@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.scales import Analysis, analysis_named
 
 __all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "rating_table", "report_table"]
 
@@ -43,7 +44,7 @@ CLOCK: Final = 0.05
 """Seconds by which a report may outlast its trial: three frames of a display."""
 
 
-def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
+def rating_table(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.DataFrame:
     """A checked copy of a table of depth ratings, one row a trial, catch trials among them.
 
     Parameters
@@ -55,13 +56,14 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
         "simulated"), people and simulated observers must not be mixed; with a column `session`, trials are counted
         within it.
     scale
-        On the scales "bipolar" and "choice" a rating may be 0, and on the first below it.
+        Analysis of the ratings, or its name: it says whether a rating may be 0, or below it.
 
     Raises
     ------
     InputError
         At the first thing wrong, with its row.
     """
+    analysis = analysis_named(scale)
     table = _checked(table, RATING_COLUMNS, "depth ratings", ["participant_id", "session", "trial"])
     _refuse(table, table["scene"].isna(), "scene", "but every row must name its scene")
     named = table["fixation"].map(lambda name: isinstance(name, str) and bool(name.strip()))
@@ -71,11 +73,11 @@ def rating_table(table: pd.DataFrame, scale: str = "ratio") -> pd.DataFrame:
     _refuse(table, wrong, "aperture", 'but must be "pinhole" or "f/" and a number')
     for column, least in (("rating", "above 0: a ratio to the standard"), ("aperture_mm", "0 or more")):
         values = _numbers(table, column)
-        low = values < (-math.inf if scale == "bipolar" else 0)
-        if column == "rating" and scale not in ("bipolar", "choice"):
+        low = values < 0
+        if column == "rating" and analysis.positive:
             low = values <= 0
         elif column == "rating":
-            least = "of the scale"
+            low, least = values < (-math.inf if analysis.signed else 0), "of the scale"
         _refuse(table, low | ~np.isfinite(values), column, f"but must be a number {least}")
         table[column] = values
     pinhole = names == PINHOLE

@@ -60,7 +60,7 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
     picture = _interval(design, stimuli, shown, levels, design.picture_s, "picture")
     compared = design.reference_of(trial)
     intervals = [picture]
-    if design.scale == "choice":
+    if design.response_scale.intervals > 1:
         other = _interval(design, stimuli, compared, levels, design.picture_s, "reference")
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":

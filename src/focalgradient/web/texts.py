@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.design.rating_pages import scale_of
-from focalgradient.design.scales import Scale
 from focalgradient.design.sequence import Page, Standard
 from focalgradient.design.words import Words
 from focalgradient.errors import InputError
@@ -45,19 +43,5 @@ def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dic
 
 
 def scale(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
-    """Write the scale as the browser reads it."""
-    if design.scale == "choice":
-        ways = [words("depth.first"), words("depth.second")]
-        return {"kind": "choice", "question": words("depth.question_choice"), "ways": ways}
-    found = scale_of(design, words)
-    asked = {"question": found.question, "below": found.below}
-    if isinstance(found, Scale):
-        range_ = {"least": found.least, "most": found.most}
-        return {"kind": "ratio", **asked, "ends": list(found.ends), "ticks": found.ticks(), **range_}
-    named = dict(found.labelled())
-    return {
-        "kind": "steps",
-        **asked,
-        "digits": found.has_digits,
-        "steps": [{"value": step, "label": named.get(step, "")} for step in found.values],
-    }
+    """Describe what is answered on as the browser draws it."""
+    return design.response_scale.control(words).form()

@@ -1,5 +1,6 @@
 // The scale below a text that explains it by an example, with the answer of the example on it; nothing can be answered.
 
+import { shareOf } from "./slider.js";
 import { escaped } from "./texts.js";
 
 export function exampleScale(scale, at, number) {
@@ -10,9 +11,9 @@ export function exampleScale(scale, at, number) {
       `<span class="step ${value === at ? "chosen" : ""}">${signed(value)}${label ? `<br><small>${escaped(label)}</small>` : ""}</span>`;
     return `<div class="example steps">${scale.steps.map(step).join("")}</div>`;
   }
-  const share = (value) => (100 * Math.log(value / scale.least)) / Math.log(scale.most / scale.least);
+  const share = (value) => 100 * shareOf(scale, value);
   const tick = (value) => `<span class="tick" style="left: ${share(value)}%">${number(value)}</span>`;
-  return `<div class="example"><div class="ends"><span>${escaped(scale.ends[0])}</span><output>${number(at)}</output>
+  return `<div class="example"><div class="ends"><span>${escaped(scale.ends[0])}</span><output>${scale.numbered ? number(at) : ""}</output>
     <span>${escaped(scale.ends[1])}</span></div><div class="line"><span class="at" style="left: ${share(at)}%"></span>
     ${scale.ticks.map(tick).join("")}</div></div>`;
 }

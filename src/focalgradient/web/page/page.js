@@ -20,7 +20,7 @@ import PicturePlugin, { load } from "./picture.js";
 import { heldAlone, Practice } from "./practice.js";
 import { Server } from "./server.js";
 import { rest } from "./rest.js";
-import { ratioSlider } from "./slider.js";
+import { sliderQuestion } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
 import { stopButton } from "./stopping.js";
 import { escaped, filled, html, turned } from "./texts.js";
@@ -422,7 +422,7 @@ class Page {
       };
     }
     if (scale.kind === "steps") return stepsQuestion(scale, { escaped, keep });
-    return ratioSlider(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
+    return sliderQuestion(scale, { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep });
   }
 
   // Which key is for what, below the cube and before it.

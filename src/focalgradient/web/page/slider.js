@@ -1,13 +1,18 @@
-// A scale of ratios on a slider, which shows no marker until it is first moved: that puts it at a random place, so that none
-// is suggested.
+// A line on a slider, of equal ratios or equal differences, which shows no marker until it is first moved: that puts it at a
+// random place, so that none is suggested.
 
 import Slider from "@jspsych/plugin-html-slider-response";
 
 const STEPS = 1000;
 
+// What lies at a share of the way from the least to the most, and the share of a value.
+export const valueAt = ({ least, most, ratios }, share) => (ratios ? least * (most / least) ** share : least + (most - least) * share);
+export const shareOf = ({ least, most, ratios }, value) =>
+  ratios ? Math.log(value / least) / Math.log(most / least) : (value - least) / (most - least);
+
 // `number` and `escaped` write numbers and texts, `done` is the button's label, `keep` takes the answer.
-export function ratioSlider(scale, { number, escaped, done, keep }) {
-  const value = (place) => scale.least * (scale.most / scale.least) ** (place / STEPS);
+export function sliderQuestion(scale, { number, escaped, done, keep }) {
+  const value = (place) => valueAt(scale, place / STEPS);
   const start = Math.floor(Math.random() * (STEPS + 1));
   let moved = false;
   return {
@@ -30,8 +35,9 @@ export function ratioSlider(scale, { number, escaped, done, keep }) {
       slider.focus();
       slider.addEventListener("input", () => {
         slider.classList.remove("unset");
-        shown.textContent = number(value(Number(slider.value)));
-        slider.setAttribute("aria-valuetext", shown.textContent);
+        const now = number(value(Number(slider.value)));
+        if (scale.numbered) shown.textContent = now;
+        slider.setAttribute("aria-valuetext", now);
       });
       slider.addEventListener("keydown", (event) => {
         if (event.key === "Enter") document.querySelector("#jspsych-html-slider-response-next").click();

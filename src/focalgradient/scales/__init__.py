@@ -1,0 +1,41 @@
+"""Response scales: one class each, which the laboratory, the browser, the files, the report and the power ask.
+
+A new scale is one class derived from `ResponseScale` in one file, found by `register` or by an entry point of the group
+"focalgradient.scales". `check_scale` states whether it is complete.
+"""
+
+from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
+from focalgradient.scales.base import AnswerColumn, ResponseScale
+from focalgradient.scales.check import check_scale
+from focalgradient.scales.controls import Control, Scale, Steps, Ways
+from focalgradient.scales.ratio import Ratio
+from focalgradient.scales.registry import register, scale_class, scale_names, scale_of
+from focalgradient.scales.signed import SignedComparison
+from focalgradient.scales.steps import OrdinalScale
+from focalgradient.scales.two_intervals import TwoIntervals
+from focalgradient.scales.visual_analogue import VisualAnalogue
+
+__all__ = [
+    "Analysis",
+    "AnswerColumn",
+    "Choices",
+    "Control",
+    "OrdinalScale",
+    "OrdinalSteps",
+    "Ratio",
+    "Ratios",
+    "ResponseScale",
+    "Scale",
+    "SignedComparison",
+    "Slopes",
+    "Steps",
+    "TwoIntervals",
+    "VisualAnalogue",
+    "Ways",
+    "analysis_named",
+    "check_scale",
+    "register",
+    "scale_class",
+    "scale_names",
+    "scale_of",
+]

@@ -1,0 +1,98 @@
+"""Signed comparison with a reference: steps from much flatter to much deeper, 0 being alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from focalgradient.errors import InputError
+from focalgradient.scales.analyses import BIPOLAR, Analysis
+from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale, Texts
+from focalgradient.scales.controls import Steps
+from focalgradient.scales.steps import check_labels
+
+__all__ = ["SignedComparison"]
+
+
+@dataclass(frozen=True)
+class SignedComparison(ResponseScale):
+    """A step from -(`steps` - 1) / 2 (much flatter than the reference) to +(`steps` - 1) / 2 (much deeper).
+
+    Parameters
+    ----------
+    steps
+        How many, an odd number.
+    labels
+        Meaning of the steps: one each, one for each end, these with the middle, or none for those of the words.
+    reference
+        "standard", or "same-scene": which picture is 0.
+
+    Examples
+    --------
+    >>> SignedComparison().bounds, SignedComparison().middle
+    ((-3.0, 3.0), 0.0)
+    """
+
+    steps: int = 7
+    labels: tuple[str, ...] = ()
+    reference: Literal["standard", "same-scene"] = "standard"
+
+    name: ClassVar[str] = "bipolar"
+    standard: ClassVar[float | None] = 0.0
+    off: ClassVar[str] = "has whole steps"
+
+    def __post_init__(self) -> None:
+        if self.steps % 2 == 0 or self.steps < 3:
+            raise InputError(f"steps is {self.steps}, but a bipolar scale has a middle: give an odd number.")
+        check_labels(self.name, self.labels, {0, 2, 3, self.steps})
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        half = float(self.steps // 2)
+        return -half, half
+
+    @property
+    def middle(self) -> float:
+        return 0.0
+
+    @property
+    def analysis(self) -> Analysis:
+        return BIPOLAR
+
+    @property
+    def column(self) -> AnswerColumn:
+        return AnswerColumn("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.")
+
+    @property
+    def answered(self) -> str:
+        return f"Answers are one of {self.steps} steps from much flatter to much deeper."
+
+    @property
+    def example(self) -> float:
+        return 1.0
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0
+
+    def control(self, texts: Texts) -> Steps:
+        labels = self.labels or tuple(texts(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))
+        reference = texts("depth.the_standard" if self.reference == "standard" else "depth.the_one_before")
+        half = self.steps // 2
+        return Steps(texts("depth.question_bipolar", reference=reference), "", -half, half, labels)
+
+    def instructions(self, texts: Texts) -> str:
+        reference = texts("depth.reference_standard" if self.reference == "standard" else "depth.reference_same")
+        return texts("depth.instructions_bipolar", reference=reference)
+
+    def example_text(self, texts: Texts) -> str:
+        return texts("depth.example_bipolar", **self.ends(texts, "+g"))
+
+    def simulated(self, log_ratio: float, largest: float) -> float:
+        least, most = self.bounds
+        return float(min(max(round(most * log_ratio / largest), least), most))
+
+    def latent(self, log_odds: FloatArray) -> FloatArray:
+        least, most = self.bounds
+        return np.asarray(least + np.digitize(log_odds, np.arange(least, most) + 0.5), float)

@@ -1,0 +1,70 @@
+"""Two-interval forced choice: which of two pictures looks deeper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from focalgradient.scales.analyses import Analysis, Choices
+from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale, Texts
+from focalgradient.scales.controls import Ways
+
+__all__ = ["TwoIntervals"]
+
+
+@dataclass(frozen=True)
+class TwoIntervals(ResponseScale):
+    """1 where the picture is chosen as the deeper one, 0 where the reference is.
+
+    Examples
+    --------
+    >>> TwoIntervals().bounds, TwoIntervals().answer_in(2.0, interval=2)
+    ((0.0, 1.0), 1.0)
+    """
+
+    name: ClassVar[str] = "choice"
+    intervals: ClassVar[int] = 2
+    again: ClassVar[str] = "depth.practice_again_choice"
+    off: ClassVar[str] = "has whole steps"
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        return 0.0, 1.0
+
+    @property
+    def middle(self) -> float:
+        return 0.5
+
+    @property
+    def analysis(self) -> Analysis:
+        return Choices()
+
+    @property
+    def column(self) -> AnswerColumn:
+        return AnswerColumn(
+            "1 where the picture was judged deeper than the reference, 0 where the reference was.", least=0.0
+        )
+
+    @property
+    def answered(self) -> str:
+        return "The answer is which of two pictures looks deeper."
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0
+
+    def control(self, texts: Texts) -> Ways:
+        return Ways(texts("depth.question_choice"), (texts("depth.first"), texts("depth.second")))
+
+    def instructions(self, texts: Texts) -> str:
+        return texts("depth.instructions_choice")
+
+    def answer_in(self, given: float, interval: int) -> float:
+        return float(given == interval)
+
+    def simulated(self, log_ratio: float, largest: float) -> float:
+        return float(log_ratio > 0)
+
+    def latent(self, log_odds: FloatArray) -> FloatArray:
+        return np.asarray(np.digitize(log_odds, np.zeros(1)), float)

@@ -1,0 +1,57 @@
+"""The analysis that a scale names, of any table of answers; and its main effects, whichever it is."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from focalgradient.progress import Progress
+from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
+from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
+from focalgradient.statistics.ordinal import OrdinalResult
+from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
+from focalgradient.statistics.records import Effect, NotComputed
+
+__all__ = ["analyse", "effects"]
+
+BOUND = 1.2
+"""Bound of equivalence (ratio) unless another is stated: see `focalgradient.report.BOUND`."""
+
+Found = tuple[Effect | NotComputed, ...]
+
+
+def analyse(
+    table: pd.DataFrame, analysis: Analysis | str, *, bound: float = BOUND, progress: Progress | None = None
+) -> DepthRatingResult | ComparisonResult:
+    """Analyse answers by the statistic that their scale names.
+
+    Parameters
+    ----------
+    table
+        As for `focalgradient.statistics.tables.rating_table`.
+    analysis
+        The statistic, or its name: "ratio", "ordinal", "bipolar" or "choice".
+    bound
+        Of equivalence, of ratios: see `depth_rating`.
+    progress
+        See `depth_rating`.
+
+    Raises
+    ------
+    InputError
+        As `depth_rating` and `compare_pictures` do.
+    """
+    statistic = analysis_named(analysis)
+    if isinstance(statistic, Slopes | Choices):
+        return compare_pictures(table, statistic)
+    return depth_rating(table, equivalence_bound=bound, scale=statistic, progress=progress)
+
+
+def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:
+    """Return the effects of the aperture with each fixation, positive where depth rises, and their differences."""
+    if isinstance(result, ComparisonResult):
+        return result.slopes, (*(result.differences.values() or [result.interaction]),)
+    if isinstance(result.ordinal, OrdinalResult):
+        ordinal = result.ordinal
+        return ordinal.rises, (*(ordinal.differences.values() or [ordinal.interaction]),)
+    pairs = [test for test, _ in result.differences.values()] or [result.interaction]
+    return tuple(each.rise for each in result.fixations), (*pairs,)
