@@ -94,6 +94,7 @@ SCALES = {
     "ratio": ('scale = "ratio"\nlanguage = "de"\n', by_arrows, (0.25, 4.0)),
     "steps": ('scale = "steps"\n', by_digits, (2.0, 6.0)),
     "bipolar": ('scale = "bipolar"\nreference = "same-scene"\nlanguage = "de"\n', by_arrows, (-3.0, 3.0)),
+    "visual-analogue": ('scale = "visual-analogue"\nlanguage = "de"\n', by_arrows, (0.0, 100.0)),
     "choice": ('scale = "choice"\nreference = "same-scene"\n', which, (0.0, 1.0)),
 }
 
@@ -117,7 +118,7 @@ def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
     other = ~deep & (table["scene"] != "spheres-00")
     assert (table["rating"][deep] == high).all()
     assert (table["rating"][other] == low).all()
-    moved = scale in ("ratio", "bipolar")
+    moved = scale in ("ratio", "bipolar", "visual-analogue")
     assert table["start"].notna().all() == moved
     if moved:
         assert table["start"].between(low, high).all()

@@ -33,6 +33,7 @@ SCALES = {
     "ratio": 'language = "de"\n',
     "steps": 'scale = "steps"\ncatch_pictures = ["flatter", "deeper"]\n',
     "bipolar": 'scale = "bipolar"\nreference = "same-scene"\ncatch_pictures = ["flatter", "deeper"]\n',
+    "visual-analogue": 'scale = "visual-analogue"\ncatch_pictures = ["flatter", "deeper"]\n',
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
 }
 

@@ -65,8 +65,10 @@ class _Checked:
     def __init__(self, scale: ResponseScale):
         self.scale = scale
         self.least, self.most = scale.bounds
-        ends = (getattr(scale, name, usual) for name, usual in zip(("least_rating", "most_rating"), RANGE, strict=True))
-        self.logs = tuple(math.log(end) for end in ends)
+        least, most = (
+            getattr(scale, name, end) for name, end in zip(("least_rating", "most_rating"), RANGE, strict=True)
+        )
+        self.logs = (math.log(least), math.log(most))
 
     def need(self, holds: object, what: str) -> None:
         """Raise unless something holds."""
@@ -225,8 +227,8 @@ class _Checked:
         for who in range(8):
             for scene in range(6):
                 for name, mm in (("pinhole", 0.0), ("f/22", 2.3), ("f/11", 4.5), ("f/5.6", 8.9)):
-                    log = direction * 0.05 * mm + 0.3 * rng.standard_normal()
-                    answer = self.scale.simulated(float(np.clip(log, *self.logs)), self.logs[1])
+                    log = direction * 0.05 * mm + 0.3 * float(rng.standard_normal())
+                    answer = self.scale.simulated(min(max(log, self.logs[0]), self.logs[1]), self.logs[1])
                     row = {"participant_id": f"{who}", "trial": len(rows), "scene": f"{scene}", "aperture": name}
                     rows.append(row | {"aperture_mm": mm, "fixation": "nearest", "rating": answer, "catch": False})
         return pd.DataFrame(rows)

@@ -63,9 +63,7 @@ class Ratio(ResponseScale):
 
     @property
     def column(self) -> AnswerColumn:
-        return AnswerColumn(
-            "Three-dimensionality as a ratio to the standard, a pinhole picture, which is 1.", above=0.0
-        )
+        return AnswerColumn("Three-dimensionality as a ratio to the standard, a pinhole picture, which is 1.", above=0)
 
     @property
     def answered(self) -> str:
