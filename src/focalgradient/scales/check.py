@@ -54,8 +54,8 @@ def check_scale(scale: ResponseScale | type[ResponseScale]) -> None:
     for texts in checked.languages():
         control = checked.texts(texts)
         checked.answers(control)
-    checked.column()
     checked.observers()
+    checked.column()
     checked.analysis()
 
 

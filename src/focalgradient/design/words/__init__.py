@@ -19,6 +19,7 @@ from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
+from focalgradient.scales import scale_class, scale_names
 
 __all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
 
@@ -141,10 +142,13 @@ def _flat(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Ent
 
 def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]:
     """Compare a laboratory's words with the English ones, entry by entry."""
-    entries, usual = dict(given), _own("en").entries
+    entries = dict(given)
+    usual = _own("en").entries
+    optional = _of_scales({name.partition(".")[0] for name in entries.keys() - usual.keys()})
+    known = {**usual, **optional}
     for name in entries:
-        if name not in usual:
-            near = difflib.get_close_matches(name, usual, 1)
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
             raise InputError(
                 f"{path}: {name} is no entry of the words: " + (f"did you mean {near[0]}?" if near else "leave it out.")
             )
@@ -152,22 +156,32 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]
     if missing:
         more = f", and {len(missing) - 1} more are" if len(missing) > 1 else " is"
         raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the words of 'en' and translate it.")
-    for name, usual_entry in usual.items():
-        entry = entries[name]
+    for name, entry in entries.items():
+        usual_entry = known[name]
         if isinstance(usual_entry, tuple) != isinstance(entry, tuple) or not _is_text(entry):
             kind = "a list of pages" if isinstance(usual_entry, tuple) else "a text"
             raise InputError(f"{path}: {name} must be {kind}, and not empty: see the words of 'en'.")
         try:
-            strange = _braces(entry) - _braces(usual_entry)
+            strange = _braces(entry) - _braces(usual_entry) - (ENDS if name in optional else set())
         except ValueError as error:
             raise InputError(f"{path}: {name} has a brace without its pair: write {{{{ for a brace itself.") from error
         if strange:
-            known = ", ".join(sorted(_braces(usual_entry))) or "none"
-            raise InputError(f"{path}: {name} has {{{min(strange)}}}, which is not filled in: use of {known}.")
+            filled = ", ".join(sorted(_braces(usual_entry))) or "none"
+            raise InputError(f"{path}: {name} has {{{min(strange)}}}, which is not filled in: use of {filled}.")
     keys = [str(entries[f"common.{name}_key"]) for name in ("yes", "no")]
     if not all(len(key) == 1 and key.isascii() and key.islower() for key in keys) or keys[0] == keys[1]:
         raise InputError(f"{path}: common.yes_key and common.no_key must be two different letters from a to z.")
     return entries
+
+
+ENDS = {"least", "most", "example"}
+"""What a scale fills into its pages, whether its own texts use it or not."""
+
+
+def _of_scales(sections: set[str]) -> dict[str, Entry]:
+    """The English texts of the scales that a file has sections of; a file may leave them out."""
+    scales = {name: scale_class(name).texts.get("en", {}) for name in sections if name in scale_names()}
+    return {f"{name}.{entry}": text for name, texts in scales.items() for entry, text in texts.items()}
 
 
 def _is_text(entry: object) -> bool:

@@ -1,0 +1,270 @@
+"""Response scales as classes: the check that each must pass, the registry, and a scale of a package of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient.design import DepthRatingDesign, check_design, load_design
+from focalgradient.design.words import load_words, words_text
+from focalgradient.errors import InputError
+from focalgradient.scales import (
+    AnswerColumn,
+    OrdinalScale,
+    Ratio,
+    Scale,
+    SignedComparison,
+    Slopes,
+    TwoIntervals,
+    VisualAnalogue,
+    check_scale,
+    register,
+    scale_class,
+    scale_names,
+    scale_of,
+)
+
+ROOT = Path(__file__).parents[1]
+OURS = [
+    Ratio(),
+    Ratio(0.5, 1.3, answer="typed", reference="same-scene"),
+    OrdinalScale(),
+    OrdinalScale(steps=2),
+    OrdinalScale(steps=21, labels=("flat", "deep")),
+    SignedComparison(),
+    SignedComparison(steps=3, reference="same-scene"),
+    TwoIntervals(),
+    VisualAnalogue(),
+    VisualAnalogue(labels=("shallow", "deep")),
+]
+
+
+@pytest.mark.parametrize("scale", OURS, ids=str)
+def test_each_of_ours_passes_the_check(scale) -> None:
+    check_scale(scale)
+
+
+@dataclass(frozen=True)
+class Wrong(VisualAnalogue):
+    """A visual analogue scale, of which a test breaks one part."""
+
+    name: ClassVar[str] = "wrong"
+    texts: ClassVar = VisualAnalogue.texts
+
+
+BROKEN = {
+    "middle is 120, outside": {"middle": 120.0},
+    "bounds are": {"bounds": (100.0, 0.0)},
+    "is_answer refuses its own end 0": {"is_answer": lambda self, value: 1 <= value <= 100},
+    "is_answer accepts 100.1": {"is_answer": lambda self, value: value > -0.01},
+    "example is 20, not above the middle": {"example": 20.0},
+    "has no 'en'": {"texts": {"de": VisualAnalogue.texts["de"]}},
+    "has no text 'example' in 'en'": {"texts": {"en": {"instructions": "A title\nA text."}}},
+    "instructions is empty in 'de'": {"instructions": lambda self, texts: " " if texts.language == "de" else "A"},
+    "answered is empty": {"answered": ""},
+    "no key reaches the end 100": {
+        "control": lambda self, texts: Scale("How deep?", "", 0.0, 90.0, ratios=False, ends=("a", "b"))
+    },
+    "keys reach 100.8": {
+        "control": lambda self, texts: Scale("How deep?", "", 0.0, 110.0, ratios=False, ends=("a", "b"))
+    },
+    "intervals is 2, which does not go with": {"intervals": 2},
+    "column refuses the answer": {"column": AnswerColumn("How deep.", least=10.0)},
+    "column.levels does not name": {"column": AnswerColumn("How deep.", levels={"0": "flat"})},
+    "the sidecar's Units is empty": {"column": AnswerColumn("How deep.", units=" ")},
+    "simulated answers 101": {"simulated": lambda self, log, largest: 101.0 if log > 1 else 50 + 30 * log},
+    "simulated falls where depth rises": {"simulated": lambda self, log, largest: 50 - 30 * log},
+    "simulated is the same": {"simulated": lambda self, log, largest: 50.0},
+    "latent falls": {"latent": lambda self, log_odds: 50 - log_odds},
+    "analysis.middle is not": {"analysis": Slopes(name="wrong", middle=0.0, unit="%", mean="mean place")},
+    "the analysis needs answers above 0": {"analysis": scale_of({"scale": "steps"}).analysis.__class__(middle=50.0)},
+    "analysis.standard_known must be": {"standard": 50.0},
+}
+
+
+@pytest.mark.parametrize("reason", BROKEN)
+def test_a_broken_part_fails_the_check_by_name(reason: str) -> None:
+    scale = dataclass(frozen=True)(type("Broken", (Wrong,), BROKEN[reason]))
+    with pytest.raises(InputError, match=re.escape(reason)):
+        check_scale(scale)
+
+
+def test_what_is_no_scale_fails_the_check() -> None:
+    for wrong in (Scale("", "", 0, 1), int, "ratio", None):
+        with pytest.raises(InputError, match="must be a response scale"):
+            check_scale(wrong)  # type: ignore[arg-type]
+
+
+@settings(max_examples=20)
+@given(st.text(max_size=20).filter(lambda name: name not in scale_names()))
+def test_an_unknown_name_is_refused_with_those_that_exist(name: str) -> None:
+    with pytest.raises(InputError, match=r"must be one of 'ratio', 'steps', 'bipolar', 'choice', 'visual-analogue'"):
+        check_design("mine.toml", {"task": "depthrating", "scale": name})
+
+
+def test_a_scale_of_another_kind_or_of_a_taken_name_is_not_registered() -> None:
+    with pytest.raises(InputError, match="'ratio' already"):
+        register(dataclass(frozen=True)(type("Own", (VisualAnalogue,), {"name": "ratio"})))
+    with pytest.raises(InputError, match="derived from ResponseScale"):
+        register(int)  # type: ignore[type-var]
+    assert scale_class("ratio") is Ratio
+
+
+@given(st.floats(allow_nan=True))
+def test_a_place_on_the_line_is_an_answer_within_its_ends_only(value: float) -> None:
+    design = DepthRatingDesign(scale="visual-analogue")
+    assert design.is_answer(value) == (-1e-6 <= value <= 100 + 1e-6)
+
+
+def test_words_of_ones_own_may_have_the_texts_of_a_scale(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(words_text("en"), encoding="utf-8")
+    scale = VisualAnalogue()
+    with pytest.raises(
+        InputError, match=r"no text 'instructions' in 'own.toml': write it into the section \[visual-ana"
+    ):
+        scale.instructions(load_words("own.toml", tmp_path))
+    own = '[visual-analogue]\ninstructions = "How deep?\\nFrom {least} to {most}."\nexample = "So"\n'
+    (tmp_path / "own.toml").write_text(words_text("en") + own, encoding="utf-8")
+    assert scale.instructions(load_words("own.toml", tmp_path)) == "How deep?\nFrom 0 to 100."
+    (tmp_path / "own.toml").write_text(words_text("en") + own.replace("example", "sample"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"visual-analogue\.sample is no entry"):
+        load_words("own.toml", tmp_path)
+
+
+def blocks(heading: str) -> list[str]:
+    """Blocks of code of a section of docs/extending.md, in order."""
+    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    section = text.split(f"## {heading}\n")[1].split("\n## ")[0]
+    return re.findall(r"^```\w+\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The package of the document, built from nothing and unpacked as pip does."""
+    folder = tmp_path_factory.mktemp("package")
+    source, project = blocks("A response scale")
+    (folder / "numeric_rating.py").write_text(source, encoding="utf-8")
+    (folder / "pyproject.toml").write_text(project, encoding="utf-8")
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel"], cwd=folder, check=True, capture_output=True
+    )
+    (wheel,) = folder.glob("dist/*.whl")
+    zipfile.ZipFile(wheel).extractall(folder / "site")
+    return folder / "site"
+
+
+def program(installed: Path, *command: object) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(installed), str(ROOT / "src")])
+    given = [sys.executable, *map(str, command)]
+    return subprocess.run(given, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, check=False)
+
+
+OWN = """
+import json, sys
+from pathlib import Path
+import focalgradient
+assert "numeric_rating" not in sys.modules
+from focalgradient.dataset import Apparatus, Rated, Session, validate
+from focalgradient.design import load_design
+from focalgradient.design.pages import pages_of
+from focalgradient.design.words import load_words
+from focalgradient.report import Stated, make_report
+from focalgradient.report.preregister import preregistration
+from focalgradient.scales import check_scale, scale_class
+from focalgradient.statistics import Rules
+from focalgradient.web.texts import scale
+check_scale(scale_class("numeric-rating"))
+file, data = map(Path, sys.argv[1:])
+design = load_design(file)
+for number in range(6):
+    with Session.begin(data, design, f"{number:02}", apparatus=Apparatus("seconds of the test")) as session:
+        for at, trial in enumerate(session.remaining()):
+            deep = {"example-flat": -1.2, "example-deep": 1.2}.get(trial.scene, 0.08 * trial.aperture_mm)
+            deep += 0.1 * ((at * 7 + number) % 11 - 5) / 5
+            rating = design.response_scale.simulated(max(min(deep, 1.38), -1.38), 1.386)
+            session.record(trial, Rated(onset=20.0 * at, rating=rating, response_time=1.5))
+files = make_report(data).files
+pages = pages_of(design, load_words("en"), "01").opening()
+told = {
+    "problems": validate(data).problems,
+    "report": files["report.md"].decode(),
+    "plan": preregistration(file, stated=Stated(Rules()))["preregistration.md"].decode(),
+    "pages": [page.text for page in pages],
+    "form": scale(design, load_words("en")),
+    "sidecar": json.loads(next(data.glob("sub-00/**/*_beh.json")).read_text())["rating"],
+}
+print(json.dumps(told))
+"""
+
+
+def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_report(
+    installed: Path, tmp_path: Path
+) -> None:
+    design = 'task = "depthrating"\nscale = "numeric-rating"\nscenes = ["s1", "s2"]\nrepetitions = 1\n'
+    (tmp_path / "own.toml").write_text(design)
+    done = program(installed, "-c", OWN, tmp_path / "own.toml", tmp_path / "data")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["problems"] == []
+    assert "the mean number rose with the aperture (points for a millimetre" in told["report"]
+    assert "slope of the number on the diameter of the aperture (points for a millimetre)" in told["plan"]
+    assert "Answers are whole numbers from 0 to 10." in told["plan"]
+    assert "Answer each picture by a number from 0 to 10." in told["pages"][0]
+    assert told["form"]["steps"][0] == {"value": 0, "label": "no depth"}
+    assert told["sidecar"]["Maximum"] == 10
+    # Where the package is not installed, the file is refused by name.
+    with pytest.raises(InputError, match="scale is 'numeric-rating', but must be one of 'ratio'"):
+        load_design(tmp_path / "own.toml")
+
+
+@pytest.mark.slow
+def test_the_commands_know_the_scale_of_the_document(installed: Path, tmp_path: Path) -> None:
+    design = 'task = "depthrating"\nscale = "numeric-rating"\nscenes = ["spheres-01"]\nrepetitions = 1\n'
+    (tmp_path / "own.toml").write_text(design)
+    command = ("-m", "focalgradient.cli")
+    run = [
+        (
+            "simulate",
+            "depth-rating",
+            "--design",
+            tmp_path / "own.toml",
+            "--observers",
+            4,
+            "--seed",
+            1,
+            "--out",
+            tmp_path / "data",
+        ),
+        ("validate", tmp_path / "data"),
+        ("report", tmp_path / "data", "--out", tmp_path / "report"),
+    ]
+    for one in run:
+        done = program(installed, *command, *one)
+        assert done.returncode == 0, done.stderr
+    assert "mean number" in (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
+    done = program(tmp_path, *command, "validate", tmp_path / "data")
+    assert done.returncode != 0
+    assert "scale is 'numeric-rating', but must be one of" in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_power_of_a_line_is_that_of_its_simulated_experiments() -> None:
+    chance = np.random.default_rng(1)
+    felt = chance.logistic(size=10_000)
+    places = VisualAnalogue().latent(felt)
+    assert 0 <= places.min() < 5
+    assert 95 < places.max() <= 100
+    assert abs(places.mean() - 50) < 1  # the logistic function of a logistic variable is uniform
+    assert abs(places.std() - 100 / 12**0.5) < 1
