@@ -66,8 +66,8 @@ ROOMS = {
     },
     "video": {"display", "errors", "files", "progress", "view"},
     "lab": {
-        *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales", "scenes"),
-        "stimuli",
+        *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
+        *("scenes", "stimuli"),
     },
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "parallel", "progress", "scales"},
