@@ -23,6 +23,7 @@ from focalgradient.errors import InputError
 from focalgradient.scales import (
     AnswerColumn,
     OrdinalScale,
+    OrdinalSteps,
     Ratio,
     Scale,
     SignedComparison,
@@ -33,7 +34,6 @@ from focalgradient.scales import (
     register,
     scale_class,
     scale_names,
-    scale_of,
 )
 
 ROOT = Path(__file__).parents[1]
@@ -89,7 +89,7 @@ BROKEN = {
     "simulated is the same": {"simulated": lambda self, log, largest: 50.0},
     "latent falls": {"latent": lambda self, log_odds: 50 - log_odds},
     "analysis.middle is not": {"analysis": Slopes(name="wrong", middle=0.0, unit="%", mean="mean place")},
-    "the analysis needs answers above 0": {"analysis": scale_of({"scale": "steps"}).analysis.__class__(middle=50.0)},
+    "the analysis needs answers above 0": {"analysis": OrdinalSteps(middle=50.0)},
     "analysis.standard_known must be": {"standard": 50.0},
 }
 
