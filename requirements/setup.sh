@@ -81,7 +81,16 @@ python_wanted() { # sets $needed, and says what will be installed before anythin
             "install its venv module (on Debian: apt-get install python3-venv) and call make again."
     fi
     count=$(grep -c '^[a-z0-9-]*==' requirements/python.txt || :)
-    say "installs the $count packages that requirements/python.txt pins, about 2 GB, into .venv (once; a few minutes)"
+    say "installs the $count packages that requirements/python.txt pins into .venv: about 600 MB to download, 2 GB of" \
+        "disk, 2 to 10 minutes, once"
+}
+
+progress() { # how far pip is: it downloads everything, then installs one package after another
+    if grep -q '^Installing collected' .venv/pip.out; then
+        say "installed $(find .venv/lib -maxdepth 3 -name '*.dist-info' | wc -l) of $count packages, $1 s"
+    else
+        say "downloaded $(grep -c '^Collecting' .venv/pip.out || :) of $count packages, $1 s"
+    fi
 }
 
 with_pip() { # installs; without a terminal, where pip shows no bar, says now and then how far it is
@@ -98,7 +107,7 @@ with_pip() { # installs; without a terminal, where pip shows no bar, says now an
     while kill -0 $pip 2>/dev/null; do
         sleep 1
         seconds=$((seconds + 1))
-        [ $((seconds % 15)) != 0 ] || say "$(grep -c '^Collecting' .venv/pip.out || :) of $count packages, $seconds s"
+        [ $((seconds % 15)) != 0 ] || progress $seconds
     done
     trap - INT TERM
     wait $pip

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import click
@@ -119,3 +121,10 @@ def test_a_result_is_lines_for_people_or_one_object_for_programs():
 def test_long_work_is_announced(seconds, said, capsys):
     announce(seconds, "work")
     assert said in capsys.readouterr().err
+
+
+def test_the_package_runs_as_a_module() -> None:
+    words = [sys.executable, "-m", "focalgradient", "--version"]
+    found = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout.startswith("focalgradient ")

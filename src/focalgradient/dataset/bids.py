@@ -179,7 +179,7 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     note = "SIMULATED OBSERVERS, not people: every answer was computed by a model.\n\n" if kind == "simulated" else ""
     about = {
         "Name": f"{name} (simulated observers)" if note else name,
-        "BIDSVersion": "1.10.0",
+        "BIDSVersion": "1.11.1",
         "DatasetType": "raw",
         "Simulated": kind == "simulated",
         "GeneratedBy": [{"Name": "focalgradient", "Version": ours}],
