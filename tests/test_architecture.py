@@ -82,6 +82,7 @@ ROOMS = {
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
+ROOMS["__main__"] = {"cli"}
 
 # What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
 # the check of a scale passes answers through the tables and the statistics, which know scales.
