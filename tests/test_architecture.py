@@ -34,6 +34,7 @@ ROOMS = {
         *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "render", "scenes"),
         "view",
     },
+    "binocular": {"errors", "files", "optics", "progress", "render", "scenes", "view"},
     "srgb": set(),
     "live": {"display", "errors", "eye", "files", "memory", "optics", "progress", "render", "srgb"},
     "display": {"errors", "plausibility", "srgb"},
@@ -75,7 +76,8 @@ ROOMS = {
     "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "scales", "statistics"},
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
-        *("__init__", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live", "memory", "optics"),
+        *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live"),
+        *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
         *("display", "luminance", "progress", "video", "view", "web"),

@@ -17,6 +17,7 @@ from focalgradient.paper import paper_distance
 from focalgradient.view import View
 
 if TYPE_CHECKING:
+    from focalgradient import binocular as binocular
     from focalgradient import calibration as calibration
     from focalgradient import dataset as dataset
     from focalgradient import depth as depth
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from focalgradient import tables as tables
     from focalgradient import video as video
     from focalgradient import view as view
+    from focalgradient.binocular import stereo
     from focalgradient.eye import Eye
     from focalgradient.live import FocusSeries
     from focalgradient.render import Rendered, blur, cast, render_bands, render_series
@@ -68,11 +70,13 @@ __all__ = [
     "render_bands",
     "render_series",
     "save_movie",
+    "stereo",
 ]
 
 _HOMES = {
     "Eye": "eye",
     "FocusSeries": "live",
+    "stereo": "binocular",
     **dict.fromkeys(["Rendered", "blur", "cast", "render_bands", "render_series"], "render"),
     **dict.fromkeys(["read_movie", "save_movie"], "video"),
 }

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from focalgradient.errors import InputError, check_seed, described
+from focalgradient.errors import InputError, check_number, check_seed, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
@@ -50,12 +50,14 @@ def cast(
     *,
     samples: int = 64,
     seed: int = 0,
+    place: float = 0.0,
+    ahead: float = 0.0,
     progress: Progress | None = None,
 ) -> Rendered:
     """Render a scene through a finite thin lens.
 
     The sensor is a plane: pixel (row i, column j) of H x W looks in the direction
-    ((j - (W-1)/2) pixel_angle, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
+    ((j - (W-1)/2) pixel_angle + ahead, (i - (H-1)/2) pixel_angle, 1). A pixel is the mean over its own square.
 
     Parameters
     ----------
@@ -72,13 +74,17 @@ def cast(
         0.3 % (64 rays) or 0.1 % (256) of the mean where blur discs are 4 pixels across, 0.9 % or 0.3 % at 16.
     seed
         Seed of the rays; with the same seed two optics are sampled alike.
+    place
+        Where the lens's centre is, in metres to the right of the origin. Its axis stays parallel to z.
+    ahead
+        Direction of the frame's middle, as a tangent to the right: of a sensor that is shifted off the axis.
     progress
         Called now and then with the share done, 0 to 1, and what is being done.
 
     Raises
     ------
     InputError
-        If the frame, the pixel or the number of samples is not positive, or the optics not finite.
+        If the frame, the pixel or the number of samples is not positive, or the optics, place or ahead not finite.
 
     Examples
     --------
@@ -94,7 +100,10 @@ def cast(
     aperture, focus = optics.aperture_diameter, optics.focus_vergence
     if not castable(scene):
         raise InputError("the ray caster knows planes and spheres only, without a sky: render the scene by 'shaded'.")
-    image, distance = cast_without(scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress)
+    check_number("place", place, "metres")
+    check_number("ahead", ahead, "tangent of an angle")
+    aside = place, ahead
+    image, distance = cast_without(scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress, aside)
     return Rendered(View(image, optics, pixel_angle), distance)
 
 
@@ -108,8 +117,12 @@ def cast_without(
     samples: int,
     seed: int,
     progress: Progress | None = None,
+    aside: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow."""
+    """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow.
+
+    `aside` is the `place` and the `ahead` of `cast`.
+    """
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
     rays, number = _patterns(samples, seed), -1 if skipped is None else skipped
     image, distance = np.empty(shape, np.float32), np.empty(shape)
@@ -117,7 +130,7 @@ def cast_without(
     def rows(start: int) -> None:
         _cast_rows(
             *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
-            *(aperture / 2, focus, pixel_angle, number, start, start + ROWS, image, distance),
+            *(aperture / 2, focus, pixel_angle, *aside, number, start, start + ROWS, image, distance),
         )
 
     starts = range(0, shape[0], ROWS)
@@ -307,6 +320,8 @@ def _cast_rows(  # type: ignore[no-untyped-def]
     aperture,
     focus,
     pixel,
+    place,
+    ahead,
     skipped,
     start,
     stop,
@@ -318,15 +333,15 @@ def _cast_rows(  # type: ignore[no-untyped-def]
     samples = rays.shape[1]
     for i in range(start, min(stop, height)):
         for j in range(width):
-            tx, ty = (j - (width - 1) / 2) * pixel, (i - (height - 1) / 2) * pixel
-            distance[i, j] = _hit(objects, 0.0, 0.0, 0.0, tx, ty, 1.0, 0.0, skipped)[0]
+            tx, ty = (j - (width - 1) / 2) * pixel + ahead, (i - (height - 1) / 2) * pixel
+            distance[i, j] = _hit(objects, place, 0.0, 0.0, tx, ty, 1.0, 0.0, skipped)[0]
             pattern = rays[_deal(i, j, seed)]
             total = 0.0
             for n in range(samples):
                 ax, ay = aperture * pattern[n, 0], aperture * pattern[n, 1]
                 dx = tx + pixel * pattern[n, 2] - ax * focus
                 dy = ty + pixel * pattern[n, 3] - ay * focus
-                total += _radiance(objects, textures, sun, ambient, background, ax, ay, dx, dy, skipped)
+                total += _radiance(objects, textures, sun, ambient, background, place + ax, ay, dx, dy, skipped)
             image[i, j] = total / samples
 
 

@@ -1,0 +1,307 @@
+"""From a scene, or a picture and its depth, to the views of two eyes.
+
+The eyes are a distance I apart, at -I/2 and I/2, both straight ahead, and each sees through one window: the plane of
+zero disparity at vergence V0, as on a screen. A point at vergence V seen from the middle at x (a tangent, to the right)
+is at x + I/2 (V - V0) in the left eye's view and x - I/2 (V - V0) in the right eye's: its disparity is I (V - V0).
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.binocular.pair import EyeView, StereoPair
+from focalgradient.binocular.warp import monocular, sample, warp
+from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
+from focalgradient.optics import Lens, Optics, check_optics, own_blur
+from focalgradient.progress import Progress
+from focalgradient.render import blur_picture, cast
+from focalgradient.scenes.objects import Scene
+
+__all__ = ["INTEROCULAR", "stereo"]
+
+INTEROCULAR = 0.063
+"""Mean distance between the eyes of adults, in metres (Dodgson, Proc SPIE 5291, 2004)."""
+
+Distances = float | ArrayLike | Callable[[NDArray[np.float64]], ArrayLike]
+"""Distances in metres: one, one for each pixel, or a function of the true ones."""
+
+PINHOLE = Lens(0.017, math.inf, 1.0)
+"""What sees everything sharp."""
+
+MOSTLY_INVENTED = 0.25
+"""Share of a view above which a warning says that it was completed."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Geometry:
+    """Where the two eyes are."""
+
+    interocular: float
+    vergence: float
+    pixel_angle: float
+
+    def disparity(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Disparity in radians of a vergence in dioptres."""
+        return np.asarray(self.interocular * (vergence - self.vergence))
+
+    @property
+    def step(self) -> float:
+        """Pixels of disparity in a dioptre."""
+        return self.interocular / self.pixel_angle
+
+
+class _Seen(NamedTuple):
+    """One eye's light, true distance (m), vergence of its blur and of its disparity (D), and what was completed."""
+
+    light: NDArray[np.float32]
+    distance: NDArray[np.float64]
+    blurred: NDArray[np.float64]
+    placed: NDArray[np.float64]
+    is_invented: NDArray[np.bool_]
+
+
+def stereo(
+    scene: Scene | ArrayLike,
+    distance: ArrayLike | Optics | tuple[Optics, Optics] | None = None,
+    eye: Optics | tuple[Optics, Optics] | None = None,
+    *,
+    pixel_angle: float,
+    interocular: float = INTEROCULAR,
+    vergence: float | None = None,
+    blur: bool = True,
+    blur_distance: Distances | None = None,
+    disparity_distance: Distances | None = None,
+    camera: float = 0.0,
+    shape: tuple[int, int] | None = None,
+    samples: int = 64,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> StereoPair:
+    """See a scene, or a picture whose depth is known, with two eyes.
+
+    ``stereo(scene, eye, ...)`` ray casts the view of each eye from its own place. ``stereo(picture, distance, eye,
+    ...)`` moves the pixels of the picture, completes what it does not show, and blurs each eye's view by its depth.
+
+    Parameters
+    ----------
+    scene
+        A scene of planes and spheres; or a sharp picture in linear light, H x W or H x W x 3.
+    distance
+        With a picture: distance in metres along the axis of what each pixel shows, H x W; ``inf`` is allowed.
+    eye
+        A `Lens` or an `Eye`; or two of them, left and right, that may differ in focus, pupil or aberrations
+        (monovision, anisometropia).
+    pixel_angle
+        Angle in radians that one pixel subtends.
+    interocular
+        Distance between the eyes in metres.
+    vergence
+        Vergence in dioptres of the plane of zero disparity, that of the screen. None: the mean focus of the eyes.
+    blur
+        Whether views are blurred; False leaves all sharp.
+    blur_distance
+        Distances in metres that set the blur in the place of the true ones: one, one for each pixel (with a picture),
+        or a function of the true ones.
+    disparity_distance
+        The same for disparity, and for what hides what. A scene is then seen from the middle, and its picture moved.
+    camera
+        Where the picture was taken from: -0.5 the left eye, 0 the middle, 0.5 the right eye.
+    shape, samples, seed
+        With a scene: height and width in pixels, rays a pixel and their seed.
+    progress
+        Called with the share done, 0 to 1, and a few words.
+
+    Returns
+    -------
+    StereoPair
+        Both views with the true distance, disparity and blur of each pixel, what one eye sees alone, and what was
+        completed.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the scene cannot be ray cast.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If more than a quarter of a view had to be completed.
+
+    Examples
+    --------
+    A wall half a dioptre nearer than the plane of zero disparity: 0.063 m x 0.5 D = 31.5 mrad, crossed.
+
+    >>> from focalgradient import Lens
+    >>> wall = np.full((32, 64), 1 / 1.5)
+    >>> light = np.random.default_rng(1).uniform(0, 1, (32, 64))
+    >>> pair = stereo(light, wall, Lens(0.017, 4.0, 1.0), pixel_angle=6.3e-3, vergence=1.0)
+    >>> round(float(pair.left.disparity[0, 0]), 4)
+    0.0315
+    >>> bool(np.allclose(pair.left.light[:, 20:40], pair.right.light[:, 15:35]))  # 5 pixels farther right on the left
+    True
+    """
+    if isinstance(scene, Scene) and eye is None:
+        distance, eye = None, distance
+    eyes = _eyes(eye)
+    check_number("interocular", interocular, "metres", least=0.0)
+    check_number("camera", camera, "distances between the eyes")
+    zero = sum(one.focus_vergence for one in eyes) / 2 if vergence is None else vergence
+    check_number("vergence", zero, "dioptres")
+    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
+        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    geometry = _Geometry(interocular, zero, pixel_angle)
+    say = progress or (lambda share, words: None)
+    if isinstance(scene, Scene):
+        if distance is not None:
+            raise InputError("distance is given with a scene, which has its own: leave it out.")
+        if shape is None:
+            raise InputError("shape is missing: give the height and width of the views in pixels.")
+        rays = {"shape": shape, "pixel_angle": pixel_angle, "samples": samples, "seed": seed}
+        if disparity_distance is None:
+            return _cast_pair(scene, eyes, geometry, rays, blur, blur_distance, say)
+        middle = cast(scene, PINHOLE, **rays)  # type: ignore[arg-type]
+        light, far = middle.view.image.astype(np.float32), middle.distance
+    else:
+        light, far = _checked(scene, distance)
+    return _moved_pair(light, far, eyes, geometry, blur, blur_distance, disparity_distance, camera, say)
+
+
+def _eyes(eye: object) -> tuple[Optics, Optics]:
+    pair = eye if isinstance(eye, tuple | list) else (eye, eye)
+    if len(pair) != 2:
+        raise InputError(f"eye holds {len(pair)} eyes, but must be one for both sides, or two: left and right.")
+    for one in pair:
+        check_optics(one)
+    return pair[0], pair[1]
+
+
+def _checked(picture: object, distance: object) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    if distance is None:
+        raise InputError(f"distance is missing for a picture ({described(picture)}): give metres for every pixel.")
+    light, far = np.asarray(picture), np.asarray(distance)
+    if light.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
+        raise InputError(f"picture and distance are of types {light.dtype} and {far.dtype}, but must be real numbers.")
+    if light.ndim not in (2, 3) or far.shape != light.shape[:2] or 0 in far.shape:
+        raise InputError(f"distance has shape {far.shape} but picture {light.shape}: give metres for every pixel.")
+    if not (np.isfinite(light).all() and (far > 0).all()):
+        raise InputError("picture or distance holds values that are not finite or not positive: repair or crop them.")
+    return light.astype(np.float32), far.astype(float)
+
+
+def _distances(given: Distances | None, true: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """Distances that stand for the true ones, refused unless they are positive."""
+    if given is None:
+        return true
+    found = np.asarray(given(true) if callable(given) else given, float)
+    if found.shape not in ((), true.shape) or not (found > 0).all():
+        raise InputError(
+            f"{name} has shape {found.shape}, but must be one positive distance in metres, or one for each pixel: "
+            f"{true.shape}."
+        )
+    return np.broadcast_to(found, true.shape).astype(float)
+
+
+def _radius(optics: Optics, vergence: NDArray[np.float64], blur: bool) -> NDArray[np.float64]:
+    """Radius of blur in radians."""
+    if not blur:
+        return np.zeros(vergence.shape)
+    return np.asarray(np.abs(optics.focus_vergence - vergence) * (optics.aperture_diameter / 2))
+
+
+def _cast_pair(
+    scene: Scene,
+    eyes: tuple[Optics, Optics],
+    geometry: _Geometry,
+    rays: dict[str, object],
+    blur: bool,
+    blur_distance: Distances | None,
+    say: Progress,
+) -> StereoPair:
+    """Each eye's view, ray cast from its own place."""
+    if blur_distance is not None and not callable(blur_distance) and np.ndim(blur_distance) > 0:
+        raise InputError("blur_distance is an array, but each eye sees a scene from elsewhere: give a function.")
+    found = []
+    for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
+        aside = {"place": side * geometry.interocular, "ahead": -side * geometry.interocular * geometry.vergence}
+
+        def tell(share: float, words: str, number: int = number) -> None:
+            say((number + share) / 2, words)
+
+        own = own_blur(optics)
+        by_rays = blur and blur_distance is None and (own is None or not own.forms_views)
+        seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=tell)  # type: ignore[arg-type]
+        shown = _distances(blur_distance, seen.distance, "blur_distance")
+        light = seen.view.image.astype(np.float32)
+        if blur and not by_rays:
+            light = blur_picture(light, shown, optics, pixel_angle=geometry.pixel_angle)
+        found.append(_Seen(light, seen.distance, 1 / shown, 1 / seen.distance, np.zeros(light.shape, bool)))
+    return _pair(found, eyes, geometry, blur)
+
+
+def _moved_pair(
+    light: NDArray[np.float32],
+    far: NDArray[np.float64],
+    eyes: tuple[Optics, Optics],
+    geometry: _Geometry,
+    blur: bool,
+    blur_distance: Distances | None,
+    disparity_distance: Distances | None,
+    camera: float,
+    say: Progress,
+) -> StereoPair:
+    """Each eye's view, of the pixels of a picture moved by their disparity."""
+    shown = 1 / _distances(blur_distance, far, "blur_distance")
+    placed = 1 / _distances(disparity_distance, far, "disparity_distance")
+    found = []
+    for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
+        shift = (camera - side) * geometry.disparity(placed) / geometry.pixel_angle
+        moved = warp(shift, placed)
+        columns = moved.source
+        true, blurred, own = (_nearest(one, columns) for one in (far, shown, placed))
+
+        def tell(share: float, words: str, number: int = number) -> None:
+            say((number + share) / 2, words)
+
+        picture = sample(light, shift, columns)
+        if blur:
+            picture = blur_picture(picture, 1 / blurred, optics, pixel_angle=geometry.pixel_angle, progress=tell)
+        found.append(_Seen(picture, true, blurred, own, moved.is_invented))
+        if (share := float(moved.is_invented.mean())) > MOSTLY_INVENTED:
+            warnings.warn(
+                f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was completed: "
+                "give a vergence nearer to the scene's, or a wider picture.",
+                FocalGradientWarning,
+                stacklevel=3,
+            )
+    return _pair(found, eyes, geometry, blur)
+
+
+def _nearest(values: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values of one map at fractional columns: of the nearest pixel, so that no surface appears between two others."""
+    nearest = np.clip(np.rint(columns).astype(int), 0, values.shape[1] - 1)
+    return np.take_along_axis(values, nearest, axis=1)
+
+
+def _pair(found: list[_Seen], eyes: tuple[Optics, Optics], geometry: _Geometry, blur: bool) -> StereoPair:
+    """Put the views together, with the truth of their pixels."""
+    placed = [one.placed - geometry.vergence for one in found]
+    views = [
+        EyeView(
+            one.light,
+            optics,
+            one.distance,
+            geometry.disparity(one.placed),
+            _radius(optics, one.blurred, blur),
+            monocular(placed[number], placed[1 - number], geometry.step, 1 - 2 * number),
+            one.is_invented,
+        )
+        for number, (one, optics) in enumerate(zip(found, eyes, strict=True))
+    ]
+    return StereoPair(views[0], views[1], geometry.pixel_angle, geometry.interocular, geometry.vergence)
