@@ -74,7 +74,8 @@ def test_a_session_whose_sidecar_has_no_design_is_left_out_and_named(tmp_path, d
 @pytest.mark.parametrize(
     ("args", "sentence"),
     [
-        (["--bound", "0.9"], "equivalence_bound is 0.9, but must be a ratio above 1"),
+        (["--bound", "0.9"], "--bound is 0.9, but must be a ratio above 1 and at most 10"),
+        (["--bound", "20"], "give the smallest rise that matters, 1.2 for 20 %"),
         (["--bound", "-2"], "--bound is -2, but must be a positive number"),
         (["--ordinal"], "ratings must be whole numbers"),
     ],
@@ -100,7 +101,7 @@ def test_nothing_is_written_into_a_data_set(data, tmp_path):
 def test_a_folder_without_data_set(tmp_path):
     result = run(tmp_path, "--out", tmp_path / "report")
     assert result.exit_code == 2
-    assert "give the folder of a data set" in result.stderr
+    assert "holds no data set, as it has no dataset_description.json: give the folder" in result.stderr
 
 
 def test_a_table_of_ones_own(tmp_path):

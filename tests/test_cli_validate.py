@@ -85,7 +85,7 @@ def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
     result = run(tmp_path)
     assert result.exit_code == 2
     assert result.stderr.startswith("Error: ")
-    assert "give the folder of a data set" in result.stderr
+    assert "holds no data set, as it has no dataset_description.json: give the folder" in result.stderr
     assert result.stderr.count("\n") == 1
 
 

@@ -158,7 +158,7 @@ def report(
     seconds = 0.0 if folder.is_file() else SESSION_S * sum(1 for _ in folder.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
-        options_named({}),
+        options_named({"equivalence_bound is": "--bound is"}),
         shared_work(workers, scheduler, seconds) as executor,
     ):
         made = make_report(

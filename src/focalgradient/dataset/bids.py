@@ -148,7 +148,8 @@ def read_description(root: Path) -> dict[str, Any]:
     """
     path = Path(root, "dataset_description.json")
     if not path.exists():
-        raise InputError(f"{path} cannot be read (No such file or directory): give the folder of a data set.")
+        found = "holds no data set, as it has no dataset_description.json" if Path(root).is_dir() else "does not exist"
+        raise InputError(f"{root} {found}: give the folder that 'run', 'serve' or 'simulate' wrote.")
     found = read_json(path, "the description of a data set")
     if not isinstance(found, dict):
         raise InputError(f"{path} is no JSON object: restore it from a copy.")

@@ -23,7 +23,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, error_skewness, moments
-from focalgradient.statistics.hypotheses import one_sided
+from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 
@@ -103,7 +103,7 @@ class Study:
     Raises
     ------
     InputError
-        If the bound is not above 1, or the design lacks what is tested.
+        If the bound is not above 1 and at most 10, or the design lacks what is tested.
     """
 
     model: Model
@@ -113,8 +113,7 @@ class Study:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if not 1 < self.bound < math.inf:
-            raise InputError(f"bound is {self.bound!r}, but must be a ratio above 1: the smallest rise that matters.")
+        check_bound("bound", self.bound)
         if not self.design.response_scale.analysis.ratios:
             raise InputError(
                 f"The design has the scale {self.design.scale!r}, but this is a model of ratios: 'focalgradient report "

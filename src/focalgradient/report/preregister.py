@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +36,7 @@ from focalgradient.statistics.exclusions import (
     NOT_DIFFERENT,
     NOT_REPEATED,
 )
+from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.judging import FEW, FEW_STARTS
 
 __all__ = ["preregistration"]
@@ -83,8 +83,7 @@ def preregistration(
     """
     design = load_design(design_file)
     used = next((one for one in (bound, stated.bound) if one is not None), BOUND)
-    if not 1 < used < math.inf:
-        raise InputError(f"bound is {used!r}, but must be a ratio above 1: the smallest rise that matters.")
+    check_bound("bound", used)
     effects = {name: one for name, one in (("effect", effect), ("far_effect", far_effect)) if one is not None}
     of_ratings = isinstance(design, DepthRatingDesign)
     if not of_ratings and (bound is not None or ordinal or far_effect is not None):

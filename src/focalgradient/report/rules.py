@@ -12,6 +12,7 @@ from typing import Any
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes, read_toml
 from focalgradient.statistics import Rules
+from focalgradient.statistics.hypotheses import check_bound
 
 __all__ = ["Stated", "as_toml", "load_rules"]
 
@@ -83,10 +84,7 @@ def load_rules(path: Path) -> Stated:
     bound: float | None = None
     for key, value in found.items():
         if key == "bound":
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value > 1:
-                raise InputError(
-                    f"{printable(path)}: bound is {value!r}, but must be a ratio above 1: give one like 1.2."
-                )
+            check_bound(f"{printable(path)}: bound", value)
             bound = float(value)
         elif key not in fields:
             raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*MEANING, 'bound'])}.")

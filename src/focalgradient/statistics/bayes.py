@@ -23,6 +23,7 @@ from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, analysis_named
 from focalgradient.statistics.cells import cells
+from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior
 from focalgradient.statistics.records import NotComputed
 from focalgradient.statistics.tables import FIXATIONS, PINHOLE, check_steps, rating_table
@@ -80,10 +81,9 @@ def bayes_depth_rating(
     Raises
     ------
     InputError
-        If the extra `bayes` is not installed, the table cannot be read, or the bound is not above 1.
+        If the extra `bayes` is not installed, the table cannot be read, or the bound is not above 1 and at most 10.
     """
-    if not (isinstance(bound, int | float) and 1 < bound < math.inf):
-        raise InputError(f"bound is {bound!r}, but must be a ratio above 1: the smallest rise that matters.")
+    check_bound("bound", bound)
     check_installed(*NEEDED)
     analysis = analysis_named(scale)
     table = rating_table(table)

@@ -8,16 +8,32 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
+from focalgradient.errors import InputError
 from focalgradient.statistics.records import ALPHA, Effect
 
-__all__ = ["Equivalence", "equivalence", "one_sided"]
+__all__ = ["LARGEST_BOUND", "Equivalence", "check_bound", "equivalence", "one_sided"]
 
 FloatArray = NDArray[np.float64]
+
+LARGEST_BOUND = 10.0
+"""Largest bound of equivalence, a ratio: no measured depth effect is as large, and 20 is most likely a percentage."""
 
 SHRINKAGE = 12
 """The sample's skewness is taken 1 + 12 / N times. 1 + 8 / N makes up for what samples of a gamma distribution show too
 little of it on average (3.3, 2.4, 1.8 and 1.4 times with 4, 6, 10 and 20 subjects); 12 holds the tests' level in every
 cell of benchmarks/statistics_error_rates.py, at most .060 (20,000 sets a cell)."""
+
+
+def check_bound(name: str, bound: object) -> None:
+    """Raise `InputError` unless the bound of equivalence is a ratio above 1 and at most `LARGEST_BOUND`.
+
+    >>> check_bound("bound", 1.2)
+    """
+    if isinstance(bound, bool) or not isinstance(bound, int | float) or not 1 < bound <= LARGEST_BOUND:
+        raise InputError(
+            f"{name} is {bound!r}, but must be a ratio above 1 and at most {LARGEST_BOUND:g}: give the smallest rise "
+            "that matters, 1.2 for 20 %."
+        )
 
 
 @dataclass(frozen=True, slots=True)

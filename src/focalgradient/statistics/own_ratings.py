@@ -171,8 +171,8 @@ def _long(
     wide = [name for name in others if _aperture_within(name, conditions)]
     if not wide:
         raise InputError(
-            f"{printable(path)} has no column of ratings: {columns_like('rating')}, or give each condition a "
-            "column whose name holds its aperture, like near_f5.6."
+            f"{printable(path)} has no column of ratings, only {few([*map(str, table)])}: {columns_like('rating')}, or "
+            "give each condition a column whose name holds its aperture, like near_f5.6."
         )
     parts, scenes = [], []
     for name in wide:

@@ -21,7 +21,7 @@ from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, error_skewness, over_subjects
-from focalgradient.statistics.hypotheses import Equivalence, equivalence
+from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
@@ -253,7 +253,7 @@ def depth_rating(
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, naming the row, or the bound is not above 1.
+        If the table cannot be read without guessing, naming the row, or the bound is not above 1 and at most 10.
 
     Examples
     --------
@@ -266,11 +266,7 @@ def depth_rating(
     >>> round(result.means[-1].ratio.estimate, 2), result.fixations[0].equivalence.equivalent
     (2.15, False)
     """
-    if not (isinstance(equivalence_bound, int | float) and 1 < equivalence_bound < math.inf):
-        raise InputError(
-            f"equivalence_bound is {equivalence_bound!r}, but must be a ratio above 1: the smallest increase "
-            "that matters."
-        )
+    check_bound("equivalence_bound", equivalence_bound)
     analysis = analysis_named(scale)
     if not isinstance(analysis, Ratios | OrdinalSteps):
         raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': take compare_pictures.")

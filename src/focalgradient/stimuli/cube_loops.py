@@ -297,7 +297,8 @@ def _controls(conditions: dict[str, Any]) -> dict[str, Any]:
 def _check(cube: NeckerCube, size: int, widest: float, pixel_angle: float, display: Display) -> None:
     """Refuse a frame that is odd, too large for the display, or too small for the cube."""
     if not (isinstance(size, int) and size > 0 and size % 2 == 0):
-        raise InputError(f"size is {size!r}, but must be a positive even number of pixels.")
+        remedy = f": give {size + 1}" if isinstance(size, int) and size > 0 else ""
+        raise InputError(f"size is {size!r}, but must be a positive even number of pixels{remedy}.")
     half = max(cube.extent) / pixel_angle + SIGMAS * max(widest, cube.line_width / pixel_angle / 2)
     needed = 2 * math.ceil(half)
     if needed > size:
