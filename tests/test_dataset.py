@@ -293,7 +293,7 @@ SPOILT = {
         "sub-01 is mis",
     ),
     "no sidecar": (lambda root: rating_file(root).with_suffix(".json").unlink(), "beh.json cannot be read"),
-    "no description": (lambda root: (root / "dataset_description.json").unlink(), "give the folder of a data set"),
+    "no description": (lambda root: (root / "dataset_description.json").unlink(), "holds no data set"),
 }
 
 

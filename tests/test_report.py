@@ -254,7 +254,7 @@ def test_people_and_simulated_observers_are_not_mixed(copy):
 
 
 def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy):
-    with pytest.raises(InputError, match="give the folder of a data set"):
+    with pytest.raises(InputError, match="holds no data set"):
         make_report(tmp_path)
     for file in copy.glob("sub-*/beh/*.tsv"):
         file.unlink()

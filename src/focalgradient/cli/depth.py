@@ -392,9 +392,9 @@ def _read(
         images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
         return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
     if len(inputs) < least:
-        given = f"{printable(inputs[0])} is {'a folder' if inputs[0].is_dir() else 'one file'}"
+        what = f"{printable(inputs[0])} is {'a folder' if inputs[0].is_dir() else 'one file'}"
         raise InputError(
-            f"{given}, but depth needs {least} or more photographs, or a settings file whose name ends in .toml: give "
+            f"{what}, but depth needs {least} or more photographs, or a settings file whose name ends in .toml: give "
             "these, or --method edges for one photograph of sharp edges."
         )
     encoding = optics["encoding"] or (None if calibrated is None else calibrated.sensor.encoding)
