@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from focalgradient.cli.drawn import DRAWN
 from focalgradient.cli.options import (
     DEPTH_FILE,
     depth_file_options,
@@ -59,6 +60,10 @@ def _field(text: str) -> Callable[[Command], Command]:
 @click.group(short_help="Make the pictures of the experiments.")
 def stimuli() -> None:
     """Make the pictures and moving pictures of the experiments."""
+
+
+for drawn in DRAWN:
+    stimuli.add_command(drawn)
 
 
 def _f_numbers(_: click.Context, option: click.Parameter, given: str) -> tuple[float, ...]:

@@ -341,7 +341,8 @@ def miniature(
         Distance of the scene's point in focus: of the middle of the picture.
     gradient
         "consistent": by the scene's depth. "vertical" or "horizontal": the control, by a plane whose vergence is linear
-        down or across the picture, from the scene's least to its greatest; in focus where the scene's middle is.
+        down or across the picture, from the scene's least to its greatest: in focus where it passes that of the scene's
+        middle.
     picture, depth_m
         A scene of one's own: sharp linear luminance of 0 to 1, and distances in metres, H x W each, for a picture of
         `width_deg`, with even sides. None: a town, drawn from the seed, with its middle at `true_distance_m`.

@@ -1,0 +1,105 @@
+"""`focalgradient stimuli NAME`: drawn stimuli from the command line, with options made of the functions' parameters."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from PIL import Image
+
+from focalgradient import stimuli
+from focalgradient.cli import main
+from focalgradient.cli.drawn import DRAWN, FILES
+from focalgradient.display import Display
+
+SMALL = {
+    "texture-border": ["--width-deg", 3, "--height-deg", 2, "--equalise", "luminance,contrast"],
+    "blurred-edge": ["--width-deg", 2, "--height-deg", 2, "--increment-arcmin", 0.5],
+    "dead-leaves": ["--width-deg", 3, "--height-deg", 2, "--blurs-arcmin", "0,2.5"],
+    "wide-field": ["--window-deg", 10, "--eccentricity-deg", 2],
+    "slanted-plane": ["--width-deg", 3, "--height-deg", 2, "--slant-deg", 50],
+    "corrugated-plane": ["--width-deg", 3, "--height-deg", 2, "--focus-m", 0.5],
+    "miniature": ["--width-deg", 6, "--height-deg", 4, "--gradient", "vertical"],
+    "fixated-cube": ["--edge-deg", 4, "--width-deg", 8, "--height-deg", 8],
+}
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, ["stimuli", *map(str, arguments)])
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_the_files_are_what_the_function_draws(tmp_path: Path, name: str) -> None:
+    result = run(name, "--out", tmp_path / "made", "--screen-width", 40, "--json", *SMALL[name])
+    assert result.exit_code == 0, result.stderr
+    assert {file.name for file in (tmp_path / "made").iterdir()} == set(FILES)
+    summary = json.loads((tmp_path / "made" / "stimulus.json").read_text(encoding="utf-8"))
+    assert {**summary, "written": str(tmp_path / "made")} | json.loads(result.stdout) == {
+        **summary,
+        "written": str(tmp_path / "made"),
+    }
+    parameters = {key: tuple(one) if isinstance(one, list) else one for key, one in summary["parameters"].items()}
+    display = Display.of_width(0.40)
+    assert parameters["pixels_per_degree"] == pytest.approx(display.pixels_per_degree)
+    one = getattr(stimuli, name.replace("-", "_"))(**parameters)
+    for file, array in (
+        ("picture", one.picture),
+        ("sharp", one.sharp),
+        ("depth", one.depth_m),
+        ("blur", one.blur_arcmin),
+    ):
+        np.testing.assert_array_equal(np.load(tmp_path / "made" / f"{file}.npy"), array.astype(np.float32))
+    np.testing.assert_array_equal(Image.open(tmp_path / "made" / "picture.png"), display.encode(one.picture))
+    with np.load(tmp_path / "made" / "masks.npz") as masks:
+        assert set(masks) == {mask.replace(" ", "_") for mask in one.masks}
+
+
+def test_every_parameter_that_is_no_array_has_an_option_with_a_help_text() -> None:
+    for command in DRAWN[:-1]:
+        known = inspect.signature(getattr(stimuli, command.name.replace("-", "_"))).parameters
+        options = {option.name: option for option in command.params}
+        assert set(known) - set(options) <= {"optics", "picture", "depth_m"}
+        for name in set(known) & set(options):
+            assert len(options[name].help.partition("  [default")[0]) > 10, (command.name, name)
+
+
+def test_replicas(tmp_path: Path) -> None:
+    result = run("replica", "mather2002", "--condition", "right sharp, blurred border", "--out", tmp_path / "made")
+    assert result.exit_code == 0, result.stderr
+    summary = json.loads((tmp_path / "made" / "stimulus.json").read_text(encoding="utf-8"))
+    assert summary["source"] == ["mather2002"]
+    assert summary["controlled"]["near"] == "left"
+    assert summary["controlled"]["stated_in_paper"] == ["border"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["texture-border", "--left-blur-arcmin", "-1"], "Error: --left-blur-arcmin is -1.0, but must be"),
+        (["texture-border", "--contrast", "0.5"], "Error: --contrast is 0.5 at a mean of 0.5, with which"),
+        (["texture-border", "--near", "middle"], "'middle' is not one of 'left', 'right'"),
+        (["texture-border", "--equalise", "colour"], "Error: --equalise has 'colour'"),
+        (["texture-border", "--width-deg", "80"], "but the display 1920 x 1080"),
+        (["dead-leaves", "--blurs-arcmin", "1,x"], "Error: --blurs-arcmin is '1,x', but must be numbers like 0,2.5."),
+        (["replica", "nobody1900"], "paper is 'nobody1900', but must be one of mather1996"),
+        (["replica", "mather2002", "--condition", "x"], "mather2002 has left sharp, sharp border;"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path, arguments: list[str], said: str) -> None:
+    result = run(*arguments, "--out", tmp_path / "made")
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not (tmp_path / "made").exists()
+
+
+def test_files_of_others_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "picture.png").write_bytes(b"mine")
+    result = run("blurred-edge", "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "--force" in result.stderr
+    assert (tmp_path / "picture.png").read_bytes() == b"mine"
