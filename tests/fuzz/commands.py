@@ -63,6 +63,8 @@ LINES = (
     "blur a.png far.exr --pupil 4 --field 6 --focus 1 --out out",
     "blur a.png far.pfm --pupil 4 --field 6 --focus 1 --out out",
     "blur a.png far.tif --eye eye.toml --display display.toml --focus 1 --out out",
+    "stereo a.png far.npy --pupil 4 --field 6 --focus 1 --show anaglyph --show halves --out out",
+    "focus-series a.png far.npy --pupil 1 --field 6 --out out",
     "eye --accommodate course.csv --out out",
     "eye sphere --out out",
     "stimuli necker --gradient none --size 64 --edge 3 --speed 3 --workers 1 --out out",
@@ -121,7 +123,7 @@ COSTLY = {
 }
 """Share of the cases of commands that take long that is kept."""
 
-CHANGED = {"repair", "withdraw", "collect", "validate", "serve", "run", "simulate", "power"}
+CHANGED = {"focus-series", "repair", "withdraw", "collect", "validate", "serve", "run", "simulate", "power"}
 """Commands that add to what is there, or go on with it: what they keep when they refuse is theirs."""
 
 EXPENSIVE = {"--workers", "--scheduler", "--store", "--host", "--bayes", "--experiments", "--seconds"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -57,6 +56,12 @@ class EyeView:
     def vergence(self) -> NDArray[np.float64]:
         """True vergence of each pixel, H x W, in dioptres, which are metre angles."""
         return np.asarray(1 / self.distance)
+
+    def write(self, path: Path) -> None:
+        """Write the light and the truth of every pixel into an ``.npz`` file, in 32 bits."""
+        names = ("light", "distance", "vergence", "disparity", "blur", "is_monocular", "is_invented")
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in names}
+        np.savez_compressed(path, **{n: a.astype(np.float32) if a.dtype == float else a for n, a in arrays.items()})
 
     def __repr__(self) -> str:
         """Size, and the shares that one eye sees alone and that were completed."""
@@ -178,10 +183,4 @@ class StereoPair:
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)
         for name, view in (("left", self.left), ("right", self.right)):
-            write_whole(where / f"{name}.npz", partial(_save, view))
-
-
-def _save(view: EyeView, path: Path) -> None:
-    names = ("light", "distance", "vergence", "disparity", "blur", "is_monocular", "is_invented")
-    arrays: dict[str, Any] = {name: getattr(view, name) for name in names}
-    np.savez_compressed(path, **{n: a.astype(np.float32) if a.dtype == float else a for n, a in arrays.items()})
+            write_whole(where / f"{name}.npz", view.write)

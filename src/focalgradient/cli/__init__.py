@@ -14,6 +14,7 @@ from focalgradient.cli.demo import demo
 from focalgradient.cli.depth import depth
 from focalgradient.cli.doctor import doctor
 from focalgradient.cli.eye import eye
+from focalgradient.cli.focus_series import focus_series
 from focalgradient.cli.power import power
 from focalgradient.cli.program import Program
 from focalgradient.cli.repair import repair
@@ -21,6 +22,7 @@ from focalgradient.cli.report import report
 from focalgradient.cli.run import run
 from focalgradient.cli.serve import serve
 from focalgradient.cli.simulate import simulate
+from focalgradient.cli.stereo import stereo
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
 from focalgradient.cli.validate import validate
@@ -54,12 +56,14 @@ main.add_command(demo)
 main.add_command(depth)
 main.add_command(doctor)
 main.add_command(eye)
+main.add_command(focus_series)
 main.add_command(power)
 main.add_command(repair)
 main.add_command(report)
 main.add_command(run)
 main.add_command(serve)
 main.add_command(simulate)
+main.add_command(stereo)
 main.add_command(stimuli)
 main.add_command(stream)
 main.add_command(validate)

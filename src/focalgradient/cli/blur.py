@@ -17,11 +17,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from focalgradient.cli.blur_eye import eye_of
 from focalgradient.cli.options import (
-    DIAMETER,
     GIVEN,
-    OPENEST,
     SCREEN,
     depth_file_options,
     gamma_of,
@@ -41,9 +38,16 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
+from focalgradient.cli.through_optics import (
+    lens_or_eye_options,
+    optics_of,
+    pixel_angle_of,
+    pixel_options,
+    refuse_slips,
+)
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_json, read_toml, refuse_overwriting
-from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch, given_as
+from focalgradient.plausibility import check_frame, given_as
 from focalgradient.progress import Progress
 
 if TYPE_CHECKING:
@@ -78,30 +82,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
-@click.option(
-    "--f-number", type=float, metavar="N", callback=positive(least=OPENEST, hint=DIAMETER), help="Of a camera's lens."
-)
-@click.option(
-    "--focal-length",
-    type=float,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="Of a camera's lens, in millimetres.",
-)
-@click.option(
-    "--pupil",
-    type=float,
-    metavar="MM",
-    callback=positive(" of millimetres"),
-    help="Diameter of an eye's pupil, in millimetres.",
-)
-@click.option(
-    "--eye",
-    "eye_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help='An eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
-)
+@lens_or_eye_options
 @click.option(
     "--focus",
     type=float,
@@ -111,16 +92,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     callback=_focus,
     help="Distance in focus, in metres, or inf; as many as wanted.",
 )
-@click.option(
-    "--field", type=float, metavar="DEG", callback=positive(" of degrees"), help="Width of the picture, in degrees."
-)
-@click.option(
-    "--pixel-pitch",
-    type=float,
-    metavar="UM",
-    callback=positive(" of micrometres"),
-    help="Of the camera's sensor, in micrometres.",
-)
+@pixel_options
 @depth_file_options
 @picture_encoding_option
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
@@ -313,7 +285,7 @@ class _Job:
                 FocalGradientWarning,
                 stacklevel=2,
             )
-        angle = self._pixel_angle(shown.light.shape[1])
+        angle = pixel_angle_of(self.options, shown.light.shape[1], self.display)
         distances = read_depth_file(self.depth, self.options, angle)
         if distances.metres.shape != shown.light.shape[:2]:
             (h, w), (dh, dw) = shown.light.shape[:2], distances.metres.shape
@@ -321,7 +293,7 @@ class _Job:
                 f"{printable(self.picture)} is {w} x {h} pixels but {printable(self.depth)} is {dw} x {dh}, and both "
                 "must be of one size: scale or crop one of them."
             )
-        _refuse_slips(distances.metres, self.optics, angle, self.options["depth_unit"])
+        refuse_slips(distances.metres, self.optics, angle, self.options["depth_unit"])
         check_frame(angle, shown.light.shape)
         lights = (self.options["wavelengths"] or 3) if self.options["chromatic"] else 1
         pictures = to_come * len(self.focus) * lights
@@ -397,31 +369,6 @@ class _Job:
         names = ("residual", "unlimited", "scene_shown", "alike")
         return white * found.shown, {name: list(getattr(found, name)) for name in names}
 
-    def _pixel_angle(self, width: int) -> float:
-        """Radians of a pixel of a picture `width` pixels wide."""
-        field, pitch = self.options["field"], self.options["pixel_pitch"]
-        if field is not None and pitch is not None:
-            raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
-        if field is not None:
-            if not field < 180:
-                raise InputError(f"--field is {field:g} degrees, but must be less than 180.")
-            focal_length = self.options["focal_length"]
-            check_field(math.radians(field), width, None if focal_length is None else 1e-3 * focal_length)
-            return 2 * math.tan(math.radians(field) / 2) / width
-        if pitch is not None:
-            if self.options["focal_length"] is None:
-                raise InputError(
-                    "--pixel-pitch is that of a camera's sensor, so it needs --focal-length: or give --field."
-                )
-            angle = float(1e-3 * pitch / self.options["focal_length"])
-            check_pixel_pitch(1e-6 * pitch, angle)
-            return angle
-        if self.display is not None:
-            return self.display.pixel_pitch / self.display.distance
-        raise InputError(
-            "the size of a pixel is not known: give --field, or --pixel-pitch, or --screen-width and --distance."
-        )
-
     def _png(self, light: Any) -> bytes:
         """The picture as the display shows it."""
         from focalgradient.display import Display
@@ -454,37 +401,13 @@ def _largest(optics: Optics, metres: Any, angle: float) -> float:
 
 def _optics(options: dict[str, Any], focus: Sequence[float]) -> list[Optics]:
     """The lens or the eye, focused at each distance."""
-    from focalgradient.optics import Lens
-
     if options["wavelengths"] is not None and not options["chromatic"]:
         raise InputError("--wavelengths is how many parts of the light --chromatic has: add --chromatic.")
     if options["to_show"] and not (options["chromatic"] and all(math.isfinite(metres) for metres in focus)):
         raise InputError("--to-show is for an eye and a display at --focus: add --chromatic, and a finite --focus.")
-    camera = options["f_number"] is not None or options["focal_length"] is not None
-    if camera + (options["pupil"] is not None) + (options["eye_file"] is not None) != 1:
-        raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
-    if camera:
-        if options["f_number"] is None or options["focal_length"] is None:
-            raise InputError("a lens needs both --f-number and --focal-length: give the one that is missing.")
-        if options["chromatic"]:
-            raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye.")
-        return [Lens(1e-3 * options["focal_length"], options["f_number"], metres) for metres in focus]
-    return [eye_of(options, 1 / metres) for metres in focus]
-
-
-def _refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
-    """Refuse distances (m) that the optics hardly fit, unless the user states their unit: then that is warned of."""
-    from focalgradient.plausibility import picture_slip
-
-    ends = float(distances.min()), float(distances.max())
-    for one in optics:
-        slip = picture_slip(ends, one.aperture_diameter, one.focus_vergence, angle, max(distances.shape))
-        if slip is None:
-            continue
-        source = click.get_current_context().get_parameter_source("depth_unit")
-        if source is not click.core.ParameterSource.COMMANDLINE:
-            raise InputError(f"{slip} Where all is right, give --depth-unit {unit}.")
-        warnings.warn(FocalGradientWarning(slip), stacklevel=2)
+    if options["chromatic"] and (options["f_number"] is not None or options["focal_length"] is not None):
+        raise InputError("--chromatic is the chromatic aberration of an eye: give --pupil or --eye.")
+    return [optics_of(options, 1 / metres) for metres in focus]
 
 
 def _display(options: dict[str, Any]) -> Display | None:

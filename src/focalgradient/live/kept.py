@@ -17,10 +17,13 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.files import printable, read_array, read_json, write_whole
 
-__all__ = ["INPUTS", "SUMMARY", "Kept", "digest_of", "plane_name"]
+__all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name"]
 
 SUMMARY, INPUTS = "series.json", "inputs.json"
 """The summary, written last; and what the pictures are made of, written first."""
+
+MARK = "focalgradient focus-series, with distance.npy"
+"""What the command knows its own files by: see `focalgradient.files.mark`."""
 
 Half = NDArray[np.float16]
 
@@ -87,7 +90,7 @@ class Kept:
             return
         for old in (folder / SUMMARY, path, *folder.glob("focus-*D.npy")):
             old.unlink(missing_ok=True)
-        write_whole(path, json.dumps({"sha256": digest}).encode())
+        write_whole(path, json.dumps({"written_by": MARK, "sha256": digest}).encode())
 
     def __call__(self, vergence: float) -> Half:
         """Return the picture of a focus, made or read once."""

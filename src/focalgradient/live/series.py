@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.files import printable, read_array, read_json, write_whole
-from focalgradient.live.kept import SUMMARY, Kept, digest_of, plane_name
+from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
@@ -246,6 +246,7 @@ class FocusSeries:
     def _finish(self, where: Path) -> None:
         write_whole(where / DISTANCE, partial(_save, self.distance))
         summary = {
+            "written_by": MARK,
             "focus_dioptre": self.vergences,
             "errors": [[None if math.isnan(value) else value for value in row] for row in self.errors.tolist()],
             "size_px": [self.distance.shape[1], self.distance.shape[0]],

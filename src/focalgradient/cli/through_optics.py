@@ -1,0 +1,167 @@
+"""A picture with its depth seen through a lens or an eye: the options that commands share, and what they mean."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from focalgradient.cli.blur_eye import eye_of
+from focalgradient.cli.options import DIAMETER, OPENEST, positive, read_depth_file
+from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.files import printable
+from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from focalgradient.display import Display
+    from focalgradient.optics import Optics
+
+__all__ = [
+    "lens_or_eye_options",
+    "optics_of",
+    "pixel_angle_of",
+    "pixel_options",
+    "read_picture_and_depth",
+    "refuse_slips",
+]
+
+Command = Callable[..., Any]
+
+_LENS_OR_EYE = [
+    click.option(
+        "--f-number",
+        type=float,
+        metavar="N",
+        callback=positive(least=OPENEST, hint=DIAMETER),
+        help="Of a camera's lens.",
+    ),
+    click.option(
+        "--focal-length",
+        type=float,
+        metavar="MM",
+        callback=positive(" of millimetres"),
+        help="Of a camera's lens, in millimetres.",
+    ),
+    click.option(
+        "--pupil",
+        type=float,
+        metavar="MM",
+        callback=positive(" of millimetres"),
+        help="Diameter of an eye's pupil, in millimetres.",
+    ),
+    click.option(
+        "--eye",
+        "eye_file",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help='An eye (TOML): pupil_mm, and aberrations = [[n, m, um], ...] or zernike = "TABLE.csv", ...',
+    ),
+]
+"""Of a lens, or of an eye."""
+
+_PIXEL = [
+    click.option(
+        "--field", type=float, metavar="DEG", callback=positive(" of degrees"), help="Width of the picture, in degrees."
+    ),
+    click.option(
+        "--pixel-pitch",
+        type=float,
+        metavar="UM",
+        callback=positive(" of micrometres"),
+        help="Of the camera's sensor, in micrometres.",
+    ),
+]
+"""Size of a pixel."""
+
+
+def lens_or_eye_options(command: Command) -> Command:
+    """Add a lens or an eye, of which `optics_of` makes optics."""
+    for option in reversed(_LENS_OR_EYE):
+        command = option(command)
+    return command
+
+
+def pixel_options(command: Command) -> Command:
+    """Add the size of a pixel, as `pixel_angle_of` takes it."""
+    for option in reversed(_PIXEL):
+        command = option(command)
+    return command
+
+
+def optics_of(options: dict[str, Any], vergence: float) -> Optics:
+    """Give the lens or the eye of the options, focused at a vergence (D)."""
+    from focalgradient.optics import Lens
+
+    camera = options["f_number"] is not None or options["focal_length"] is not None
+    if camera + (options["pupil"] is not None) + (options["eye_file"] is not None) != 1:
+        raise InputError("the optics are --f-number and --focal-length, or --pupil, or --eye: give one of the three.")
+    if not camera:
+        return eye_of(options, vergence)
+    if options["f_number"] is None or options["focal_length"] is None:
+        raise InputError("a lens needs both --f-number and --focal-length: give the one that is missing.")
+    return Lens(1e-3 * options["focal_length"], options["f_number"], 1 / vergence if vergence > 0 else math.inf)
+
+
+def pixel_angle_of(options: dict[str, Any], width: int, display: Display | None) -> float:
+    """Radians of a pixel of a picture `width` pixels wide."""
+    field, pitch = options["field"], options["pixel_pitch"]
+    if field is not None and pitch is not None:
+        raise InputError("--field and --pixel-pitch both give the size of a pixel: give one of them.")
+    if field is not None:
+        if not field < 180:
+            raise InputError(f"--field is {field:g} degrees, but must be less than 180.")
+        focal_length = options["focal_length"]
+        check_field(math.radians(field), width, None if focal_length is None else 1e-3 * focal_length)
+        return 2 * math.tan(math.radians(field) / 2) / width
+    if pitch is not None:
+        if options["focal_length"] is None:
+            raise InputError("--pixel-pitch is that of a camera's sensor, so it needs --focal-length: or give --field.")
+        angle = float(1e-3 * pitch / options["focal_length"])
+        check_pixel_pitch(1e-6 * pitch, angle)
+        return angle
+    if display is not None:
+        return display.pixel_pitch / display.distance
+    raise InputError(
+        "the size of a pixel is not known: give --field, or --pixel-pitch, or --screen-width and --distance."
+    )
+
+
+def read_picture_and_depth(
+    picture: Path, depth: Path, options: dict[str, Any], optics: Sequence[Optics]
+) -> tuple[NDArray[Any], NDArray[Any], float]:
+    """Read a picture and its depth: linear light, distances in metres, and the radians that a pixel subtends."""
+    from focalgradient.photographs import read_picture
+
+    light = read_picture(picture, options["encoding"]).light
+    angle = pixel_angle_of(options, light.shape[1], None)
+    metres = read_depth_file(depth, options, angle).metres
+    if metres.shape != light.shape[:2]:
+        (h, w), (dh, dw) = light.shape[:2], metres.shape
+        raise InputError(
+            f"{printable(picture)} is {w} x {h} pixels but {printable(depth)} is {dw} x {dh}, and both must be of one "
+            "size: scale or crop one of them."
+        )
+    refuse_slips(metres, optics, angle, options["depth_unit"])
+    check_frame(angle, light.shape)
+    return light, metres, angle
+
+
+def refuse_slips(distances: Any, optics: Sequence[Optics], angle: float, unit: str) -> None:
+    """Refuse distances (m) that the optics hardly fit, unless the user states their unit: then that is warned of."""
+    from focalgradient.plausibility import picture_slip
+
+    ends = float(distances.min()), float(distances.max())
+    for one in optics:
+        slip = picture_slip(ends, one.aperture_diameter, one.focus_vergence, angle, max(distances.shape))
+        if slip is None:
+            continue
+        source = click.get_current_context().get_parameter_source("depth_unit")
+        if source is not click.core.ParameterSource.COMMANDLINE:
+            raise InputError(f"{slip} Where all is right, give --depth-unit {unit}.")
+        warnings.warn(FocalGradientWarning(slip), stacklevel=2)

@@ -1,0 +1,118 @@
+"""``focalgradient stereo`` and ``focalgradient focus-series``: what they write and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient.cli import main
+from focalgradient.live import FocusSeries
+
+WIDTH, HEIGHT = 60, 40
+
+
+@pytest.fixture
+def given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A card at 0.8 m before a wall at 1.6 m, in colour."""
+    monkeypatch.chdir(tmp_path)
+    light = np.random.default_rng(1).integers(40, 220, (HEIGHT, WIDTH, 3)).astype(np.uint8)
+    cv2.imwrite("picture.png", cv2.GaussianBlur(light, (0, 0), 1.0))
+    metres = np.full((HEIGHT, WIDTH), 1.6)
+    metres[10:30, 20:40] = 0.8
+    np.save("depth.npy", metres)
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(main, [*words])
+
+
+def stereo(*words: str) -> Result:
+    return run("stereo", "picture.png", "depth.npy", "--out", "out", "--pupil", "4", "--field", "6", *words)
+
+
+def test_two_views_and_their_truth_are_written(given: Path) -> None:
+    ways = ["anaglyph", "colour-anaglyph", "side-by-side", "crossed", "over-under", "rows", "halves", "screens"]
+    shown = [word for way in ways for word in ("--show", way)]
+    found = stereo("--focus", "0.8", "--interocular", "10", "--screen", "200x60", "--json", *shown)
+    assert found.exit_code == 0, found.output
+    summary = json.loads(found.stdout)
+    assert len(summary["written"]) == len(list((given / "out").iterdir())) == 14
+    sizes = {"side-by-side": (40, 120), "over-under": (80, 60), "rows": (40, 60), "halves": (60, 200)}
+    for name, size in sizes.items():
+        read = cv2.imread(f"out/{name}.png")
+        assert read is not None
+        assert read.shape[:2] == size
+    angle = np.radians(summary["pixel_arcmin"] / 60)
+    with np.load("out/left.npz") as left:
+        assert left["light"].shape == (HEIGHT, WIDTH, 3)
+        assert np.unique(left["disparity"].round(6)).tolist() == pytest.approx([-0.01 * 0.625, 0])  # the card: screen
+        assert np.unique(left["blur"].round(6)).tolist() == pytest.approx([0, 0.002 * 0.625])
+        assert left["is_invented"].any()
+    assert summary["disparity_px"][0] == pytest.approx(-0.01 * 0.625 / angle, rel=1e-3)
+
+
+def test_blur_and_disparity_are_set_apart(given: Path) -> None:
+    assert stereo("--focus", "0.8", "--interocular", "10", "--no-blur").exit_code == 0
+    with np.load("out/right.npz") as right:
+        assert (right["blur"] == 0).all()
+        assert np.ptp(right["disparity"]) > 0
+    assert stereo("--focus", "0.8", "--no-disparity", "--right-focus", "0.5").exit_code == 0
+    with np.load("out/left.npz") as left, np.load("out/right.npz") as right:
+        assert (left["disparity"] == 0).all()
+        np.testing.assert_allclose(right["blur"].max(), 0.002 * (2 - 0.625), rtol=1e-5)
+        np.testing.assert_allclose(left["blur"].max(), 0.002 * 0.625, rtol=1e-5)
+    assert stereo("--focus", "0.8", "--interocular", "10", "--blur-at", "0.8").exit_code == 0
+    with np.load("out/left.npz") as left:
+        assert left["blur"].max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--focus", "0.8", "--no-blur", "--blur-at", "1"], "--no-blur and --blur-at"),
+        (["--focus", "0.8", "--show", "halves", "--screen", "80x40"], "do not fit"),
+        (["--focus", "0.8", "--focal-length", "20"], "give one of the three"),
+        (["--focus", "0"], "--focus is 0"),
+    ],
+)
+def test_what_stereo_refuses(given: Path, words: list[str], said: str) -> None:
+    found = stereo(*words)
+    assert found.exit_code == 2
+    assert said in found.stderr
+    assert not (given / "out").exists()
+
+
+def test_a_series_is_made_once(given: Path) -> None:
+    words = ["focus-series", "picture.png", "depth.npy", "--out", "series", "--pupil", "2", "--field", "6"]
+    found = run(*words, "--nearest", "0.8", "--farthest", "1.6", "--json")
+    assert found.exit_code == 0, found.output
+    told = json.loads(found.stdout)
+    series = FocusSeries.read("series")
+    assert len(series.planes) == told["planes"]
+    assert series.vergences[0] == pytest.approx(1 / 1.6)
+    assert series.vergences[-1] == pytest.approx(1 / 0.8)
+    assert told["largest_error_steps"] == pytest.approx(series.error[1])
+    before = {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")}
+    assert run(*words, "--nearest", "0.8", "--farthest", "1.6").exit_code == 0
+    assert {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")} == before
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--nearest", "2", "--farthest", "1"], "must not be the nearer"),
+        (["--wavelengths", "5", "--f-number", "4", "--focal-length", "20"], "for an eye"),
+        (["--nearest", "2", "--farthest", "inf", "--error", "0"], "--error"),
+    ],
+)
+def test_what_focus_series_refuses(given: Path, words: list[str], said: str) -> None:
+    eye = [] if "--f-number" in words else ["--pupil", "4"]
+    found = run("focus-series", "picture.png", "depth.npy", "--out", "series", "--field", "6", *eye, *words)
+    assert found.exit_code == 2
+    assert said in found.stderr
