@@ -11,7 +11,7 @@ from focalgradient import DepthMap
 from focalgradient.cli import main
 from focalgradient.cli.demo import CARDS_M, EFFECT, FOCUS_M, FRAMES, STOPS
 from focalgradient.photographs import load_camera, load_settings, load_targets
-from focalgradient.statistics import read_ratings
+from focalgradient.statistics import depth_rating, read_ratings
 from focalgradient.video import Frame, Source
 
 
@@ -104,7 +104,9 @@ def test_the_ratings_say_that_they_are_simulated(made):
     folder, _ = made
     table = read_ratings(folder / "ratings.csv").table
     assert set(table["kind"]) == {"simulated"}
-    assert table["participant_id"].nunique() == 8
+    assert table["participant_id"].nunique() == 16
+    rises = {each.fixation: each.rise for each in depth_rating(table, equivalence_bound=1.2).fixations}
+    assert rises["nearest"].significant  # a newcomer's first report finds the effect that was put in
     logs = np.log(table["rating"].astype(float))
     near = table["fixation"] == "nearest"
     rise = logs[near & (table["aperture"] == "f/5.6")].mean() - logs[near & (table["aperture"] == "pinhole")].mean()
