@@ -6,7 +6,7 @@ import pytest
 from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, band_difference, band_light, blur_transfer, optical_transfer
 from focalgradient.eye.retina import few_wavelengths
-from focalgradient.optics import HasWaveband, own_blur
+from focalgradient.optics import capabilities, own_blur
 
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
 CPD = np.linspace(0, 40, 81)
@@ -59,7 +59,7 @@ def test_what_is_too_fine_is_not_seen() -> None:
 
 def test_cones_are_optics_that_say_their_blur_and_light() -> None:
     assert own_blur(Cones.of(EYE, "S")).isotropic
-    assert isinstance(Cones.of(EYE, "S"), HasWaveband)
+    assert capabilities(Cones.of(EYE, "S")).waveband == "S"
     assert own_blur(EYE).isotropic
     assert not own_blur(EYE).forms_views
 

@@ -38,6 +38,7 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
+from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.cli.through_optics import (
     lens_or_eye_options,
     optics_of,
@@ -53,6 +54,7 @@ from focalgradient.progress import Progress
 if TYPE_CHECKING:
     from focalgradient.display import Display
     from focalgradient.optics import Optics
+    from focalgradient.psf import Psf
 
 __all__ = ["blur"]
 
@@ -78,7 +80,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     return given
 
 
-@click.command(short_help="See a picture, whose depth is known, through a lens or an eye.")
+@click.command(cls=ShapedCommand, short_help="See a picture, whose depth is known, through a lens or an eye.")
 @click.argument("picture", type=click.Path(path_type=Path), metavar="PICTURE")
 @click.argument("depth", type=click.Path(path_type=Path), metavar="DEPTH")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
@@ -95,6 +97,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @pixel_options
 @depth_file_options
 @picture_encoding_option
+@shape_options("Shape of a lens's blur: auto is a disc, and of an eye its own.")
 @click.option("--chromatic", is_flag=True, help="Red, green and blue each in its own focus, as in an eye.")
 @click.option(
     "--wavelengths",
@@ -121,7 +124,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
 @click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
 @force_option
 @json_option
-def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **options: Any) -> None:
+def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], psf: ShapeAsked, **options: Any) -> None:
     """See PICTURE through a lens or an eye, DEPTH giving the distance of each of its pixels.
 
     PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, all in focus. DEPTH is a .npy, EXR, PFM or floating-point TIFF file,
@@ -148,6 +151,8 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
     Examples:
       focalgradient blur demo/picture.png demo/distance.npy --out blurred --f-number 2.8 --focal-length 25 \\
         --focus 0.8 --focus 2.0 --field 6
+      focalgradient blur demo/picture.png demo/distance.npy --out pentagon --f-number 2.8 --focal-length 25 \\
+        --focus 0.8 --field 6 --psf polygon --blades 5
       focalgradient blur demo/picture.png demo/distance.npy --out seen --pupil 4 --focus 0.8 --field 3 --chromatic
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
@@ -162,10 +167,15 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
         given_as({**GIVEN, "focus_distance": ("--focus", "m"), "field": ("--field", "")})
     )
     with warnings_given() as early:
-        display, lens = _display(options), _optics(options, focus)
+        display, lens, shape = _display(options), _optics(options, focus), psf.shape_or_none()
+        if shape is not None and options["f_number"] is None:
+            raise InputError(
+                "--psf is the shape of a lens's blur, and an eye has its own: give --f-number, or leave it out."
+            )
     left = "what was finished is there; the same command goes on." if several else "nothing was written."
-    settings = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
+    settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= {name: printable(value) if isinstance(value, Path) else value for name, value in options.items()}
+    settings |= {"psf": psf.name, "psf_parameters": {} if shape is None else shape.stated()}
     if several:
         _same_settings(out, settings)
     found: list[dict[str, Any]] = []
@@ -176,7 +186,7 @@ def blur(picture: Path, depth: Path, out: Path, focus: tuple[float, ...], **opti
                 raise InputError(_uneven(picture, depth, f"{number} frames", len(pairs)))
             if several and all((out / f"{stem}-{metres}m.npy").exists() for metres in focus):
                 continue
-            job = _Job(one, other, stem, options, lens, focus, display, frame)
+            job = _Job(one, other, stem, options, lens, focus, display, shape, frame)
             writers, facts = job.run(_share_of(say, number, len(pairs)), to_come=0 if found else len(pairs) - number)
             found.append(facts)
             if several:
@@ -267,6 +277,7 @@ class _Job:
     optics: Sequence[Optics]
     focus: tuple[float, ...]
     display: Display | None
+    shape: Psf | None  # of the blur; None: the optics' own, or a disc
     frame: Any = None
 
     def run(self, say: Progress, to_come: int) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -332,7 +343,7 @@ class _Job:
         from focalgradient.render import blur_picture
 
         if not self.options["chromatic"]:
-            return blur_picture(light, metres, optics, pixel_angle=angle, progress=tell)
+            return blur_picture(light, metres, optics, pixel_angle=angle, psf=self.shape, progress=tell)
         from focalgradient.stimuli.depth_rating import LIGHTS
 
         eye: Any = optics

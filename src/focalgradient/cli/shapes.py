@@ -43,6 +43,11 @@ class ShapeAsked:
             return SOURCES[self.name]
         return self.shape(k)
 
+    def shape_or_none(self) -> Psf | None:
+        """Return the same, or None for "auto"."""
+        source = self.source()
+        return source if isinstance(source, Psf) else None
+
     def shape(self, k: float | None = None) -> Psf:
         """Return the same of a command that offers shapes only."""
         shape = shape_class(self.name)

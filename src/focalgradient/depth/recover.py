@@ -13,6 +13,7 @@ import numpy as np
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import BlurSource, MethodName, OpticsBlur, RecoverySettings, blur_source
 from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
 from focalgradient.psf import Capability
@@ -252,7 +253,7 @@ def recover_depth(
     check_blur(method, settings.psf)
     estimator = METHODS[method].load()
     estimator.check(views)
-    search = Search.over(optics, views[0].pixel_angle, near, far)
+    search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
     say(0.0, "registering the views")
     problem = Problem(views, RegisteredViews.of(views, align), search, settings)
     with linear_algebra_on_one_thread:
@@ -360,7 +361,15 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
     if min(views[0].shape) < 32:
         raise InputError(f"the views are {views[0].shape[1]} x {views[0].shape[0]} pixels, but at least 32 are needed.")
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
-    if (len(optics) == 1 and least > 1) or all(aperture == 0 for aperture, _ in optics):
+    stated = [capabilities(view.optics) for view in views]
+    for view, one in zip(views, stated, strict=True):
+        if not one.uniform:
+            raise InputError(
+                f"the blur of {type(view.optics).__name__} varies over the field (uniform = False), which no method "
+                "can use: crop the views to a part of the field, and give the optics of that part."
+            )
+    alike = len(optics) == 1 and least > 1 and not any(one.tells_side for one in stated)
+    if alike or all(aperture == 0 for aperture, _ in optics):
         raise InputError(
             "all views are blurred alike (same aperture and focus, or pinholes all), which is uninformative about "
             "depth: change the aperture or the focus of one."

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from focalgradient.depth.filters import RADII, ROUND, FloatArray, Frequencies, disc_pass, plane
 from focalgradient.depth.settings import BlurSource, OpticsBlur
 from focalgradient.errors import InputError
-from focalgradient.optics import HasWaveband, Optics, OwnBlur, own_blur
+from focalgradient.optics import Capabilities, Optics, OwnBlur, capabilities
 from focalgradient.plausibility import check_range
 from focalgradient.psf import Disc, Psf
 
@@ -86,10 +86,18 @@ class Search:
     side_text: str
 
     @classmethod
-    def over(cls, optics: Sequence[Optics], pixel_angle: float, near: float | None, far: float | None) -> Search:
+    def over(
+        cls,
+        optics: Sequence[Optics],
+        pixel_angle: float,
+        near: float | None,
+        far: float | None,
+        psf: BlurSource | None = None,
+    ) -> Search:
         """The search for views through `optics`, over the limits given (m), or else as far as blur is searched.
 
-        Refused where the limits leave nothing to search.
+        `psf` is the views' blur, where it may tell the side of focus of views that share one. Refused where the limits
+        leave nothing to search.
         """
         focus = np.array([one.focus_vergence for one in optics])
         # Blur is an angle, so that all views count it in the first view's pixels.
@@ -105,6 +113,8 @@ class Search:
                 f"which it is searched{' where one limit is given' * one}: "
                 f"{'give both limits' if one else 'focus nearer to what is searched, or reduce the pictures'}."
             )
+        stated = [capabilities(one) for one in optics]
+        tells_side = not psf.symmetric if isinstance(psf, Psf) else any(one.tells_side for one in stated)
         side_known, side_text = True, "estimated from the views"
         if one_focus(focus):
             shared = float(focus[0])
@@ -113,7 +123,7 @@ class Search:
                 highest, side_text = min(highest, shared), "beyond focus, by the limits of the search"
             elif lowest >= shared - slack:
                 lowest, side_text = max(lowest, shared), "nearer than focus, by the limits of the search"
-            else:
+            elif not tells_side:
                 highest, side_known = shared, False
                 side_text = (
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
@@ -121,11 +131,10 @@ class Search:
                 )
         foci = [(one.focus_vergence, getattr(one, "focal_length", None)) for one in optics]
         check_range(foci, float(pixels.max()), (lowest, highest), near, far)
-        own = [own_blur(one) for one in optics]
-        step = OWN_STEP if all(one is not None and one.forms_views for one in own) else LEVEL_STEP
-        if not all(one.isotropic for one in own if one is not None and one.forms_views):
+        step = OWN_STEP if all(one.forms_views for one in stated) else LEVEL_STEP
+        if not all(one.isotropic for one in stated if one.forms_views):
             step = PLANE_STEP
-        if len({one.light for one in optics if isinstance(one, HasWaveband)}) > 1:
+        if len({one.waveband for one in stated} - {""}) > 1:
             step = min(step, BANDS_STEP)
         levels = int(np.clip(np.ceil((highest - lowest) * pixels.max() / step), 8, 400)) + 1
         return cls(lowest, highest, levels, focus, pixels, tuple(optics), pixel_angle, side_known, side_text)
@@ -152,17 +161,22 @@ class Search:
     @property
     def wavebands(self) -> list[str]:
         """Name of the waveband of each view; one for all whose optics name none."""
-        return [one.light if isinstance(one, HasWaveband) else "" for one in self.optics]
+        return [one.waveband for one in self.stated]
+
+    @property
+    def stated(self) -> list[Capabilities]:
+        """What each view's optics state of themselves."""
+        return [capabilities(one) for one in self.optics]
 
     @property
     def own(self) -> list[OwnBlur | None]:
         """The blur that each view's optics offer themselves, where they do."""
-        return [own_blur(one) for one in self.optics]
+        return [one.blur for one in self.stated]
 
     @property
     def isotropic(self) -> bool:
         """Whether the blur of all views is alike in all directions."""
-        return all(one is None or one.isotropic for one in self.own)
+        return all(one.isotropic for one in self.stated)
 
     @property
     def limited(self) -> tuple[bool, bool]:

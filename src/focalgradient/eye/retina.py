@@ -22,9 +22,9 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.transfer import BlurName, blur_transfer, check_blur_name
+from focalgradient.eye.transfer import BlurName, blur_transfer, geometric_shape
 from focalgradient.eye.wavefront import Pupil
-from focalgradient.psf import disc_transfer, gaussian_transfer
+from focalgradient.psf import Psf
 
 __all__ = ["S_FINEST_CPD", "Cones", "few_wavelengths", "sampling"]
 
@@ -83,7 +83,8 @@ class Cones:
                 "in nanometres."
             )
         visible(self.wavelengths_nm, "wavelengths_nm")
-        check_blur_name(self.model)
+        if self._shape is not None and not self._shape.isotropic:
+            raise InputError(f"model is {self._shape}, but the blur of cones must be alike in all directions.")
 
     @classmethod
     def of(
@@ -124,7 +125,7 @@ class Cones:
     @property
     def isotropic(self) -> bool:
         """Whether blur is alike in all directions: of a clear pupil, or one with aberrations of m = 0 only."""
-        return self.model != "wave" or all(m == 0 for _, m, _ in self.eye.aberrations)
+        return self._shape is not None or all(m == 0 for _, m, _ in self.eye.aberrations)
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Transfer of the blur of points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
@@ -139,17 +140,15 @@ class Cones:
             raise InputError(
                 "the eye has aberrations of m other than 0, whose blur depends on direction: ask for optical_transfer."
             )
-        if self.model == "wave" and not self._clear:
+        if self._shape is None and not self._clear:
             return self._radial(frequency, vergence)
-        total = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape))
+        total, shape = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape)), self._shape
         for eye in self.eyes():
             defocus = np.abs(eye.focus_vergence - vergence)
-            if self.model == "wave":
+            if shape is None:
                 total += _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
-            elif self.model == "disc":
-                total += disc_transfer(frequency, defocus * eye.pupil_diameter / 2)
             else:
-                total += gaussian_transfer(frequency, defocus * eye.pupil_diameter / 2)
+                total += shape.transfer(frequency, defocus * eye.pupil_diameter / 2)
         resolved: NDArray[np.float64] = total / len(self.wavelengths_nm) * sampling(frequency, self.finest_cpd)
         return resolved
 
@@ -164,7 +163,7 @@ class Cones:
         """
         down = check_finite("frequency_y", frequency_y, "cycles per radian")
         right = check_finite("frequency_x", frequency_x, "cycles per radian")
-        if self.model != "wave" or self._clear:
+        if self._shape is not None or self._clear:
             return self.transfer(np.hypot(down, right), vergence)
         seen = np.zeros(np.broadcast_shapes(down.shape, right.shape), np.complex128)
         for eye in self.eyes():
@@ -184,7 +183,7 @@ class Cones:
         levels = np.atleast_1d(check_finite("vergences", vergences, "dioptres"))
         down, right = np.broadcast_arrays(down, right)
         radial = np.hypot(down, right)
-        if self.model != "wave" or self._clear:
+        if self._shape is not None or self._clear:
             return self.transfer(radial, levels.reshape(-1, *(1,) * radial.ndim))
         resolved = sampling(radial, self.finest_cpd)
         some = resolved > 0
@@ -194,6 +193,15 @@ class Cones:
             total[:, some] += through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
         total *= resolved / len(self.wavelengths_nm)
         return total
+
+    @property
+    def by_waves(self) -> bool:
+        """Whether each wavelength is blurred by the waves of the pupil, and not by a shape of geometric optics."""
+        return self._shape is None
+
+    @property
+    def _shape(self) -> Psf | None:
+        return geometric_shape(self.model)
 
     @property
     def _clear(self) -> bool:

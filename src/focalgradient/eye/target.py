@@ -15,15 +15,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields, check_number
-from focalgradient.optics import HasWaveband
+from focalgradient.optics import Optics
 from focalgradient.psf import pixel_transfer
 from focalgradient.view import View
 
 __all__ = ["BandOptics", "Target"]
 
 
-class BandOptics(HasWaveband, Protocol):
+class BandOptics(Optics, Protocol):
     """Optics of one waveband that know their transfer, as `Cones` do."""
+
+    @property
+    def light(self) -> str:
+        """Name of the waveband: see `focalgradient.optics.Optics`."""
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
         """Return the transfer of round blur: see `focalgradient.optics.own_blur`."""

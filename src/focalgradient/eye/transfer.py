@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,11 +19,15 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread, pupil_transfer_of
 from focalgradient.optics import Optics, check_optics, own_blur
-from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer
+from focalgradient.psf import Psf, psf_of
 
-__all__ = ["LENS_NM", "BlurName", "blur_transfer", "check_blur_name", "in_light", "point_spread"]
+__all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]
 
-BlurName = Literal["wave", "disc", "gaussian"]
+BlurName = str
+"""``"wave"``, the waves of the pupil itself, or by geometric optics the name of a shape of blur."""
+
+WAVES = ("wave",)
+"""Names of what is no shape of geometric optics."""
 
 LENS_NM = 555.0
 """Wavelength in nm in which a lens is taken to be used where none is given: the peak of luminosity by day."""
@@ -38,8 +41,8 @@ def blur_transfer(
     optics: Optics,
     vergence: float,
     *,
-    model: BlurName = "wave",
-    k: float = DISC_K,
+    model: Psf | BlurName = "wave",
+    k: float | None = None,
     wavelength_nm: float | None = None,
     light: Light | None = None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
@@ -55,9 +58,9 @@ def blur_transfer(
     vergence
         Of the points, in dioptres.
     model
-        ``"wave"``, ``"disc"`` or ``"gaussian"``.
+        ``"wave"``, or by geometric optics a shape of blur or its name, such as ``"disc"`` or ``"gaussian"``.
     k
-        For the Gaussian, sigma / disc radius.
+        Of a Gaussian given by name, sigma / disc radius.
     wavelength_nm
         Of the light. Without it an eye's own, and 555 nm for a lens.
     light
@@ -84,17 +87,17 @@ def blur_transfer(
     >>> [round(float(blur_transfer(0, np.degrees(5), lens, 0.5, model=model)), 3) for model in ("wave", "disc")]
     [0.638, 0.646]
     """
-    check_blur_name(model)
+    shape = geometric_shape(model, k)
     check_number("vergence", vergence, "dioptres")
     check_optics(optics)
     down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
     own = None if isinstance(optics, Eye) else own_blur(optics)
-    if model == "wave" and own is not None:
+    if shape is None and own is not None:
         _no_light(wavelength_nm, light)
         return own.optical_transfer(down, right, vergence)
     transfers = (
-        share * _one_transfer(down, right, one, nm, vergence, model, k)
+        share * _one_transfer(down, right, one, nm, vergence, shape)
         for one, nm, share in in_light(optics, wavelength_nm, light)
     )
     return sum(transfers, np.zeros(()))
@@ -148,10 +151,13 @@ def point_spread(
     return sum(spreads, np.zeros(()))
 
 
-def check_blur_name(model: object) -> None:
-    """Refuse what is no model of blur."""
-    if model not in get_args(BlurName):
-        raise InputError(f"model is {model!r}, but must be one of {', '.join(get_args(BlurName))}.")
+def geometric_shape(model: Psf | BlurName, k: float | None = None) -> Psf | None:
+    """Return the shape of blur that `model` is by geometric optics; None where it is the pupil's own waves.
+
+    >>> geometric_shape("gaussian"), geometric_shape("wave")
+    (Gaussian(k=0.5), None)
+    """
+    return None if isinstance(model, str) and model in WAVES else psf_of(model, k, WAVES, "model")
 
 
 def in_light(optics: Optics, wavelength_nm: float | None, light: Light | None) -> Iterator[tuple[Optics, float, float]]:
@@ -176,14 +182,13 @@ def _one_transfer(
     optics: Optics,
     nm: float,
     vergence: float,
-    model: BlurName,
-    k: float,
+    shape: Psf | None,
 ) -> NDArray[np.float64] | NDArray[np.complex128]:
     """The transfer in one wavelength."""
     radius = abs(optics.focus_vergence - vergence) * optics.aperture_diameter / 2
-    if model != "wave":
-        radial = np.hypot(down, right)
-        return disc_transfer(radial, radius) if model == "disc" else gaussian_transfer(radial, radius, k)
+    if shape is not None:
+        upright = shape.optical_transfer(down, right, radius)
+        return np.conj(upright) if vergence > optics.focus_vergence else upright
     pupil = _pupil(optics, nm, vergence)
     if pupil.clear:
         return clear_transfer(np.hypot(down, right), pupil.diameter, nm, pupil.defocus)

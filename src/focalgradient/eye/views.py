@@ -239,7 +239,7 @@ def _formed(of: _Formed) -> Rendered:
     if isinstance(of.scene, tuple):
         optics, image, distance = _of_picture(of.scene, of.cones, of.pixel_angle)
     elif isinstance(of.scene, Scene):
-        by = _scene_by_waves if of.cones.model == "wave" else _by_rays
+        by = _scene_by_waves if of.cones.by_waves else _by_rays
         optics, image, distance = by(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
     else:
         optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)

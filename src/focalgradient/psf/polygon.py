@@ -67,9 +67,10 @@ class Polygon(Psf):
     def optical_transfer(self, frequency_y: ArrayLike, frequency_x: ArrayLike, radius: ArrayLike) -> NDArray[Any]:
         """Return the Fourier transform of the polygon, over its area, as a sum over its sides (Gauss's theorem).
 
-        >>> along, across = Polygon(4).optical_transfer([0.0, 0.5], [0.5, 0.0], 1.0).round(3).tolist()
-        >>> along == across, abs(Polygon(5).optical_transfer(0.0, 0.3, 1.0).imag) > 0.01
-        (True, True)
+        >>> Polygon(4).optical_transfer([0.0, 0.5], [0.5, 0.0], 1.0).round(3).tolist()
+        [0.219, 0.219]
+        >>> complex(Polygon(5).optical_transfer(0.0, 0.7, 1.0).round(3))
+        (-0.088-0.033j)
         """
         radius = np.asarray(radius, float)
         y, x = np.broadcast_arrays(

@@ -44,7 +44,7 @@ def names() -> list[str]:
     return [*SHAPES, *sorted(_added())]
 
 
-def shape_class(name: str, others: tuple[str, ...] = ()) -> type[Psf]:
+def shape_class(name: str, others: tuple[str, ...] = (), called: str = "psf") -> type[Psf]:
     """Return the class of the shape called `name`; `others` are names that the caller knows beside shapes.
 
     Raises
@@ -59,7 +59,9 @@ def shape_class(name: str, others: tuple[str, ...] = ()) -> type[Psf]:
         return found
     entry = _added().get(name)
     if entry is None:
-        raise InputError(f"psf is {described(name)}, but must be one of {', '.join([*others, *names()])}, or a Psf.")
+        raise InputError(
+            f"{called} is {described(name)}, but must be one of {', '.join([*others, *names()])}, or a Psf."
+        )
     try:
         made = entry.load()
     except Exception as error:
@@ -75,7 +77,7 @@ def _package(entry: EntryPoint) -> str:
     return f"package {entry.dist.name}" if entry.dist is not None else entry.value
 
 
-def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = ()) -> Psf:
+def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), called: str = "psf") -> Psf:
     """Return the shape that a public function was given: itself, or that of its name with parameters by default.
 
     Parameters
@@ -86,6 +88,8 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = ()) -> Ps
         Of a shape that is given by name and has such a parameter, sigma / disc radius; None: its default.
     others
         Names that the caller knows beside shapes, for the message.
+    called
+        Name of the caller's own parameter, for the message.
 
     Raises
     ------
@@ -108,8 +112,8 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = ()) -> Ps
         raise InputError(f"psf is the class {psf.__name__}, but must be a shape of it: give {psf.__name__}().")
     if not isinstance(psf, str):
         known = ", ".join([*others, *names()])
-        raise InputError(f"psf is {described(psf)}, but must be a Psf or one of {known}.")
-    shape = shape_class(psf, others)
+        raise InputError(f"{called} is {described(psf)}, but must be a Psf or one of {known}.")
+    shape = shape_class(psf, others, called)
     keys = [one.key for one in shape.parameters()]
     if k is not None:
         _check_k(k)

@@ -15,6 +15,7 @@ from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
 from focalgradient.depth.search import Search, one_focus
 from focalgradient.depth.validity import BLUR_ERROR, SECONDARY_MINIMUM
+from focalgradient.optics import capabilities
 
 __all__ = ["estimate"]
 
@@ -91,7 +92,7 @@ def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) ->
     per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
     per_sigma = settings.shape.sd_per_radius
     # The residual blur variance of a calibrated camera (negative where it sharpens); of an eye none is known.
-    residual = getattr(view.optics, "residual_blur_variance", 0.0) / (view.pixel_angle * per_sigma) ** 2
+    residual = capabilities(view.optics).residual_blur_variance / (view.pixel_angle * per_sigma) ** 2
     radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))
     steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if residual else 1.0
     defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper

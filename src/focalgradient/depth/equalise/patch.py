@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.errors import InputError, check_finite
-from focalgradient.optics import HasWaveband, own_blur
+from focalgradient.optics import capabilities
 from focalgradient.psf import Disc, pixel_transfer
 from focalgradient.view import View
 
@@ -88,7 +88,7 @@ def vergence_likelihood(
     radii, counts, power, passed = _spectra([np.asarray(v.image, float) for v in views], noises, wraps)
     angle = views[0].pixel_angle
     transfers = np.stack([_transfer(view, radii, levels, angle) for view in views]) / noises[:, None, None]
-    wavebands = [v.optics.light if isinstance(v.optics, HasWaveband) else "" for v in views]
+    wavebands = [capabilities(v.optics).waveband for v in views]
     other = np.array([name != wavebands[0] for name in wavebands])
     # What each source of texture, of power 1, puts into the views' spectra, over their noise: views x L x F.
     shared = transfers * np.where(other, gain * correlation, 1.0)[:, None, None]
@@ -179,9 +179,9 @@ def _spectra(
 def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -> FloatArray:
     """A view's transfer at every level and ring: L x F."""
     one = view.optics
-    own = own_blur(one)
-    if own is not None and own.forms_views:
-        return own.transfer(radii / angle, levels[:, None])
+    stated = capabilities(one)
+    if stated.blur is not None and stated.forms_views:
+        return stated.blur.transfer(radii / angle, levels[:, None])
     radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2 / angle
     return Disc().transfer(radii, radius[:, None])
 
@@ -189,7 +189,7 @@ def _transfer(view: View, radii: FloatArray, levels: FloatArray, angle: float) -
 def _checked(
     views: Sequence[View], vergences: ArrayLike, noise: float | Sequence[float], correlation: float, gain: float
 ) -> tuple[FloatArray, FloatArray]:
-    if len({v.optics.light for v in views if isinstance(v.optics, HasWaveband)}) > 2:
+    if len({capabilities(v.optics).waveband for v in views} - {""}) > 2:
         raise InputError("views are in three wavebands or more, but two at most can be compared: leave one out.")
     if len(views) < 1 or len({(view.shape, view.pixel_angle) for view in views}) > 1:
         raise InputError(f"views holds {len(views)} views, but must hold one or more of one size and pixel angle.")

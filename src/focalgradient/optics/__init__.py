@@ -1,0 +1,22 @@
+"""What forms an image: lenses, and the one protocol of all optics.
+
+Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
+"""
+
+from focalgradient.optics.lens import Lens, Side, defocus_at, distance_of_blur
+from focalgradient.optics.own_blur import OwnBlur, own_blur
+from focalgradient.optics.protocol import Capabilities, Optics, capabilities, check_optics, refocused
+
+__all__ = [
+    "Capabilities",
+    "Lens",
+    "Optics",
+    "OwnBlur",
+    "Side",
+    "capabilities",
+    "check_optics",
+    "defocus_at",
+    "distance_of_blur",
+    "own_blur",
+    "refocused",
+]

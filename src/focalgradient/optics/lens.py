@@ -1,0 +1,159 @@
+"""Lenses: distance, vergence, defocus and blur.
+
+Distances are in metres in front of the lens, positive; vergence V = 1/distance in dioptres, 0 at infinity.
+Defocus = (focus vergence) - V: **positive for a point beyond the plane of focus**. A blur disc has the angular
+radius ``(aperture diameter / 2) x |defocus|``, in radians, seen from the lens: one line for cameras and eyes alike,
+which is Eq. 12 to Eq. 16 of Pentland (1987) in vergence. It is exact for a thin lens with its stop at the lens. The
+paper's equations in its own terms stand in `focalgradient.paper`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_number
+from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
+
+__all__ = ["Lens", "Side", "defocus_at", "distance_of_blur"]
+
+Side = Literal["beyond", "nearer"]
+"""On which side of the plane of focus a point lies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """A thin lens with a sensor behind it.
+
+    Parameters
+    ----------
+    focal_length
+        Focal length F in metres.
+    f_number
+        The photographer's f-number, F / (aperture *diameter*); ``inf`` is a pinhole.
+    focus_distance
+        Distance of the plane in exact focus, in metres in front of the lens; may be ``inf``.
+    residual_blur_variance
+        Variance in rad^2 of the blur that is there even in focus, on top of the pixel's own width: 0 unless the camera
+        was calibrated; negative where it sharpens its pictures. An edge's blur has it in it.
+
+    Raises
+    ------
+    InputError
+        If a length is not positive, or the focus lies within the focal length, or the focal length is below 0.1 mm or
+        over 10 m, or the f-number below 0.02.
+
+    Warns
+    -----
+    FocalGradientWarning
+        If the focal length is over 2 m, or the f-number below 0.5: millimetres, or a diameter, may have been given.
+
+    Examples
+    --------
+    >>> lens = Lens(focal_length=0.050, f_number=2.0, focus_distance=1.0)
+    >>> round(lens.aperture_diameter, 6), round(lens.sensor_distance, 6)
+    (0.025, 0.052632)
+    >>> float(lens.defocus(2.0))  # a point at 2 m is half a dioptre beyond the plane of focus
+    0.5
+    """
+
+    focal_length: float
+    f_number: float
+    focus_distance: float
+    residual_blur_variance: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_number("focal_length", self.focal_length, "metres", positive=True)
+        check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
+        check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
+        check_number("residual_blur_variance", self.residual_blur_variance, "rad^2")
+        check_focal_length(self.focal_length)
+        check_f_number(self.f_number, self.focal_length)
+        check_focus(self.focus_distance, self.focal_length)
+
+    @property
+    def aperture_diameter(self) -> float:
+        """Diameter of the aperture in metres, F/N; 0 for a pinhole."""
+        return self.focal_length / self.f_number
+
+    @property
+    def focus_vergence(self) -> float:
+        """Vergence V_f of the plane in exact focus, in dioptres: 1/F - 1/(sensor distance)."""
+        return 1.0 / self.focus_distance
+
+    @property
+    def sensor_distance(self) -> float:
+        """Distance v0 from lens to sensor in metres, by the thin lens's law 1/u + 1/v = 1/F: Eq. 12."""
+        return 1.0 / (1.0 / self.focal_length - self.focus_vergence)
+
+    def refocused(self, vergence: float) -> Lens:
+        """Return the same lens focused at another `vergence` (D, 0 for infinity), its aperture unchanged.
+
+        >>> Lens(0.050, 2, 1.0).refocused(0.5).focus_distance
+        2.0
+        """
+        if not vergence >= 0:
+            raise InputError(f"vergence is {vergence!r} D, but a lens focuses from 0 D, infinity, upwards.")
+        return replace(self, focus_distance=1 / vergence if vergence > 0 else float("inf"))
+
+    def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
+
+        >>> Lens(0.025, 4, 0.5).defocus([0.25, 0.5, np.inf]).tolist()
+        [-2.0, 0.0, 2.0]
+        """
+        return defocus_at(distance, self.focus_vergence)
+
+    def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
+        """Angular radius in radians of the blur disc of points at `distance` (m, any shape).
+
+        In vergence what Eq. 15 is by similar triangles: r / v = sigma / (v0 - v), with r the lens's radius and sigma
+        the disc's radius on the sensor. Multiply by `sensor_distance` for metres on the sensor; divide by a view's
+        pixel angle for pixels.
+
+        >>> float(Lens(0.050, 2, 1.0).blur_radius(2.0))  # (25 mm / 2) x 0.5 D
+        0.00625
+        """
+        return np.abs(self.defocus(distance)) * (self.aperture_diameter / 2)
+
+    def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
+        """Distance in metres at which the blur disc has the angular `radius` (rad, any shape) on one `side`.
+
+        The inverse of `blur_radius`: a single blur does not give the side. Blur that infinity just reaches
+        gives ``inf``; more blur than that, beyond focus, comes from no real point: ``nan``.
+
+        >>> lens = Lens(0.050, 2, 1.0)
+        >>> [round(lens.distance_from_blur(0.00625, side).item(), 4) for side in ("beyond", "nearer")]
+        [2.0, 0.6667]
+        """
+        if self.aperture_diameter == 0:
+            raise InputError("a pinhole blurs nothing, so its blur gives no distance: use a finite f_number.")
+        return distance_of_blur(radius, side, self.aperture_diameter, self.focus_vergence)
+
+
+def defocus_at(distance: ArrayLike, focus_vergence: float) -> NDArray[np.float64]:
+    """Defocus (D) of points at `distance` (m), refused unless every value is positive (infinity included)."""
+    values = np.asarray(distance, dtype=float)
+    if not np.all(values > 0):
+        raise InputError(
+            "distance holds values that are not positive, but distances are metres in front of the lens or eye."
+        )
+    return focus_vergence - 1.0 / values
+
+
+def distance_of_blur(radius: ArrayLike, side: Side, aperture: float, focus_vergence: float) -> NDArray[np.float64]:
+    """Distance (m) on one `side` of focus at which an aperture (m) blurs by a disc of angular `radius` (rad)."""
+    if side not in ("beyond", "nearer"):
+        raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")
+    radius = np.asarray(radius, dtype=float)
+    if not np.all(radius >= 0):
+        raise InputError("radius holds negative or undefined values, but a blur radius is 0 or more, in radians.")
+    step = radius / (aperture / 2)
+    vergence = focus_vergence + (step if side == "nearer" else -step)
+    # A few roundings' worth of slack, so that the blur of infinity gives back infinity.
+    vergence = np.where(np.abs(vergence) <= 8 * np.finfo(float).eps * step, 0.0, vergence)
+    with np.errstate(divide="ignore"):
+        return np.where(vergence >= 0, 1.0 / np.abs(vergence), np.nan)
