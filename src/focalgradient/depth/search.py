@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -53,6 +53,7 @@ class Blurs:
     edged: bool  # whether blur ends sharply, as a disc does
     frequencies: Frequencies = ROUND  # F
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
+    even: bool = True  # whether a little blur acts by its square, alike on both sides of focus
 
     @cached_property
     def pass_band(self) -> NDArray[Any]:
@@ -68,7 +69,7 @@ class Blurs:
 
     def every(self, count: int) -> Blurs:
         """The blurs at every so many levels only."""
-        return Blurs(self.radius[:, ::count], self.transfer[:, ::count], self.edged, self.frequencies, self.limited)
+        return replace(self, radius=self.radius[:, ::count], transfer=self.transfer[:, ::count])
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +207,8 @@ class Search:
             )
         at = ROUND if self.isotropic else plane(self._finest())
         transfers = [self._own_transfer(one, disc, at) for one, disc in zip(own, radius, strict=True)]
-        return Blurs(radius, np.stack(transfers), True, at, self.limited)
+        even = not any(one.tells_side for one in self.stated)
+        return Blurs(radius, np.stack(transfers), True, at, self.limited, even)
 
     def _own_transfer(self, own: OwnBlur | None, radius: FloatArray, at: Frequencies) -> NDArray[Any]:
         """Transfer at every level (L x F) by `own`, or of the disc of `radius` (L, pixels); complex where not round."""

@@ -42,8 +42,10 @@ class EvenCoordinate:
     rate: FloatArray  # N: its change by level, 1 where blur is large
 
     @classmethod
-    def of(cls, radius: FloatArray) -> EvenCoordinate:
+    def of(cls, radius: FloatArray, even: bool = True) -> EvenCoordinate:
         """That of views whose blur has a `radius` in pixels at each candidate level (n x L).
+
+        The level itself where blur is not `even`, so that views differ by its first power: the halves of a dual pixel.
 
         Two apertures at one focus: with the larger blur from 0 to 2 pixels, depth counts by its square up to 1 pixel.
 
@@ -52,6 +54,8 @@ class EvenCoordinate:
         [0.0, 1.25, 5.0, 15.0]
         """
         place = np.linspace(0, radius.shape[1] - 1, FINE * (radius.shape[1] - 1) + 1)
+        if not even:
+            return cls(place, place, np.ones_like(place))
         radius = np.stack([np.interp(place, np.arange(radius.shape[1]), one) for one in radius])
         squares, blur = (np.gradient(values, place, axis=1) for values in (radius**2, radius))
         change = np.abs(squares[:, None] - squares[None]).max(axis=(0, 1))

@@ -63,7 +63,7 @@ class Residuals:
         np.multiply(filters.transpose(1, 0, 2), weight, out=rows)
         # Combinations of images are real: the two parts of a complex filter go by one coefficient.
         rows = rows.view(rows.real.dtype).reshape(levels, -1)
-        left, energy = _directions(rows, frequencies)
+        left, energy = _directions(rows, frequencies, 2 if filters.dtype.kind == "c" else 1)
         left_over = np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
         rank = min(MOST, levels, max(1, int(np.searchsorted(-left_over, -tolerance))))
         # A product of images costs about a fiftieth of filtering one.
@@ -125,9 +125,13 @@ class Residuals:
         return numerics.combine_levels(self.images, self.coefficients.astype(np.float32), level)
 
 
-def _directions(rows: NDArray[Any], frequencies: Frequencies) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal combinations of levels (L x L), those with most energy in `rows` first, and their energies (L)."""
-    some = rows[:, ::4].astype(float)  # every fourth frequency is enough
+def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal combinations of levels (L x L), those with most energy in `rows` first, and their energies (L).
+
+    `rows` hold `parts` numbers for each frequency: 2 where they are the real and the imaginary part.
+    """
+    # Every fourth frequency is enough, with both its parts: blur of the two sides of focus may differ in one only.
+    some = rows.reshape(len(rows), -1, parts)[:, ::4].reshape(len(rows), -1).astype(float)
     energy, left = np.linalg.eigh(numerics.product(some, some.T))
     left = left[:, ::-1]
     if frequencies.down is None:  # a small image has no frequency at some of the radial samples
