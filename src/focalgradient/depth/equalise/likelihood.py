@@ -422,7 +422,9 @@ def equalise(
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
     residuals = [Residuals.of(spectra, one, own if len(own) else None, frequencies, variance=known) for one in rows]
     change = np.sum([residual.change for residual in residuals], axis=0)
-    return Equalised(residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited)
+    return Equalised(
+        residuals, _step(window), window, change, EvenCoordinate.of(blurs.radius, blurs.even), blurs.limited
+    )
 
 
 def _step(window: float) -> int:
