@@ -15,7 +15,8 @@ from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 import focalgradient
-from focalgradient.dataset.columns import COLUMNS, TITLES
+from focalgradient.tasks import task_named
+from focalgradient.tasks.registry import OURS
 
 ROOT = Path(__file__).parent
 sys.path.insert(0, str(ROOT))
@@ -86,9 +87,9 @@ def names(room: str) -> list[str]:
 def tables_of_columns() -> str:
     """What the columns of the data sets' tables mean, as their sidecars say it."""
     rows = []
-    for task, columns in COLUMNS.items():
-        rows += [f"### {TITLES[task]} (`{task}`)", "", "| column | what it is | unit or values |", "|---|---|---|"]
-        for column in columns:
+    for task in map(task_named, OURS):
+        rows += [f"### {task.title} (`{task.name}`)", "", "| column | what it is | unit or values |", "|---|---|---|"]
+        for column in task.columns():
             said = column.described()
             values = said.get("Units") or ", ".join(said.get("Levels", {})) or said.get("Format", "text")
             rows.append(f"| `{column.name}` | {said['Description']} | {values} |")

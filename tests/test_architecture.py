@@ -45,11 +45,12 @@ ROOMS = {
     },
     "tables": {"errors", "files"},
     "scales": {"errors"},
-    "design": {"errors", "files", "scales", "tables"},
-    "dataset": {"design", "errors", "files", "parallel", "scales"},
+    "tasks": {"errors", "scales"},
+    "design": {"errors", "files", "scales", "tables", "tasks"},
+    "dataset": {"design", "errors", "files", "parallel", "scales", "tasks"},
     "observers": {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
-        *("render", "scales", "scenes", "stimuli"),
+        *("render", "scales", "scenes", "stimuli", "tasks"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {
@@ -68,27 +69,43 @@ ROOMS = {
     "video": {"display", "errors", "files", "progress", "view"},
     "lab": {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
-        *("scenes", "stimuli"),
+        *("scenes", "stimuli", "tasks"),
     },
     "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
     "statistics": {"errors", "files", "parallel", "progress", "scales"},
     "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
-    "report": {"dataset", "design", "errors", "files", "plotting", "power", "progress", "scales", "statistics"},
+    "report": {
+        "dataset",
+        "design",
+        "errors",
+        "files",
+        "plotting",
+        "power",
+        "progress",
+        "scales",
+        "statistics",
+        "tasks",
+    },
     "plotting": {"depth", "errors", "luminance", "optics", "power", "statistics", "view"},
     "cli": {
         *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "eye", "files", "lab", "live"),
         *("memory", "optics"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "luminance", "progress", "video", "view", "web"),
+        *("display", "luminance", "progress", "tasks", "video", "view", "web"),
     },
 }
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 ROOMS["__main__"] = {"cli"}
 
 # What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the tables and the statistics, which know scales.
-WHEN_CALLED = {"depth": {"plotting"}, "scales": {"dataset", "design", "statistics"}}
+# the check of a scale passes answers through the tables and the statistics, which know scales; a task names its parts
+# in the rooms that show, record and simulate it.
+WHEN_CALLED = {
+    "depth": {"plotting"},
+    "scales": {"dataset", "design", "statistics", "tasks"},
+    "tasks": {"dataset", "design", "lab", "observers"},
+}
 
 # Libraries that live in one place: a room, or a folder beside src.
 HOMES = {

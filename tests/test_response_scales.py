@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from extended import build, command, python
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,7 +33,6 @@ from focalgradient.scales import (
     scale_names,
 )
 
-ROOT = Path(__file__).parents[1]
 OURS = [
     Ratio(),
     Ratio(0.5, 1.3, answer="typed", reference="same-scene"),
@@ -143,32 +139,9 @@ def test_words_of_ones_own_may_have_the_texts_of_a_scale(tmp_path: Path) -> None
         load_words("own.toml", tmp_path)
 
 
-def blocks(heading: str) -> list[str]:
-    """Blocks of code of a section of docs/extending.md, in order."""
-    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    section = text.split(f"## {heading}\n")[1].split("\n## ")[0]
-    return re.findall(r"^```\w+\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
-
-
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The package of the document, built from nothing and unpacked as pip does."""
-    folder = tmp_path_factory.mktemp("package")
-    source, project = blocks("A response scale")
-    (folder / "numeric_rating.py").write_text(source, encoding="utf-8")
-    (folder / "pyproject.toml").write_text(project, encoding="utf-8")
-    subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "wheel"], cwd=folder, check=True, capture_output=True
-    )
-    (wheel,) = folder.glob("dist/*.whl")
-    zipfile.ZipFile(wheel).extractall(folder / "site")
-    return folder / "site"
-
-
-def program(installed: Path, *command: object) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join([str(installed), str(ROOT / "src")])
-    given = [sys.executable, *map(str, command)]
-    return subprocess.run(given, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, check=False)
+    return build("A response scale", "numeric_rating.py", tmp_path_factory.mktemp("package"))
 
 
 OWN = """
@@ -214,7 +187,7 @@ def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_repor
 ) -> None:
     design = 'task = "depthrating"\nscale = "numeric-rating"\nscenes = ["s1", "s2"]\nrepetitions = 1\n'
     (tmp_path / "own.toml").write_text(design)
-    done = program(installed, "-c", OWN, tmp_path / "own.toml", tmp_path / "data")
+    done = python(installed, "-c", OWN, tmp_path / "own.toml", tmp_path / "data")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["problems"] == []
@@ -233,7 +206,6 @@ def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_repor
 def test_the_commands_know_the_scale_of_the_document(installed: Path, tmp_path: Path) -> None:
     design = 'task = "depthrating"\nscale = "numeric-rating"\nscenes = ["spheres-01"]\nrepetitions = 1\n'
     (tmp_path / "own.toml").write_text(design)
-    command = ("-m", "focalgradient.cli")
     run = [
         (
             "simulate",
@@ -251,10 +223,10 @@ def test_the_commands_know_the_scale_of_the_document(installed: Path, tmp_path: 
         ("report", tmp_path / "data", "--out", tmp_path / "report"),
     ]
     for one in run:
-        done = program(installed, *command, *one)
+        done = command(installed, *one)
         assert done.returncode == 0, done.stderr
     assert "mean number" in (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
-    done = program(tmp_path, *command, "validate", tmp_path / "data")
+    done = command(tmp_path, "validate", tmp_path / "data")
     assert done.returncode != 0
     assert "scale is 'numeric-rating', but must be one of" in done.stdout + done.stderr
     assert "Traceback" not in done.stderr

@@ -140,15 +140,16 @@ def power(
 
 def _study(task: str, design: Path | None, seed: int, given: dict[str, float]) -> AnyStudy:
     """What is to be simulated, of the options of the task that were given."""
-    from focalgradient.design import DESIGNS, DepthRatingDesign, NeckerDesign, load_design
+    from focalgradient.design import DepthRatingDesign, NeckerDesign, load_design
     from focalgradient.power import CubeModel, CubeStudy, Model, Study
+    from focalgradient.tasks import task_named
 
     others = OF_CUBE if task == "depth-rating" else OF_RATINGS
     if wrong := [name for name in given if name in others]:
         option = wrong[0].replace("_", "-")
         raise InputError(f"--{option} cannot go with {task}, which has no such thing: leave it out.")
     wanted = task.replace("-", "")
-    shown = DESIGNS[wanted]() if design is None else load_design(design)
+    shown = task_named(task).design() if design is None else load_design(design)
     if isinstance(shown, NeckerDesign) and task == "necker":
         return CubeStudy(CubeModel(**given), shown, seed)
     if isinstance(shown, DepthRatingDesign) and task == "depth-rating":

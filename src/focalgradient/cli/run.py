@@ -38,10 +38,11 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     if name in ("-h", "--help"):
         click.echo(context.get_help())
         return
-    from focalgradient.design import NAMES
+    from focalgradient.tasks import task_named, task_names
 
-    if name not in (*NAMES, GAZE):
-        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join((*NAMES, GAZE))}", context)
+    names = [task_named(label).called for label in task_names()]
+    if name not in (*names, GAZE):
+        raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join((*names, GAZE))}", context)
     from focalgradient import lab
 
     if name == GAZE:

@@ -222,8 +222,9 @@ def _design(path: Path) -> Design:
     from focalgradient.design import load_design
 
     design = load_design(path)
-    if getattr(design, "gaze", "none") != "none":
-        raise InputError(f'gaze is {design.gaze!r} in {path}, but a browser records none: say gaze = "none".')  # type: ignore[union-attr]
+    gaze = getattr(design, "gaze", "none")
+    if gaze != "none":
+        raise InputError(f'gaze is {gaze!r} in {path}, but a browser records none: say gaze = "none".')
     return design
 
 

@@ -1,6 +1,6 @@
 """Data sets of the experiments: a journal that survives any kill, BIDS files made of it, reading back, checking."""
 
-from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Rated, Watched
+from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Rated, Response, Watched
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
 from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, checking, checking_bids, validate
 from focalgradient.dataset.journal import Journal, Log, read_journal
@@ -27,6 +27,7 @@ __all__ = [
     "Press",
     "Rated",
     "Repair",
+    "Response",
     "Seen",
     "Session",
     "Watched",

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.errors import InputError, check_fields
+from focalgradient.tasks import Response
 
-__all__ = ["ANSWERS", "Answer", "Apparatus", "Chosen", "Rated", "Watched"]
+__all__ = ["Answer", "Apparatus", "Chosen", "Rated", "Response", "Watched"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,15 +165,8 @@ class Chosen:
             raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")
 
 
-Answer = Rated | Watched | Chosen
-
-ANSWERS: dict[str, type[Answer]] = {
-    "depthrating": Rated,
-    "pinhole": Rated,
-    "necker": Watched,
-    "blurthreshold": Chosen,
-}
-"""What a trial of each task is answered by."""
+Answer = Rated | Watched | Chosen | Response
+"""What a trial is answered by; a `Response` is that of a task of one's own."""
 
 
 def _finite(answer: Answer, *names: str) -> None:

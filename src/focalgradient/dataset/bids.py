@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.append import append
-from focalgradient.dataset.columns import TITLES, cell, columns_of
+from focalgradient.dataset.columns import cell, columns_of
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
@@ -25,6 +25,7 @@ from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, read_tsv
+from focalgradient.tasks import task_named
 
 __all__ = [
     "Files",
@@ -372,7 +373,7 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     sittings = [head, *log.of("resumed")]
     content = {
         "TaskName": task,
-        "TaskDescription": TITLES[task],
+        "TaskDescription": task_named(task).title,
         "Simulated": head["kind"] == "simulated",
         "Seed": head["design"]["seed"],
         "Design": head["design"],

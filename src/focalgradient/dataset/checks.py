@@ -20,7 +20,6 @@ import numpy as np
 from focalgradient.dataset.alike import REMEDY, same_content
 from focalgradient.dataset.arrival import late_arrivals
 from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, table_text
-from focalgradient.dataset.columns import COLUMNS
 from focalgradient.dataset.consistency import (
     is_age,
     pictures_of,
@@ -36,6 +35,7 @@ from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.dataset.withdrawal import withdrawals
 from focalgradient.errors import InputError
 from focalgradient.parallel import in_order
+from focalgradient.tasks import is_task
 
 __all__ = ["VALIDATOR", "Findings", "bids_problems", "checking", "checking_bids", "validate"]
 
@@ -152,7 +152,7 @@ def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
 def _named(root: Path, path: Path) -> Files | None:
     """The session that a journal's name gives."""
     match = NAME.fullmatch(path.with_suffix(".tsv").name)
-    return Files(root, match[3], match[1], match[2]) if match and match[3] in COLUMNS else None
+    return Files(root, match[3], match[1], match[2]) if match and is_task(match[3]) else None
 
 
 class _Checked:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime, timedelta
 from itertools import combinations
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.alike import differences
+from focalgradient.dataset.answers import Chosen, Rated
 from focalgradient.dataset.arrival import too_early
 from focalgradient.dataset.bids import sidecar_of
 from focalgradient.dataset.columns import cell
@@ -26,8 +27,20 @@ from focalgradient.dataset.read import SessionTable
 from focalgradient.design import Design, NeckerDesign, Trial
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
+from focalgradient.tasks import Rows, task_named
 
-__all__ = ["is_age", "pictures_of", "wrong_journal", "wrong_rows", "wrong_sidecar"]
+__all__ = [
+    "check_choice",
+    "check_rating",
+    "is_age",
+    "pictures_of",
+    "wrong_choices",
+    "wrong_journal",
+    "wrong_percepts",
+    "wrong_ratings",
+    "wrong_rows",
+    "wrong_sidecar",
+]
 
 CLOCK = 1e-6
 """Seconds that times may differ by for having been written down."""
@@ -121,24 +134,63 @@ def wrong_rows(
     pictures
         The file of each picture of the manifest, by scene, aperture and fixation.
     """
-    columns = found.columns
+    columns, task = found.columns, task_named(found.files.task)
     first = np.ones(found.rows, bool)
-    if found.files.task == "necker" and found.rows:
+    if task.percepts and found.rows:
         first[1:] = columns["trial"][1:] != columns["trial"][:-1]
     shown = {name: values[first] for name, values in columns.items()}
     planned = {trial.trial: trial for trial in trials if trial.phase == "main"}
     yield from _wrong_trials(shown, planned)
-    yield from _wrong_order(found.files.task, shown)
-    if found.files.task == "necker":
-        yield from _wrong_percepts(columns)
-        yield from _wrong_durations(shown, planned)
-    else:
-        yield from _wrong_choices(shown, design) if design.task == "blurthreshold" else _wrong_ratings(shown, design)
+    yield from _wrong_order(task.onset, shown)
+    yield from task.problems(Rows(columns, shown, design, planned, pictures))
+    if "response_time" in shown:
         none = shown["response_time"] <= 0
         if none.any():
             yield f"trial {shown['trial'][none][0]}: response_time is 0 s, which no answer takes."
         yield from _too_close(shown, design)
-        yield from _wrong_pictures(found.files.task, shown, design, pictures)
+
+
+def check_rating(design: Any, answer: Rated) -> None:
+    """Raise InputError where a rating is off its scale, or its gaze is not what the design records."""
+    if not design.is_answer(answer.rating):
+        least, most = design.bounds
+        raise InputError(
+            f"rating is {answer.rating:g}, but the scale of the design goes from {least:g} to {most:g}: give one "
+            "of its answers."
+        )
+    gaze = getattr(design, "gaze", "none")
+    if (gaze != "none") is not (answer.gaze_left is not None):
+        raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: mend it.")
+
+
+def check_choice(design: Any, trial: Any, answer: Chosen) -> None:
+    """Raise InputError where a level is none of the design's, or an answer contradicts itself."""
+    if not design.is_level(answer.level):
+        raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
+    if answer.correct is not (answer.answer == trial.interval):
+        raise InputError(f"correct is {answer.correct}, which contradicts the answer: compare it with interval.")
+
+
+Picture = Callable[[Rows, int], str | None]
+"""File of the picture of a row's condition."""
+
+
+def wrong_ratings(rows: Rows, picture: Picture) -> Iterator[str]:
+    """Say which ratings cannot be, or have another picture than their condition's."""
+    yield from _wrong_ratings(rows.shown, rows.design)
+    yield from _wrong_pictures(rows, picture)
+
+
+def wrong_choices(rows: Rows, picture: Picture) -> Iterator[str]:
+    """Say which choices between two intervals cannot be, or have another picture than their condition's."""
+    yield from _wrong_choices(rows.shown, rows.design)
+    yield from _wrong_pictures(rows, picture)
+
+
+def wrong_percepts(rows: Rows) -> Iterator[str]:
+    """Say which percepts and trials of the cube cannot be."""
+    yield from _wrong_percepts(rows.columns)
+    yield from _wrong_durations(rows.shown, rows.planned)
 
 
 def _wrong_trials(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
@@ -168,11 +220,10 @@ def _planned(trial: Trial, name: str) -> Any:
     return getattr(trial, name, getattr(trial, "factors", {}).get(name))
 
 
-def _wrong_order(task: str, shown: Mapping[str, NDArray[Any]]) -> Iterator[str]:
+def _wrong_order(onset: str, shown: Mapping[str, NDArray[Any]]) -> Iterator[str]:
     sittings = shown["sitting"]
     if (np.diff(sittings) < 0).any():
         yield "the sittings are not in order."
-    onset = "trial_onset" if task == "necker" else "onset"
     back = (np.diff(shown[onset]) <= 0) & (np.diff(sittings) == 0)
     if back.any():
         yield f"trial {shown['trial'][1:][back][0]}: {onset} is not later than in the trial before it."
@@ -285,28 +336,14 @@ def _too_close(shown: Mapping[str, NDArray[Any]], design: Any) -> Iterator[str]:
             yield f"trial {shown['trial'][at]}: response_time is {seconds[at]:g} s, {more}."
 
 
-def _wrong_pictures(
-    task: str, shown: Mapping[str, NDArray[Any]], design: Any, pictures: Mapping[tuple[str, ...], str]
-) -> Iterator[str]:
-    if not pictures:
+def _wrong_pictures(rows: Rows, picture: Picture) -> Iterator[str]:
+    if not rows.pictures:
         return
-    for place, name in enumerate(shown["stimulus"].tolist()):
-        scene = shown["scene"][place]
-        if task == "depthrating":
-            key = (scene, shown["aperture"][place], shown["fixation"][place])
-            levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
-            wanted = pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))
-        elif task == "blurthreshold":
-            wanted = pictures.get((scene, "pinhole", design.fixation))
-        elif shown["form"][place] == "real":
-            wanted = None
-        else:
-            aperture = "pinhole" if shown["viewing"][place] == "pinhole" else design.natural_aperture
-            known = {pictures.get((scene, aperture, fixation)) for fixation in ("nearest", "farthest")}
-            wanted = name if name in known else next((one for one in known if one), None)
+    for place, name in enumerate(rows.shown["stimulus"].tolist()):
+        wanted = picture(rows, place)
         if name != wanted and not (name is None and wanted is None):
             yield (
-                f"trial {shown['trial'][place]}: its picture is {name or 'missing'}, but its condition's is "
+                f"trial {rows.shown['trial'][place]}: its picture is {name or 'missing'}, but its condition's is "
                 f"{wanted or 'none of the manifest'}."
             )
             return

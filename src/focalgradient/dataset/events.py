@@ -10,7 +10,8 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from focalgradient.dataset.columns import APERTURE, COLUMNS, Column, columns_of
+from focalgradient.dataset.columns import APERTURE, Column, columns_of
+from focalgradient.tasks import is_task, task_named
 
 __all__ = ["SHA256", "Event", "Tests", "trial_tests", "wrong_event"]
 
@@ -73,7 +74,7 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
             if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
                 continue
             return f"{name} is {_shown(event, name)}, but must be {expected}"
-    if head["design"]["task"] == "necker":
+    if task_named(head["design"]["task"]).percepts:
         return _wrong_presses(event)
     return "presses stand in a trial in which no keys are held" if "presses" in event else None
 
@@ -111,6 +112,7 @@ def _wrong_head(head: Event) -> str | None:
     design = head.get("design")
     task = design.get("task") if isinstance(design, dict) else None
     keys = head.get("keys")
+    keyed = isinstance(task, str) and is_task(task) and task_named(task).percepts
     wanted: Mapping[str, tuple[bool, str]] = {
         "participant": (_label(head.get("participant")), "a label of letters and digits"),
         "session": (
@@ -119,7 +121,7 @@ def _wrong_head(head: Event) -> str | None:
         ),
         "kind": (head.get("kind") in ("human", "simulated"), "human or simulated"),
         "design": (
-            isinstance(design, dict) and isinstance(task, str) and task in COLUMNS and "seed" in design,
+            isinstance(design, dict) and is_task(task) and "seed" in design,
             "the settings of a known task, with their seed",
         ),
         "stimuli": (
@@ -129,9 +131,9 @@ def _wrong_head(head: Event) -> str | None:
         ),
         "keys": (
             isinstance(keys, dict) and set(keys) == {"rigid", "nonrigid"} and all(map(_text, keys.values()))
-            if task == "necker"
+            if keyed
             else "keys" in head and keys is None,
-            "a key for rigid and one for nonrigid" if task == "necker" else "null",
+            "a key for rigid and one for nonrigid" if keyed else "null",
         ),
     }
     for name, (right, expected) in wanted.items():
@@ -157,10 +159,10 @@ def _cells(every: tuple[Column, ...]) -> Tests:
     if any(column.name == "percept" for column in columns):
         columns = [column for column in columns if column.name not in OF_PERCEPTS]
         columns.append(Column("onset", "", "number", least=0))
-    return tuple((column.name, _test(column), column.expected) for column in columns)
+    return tuple((column.name, cell_test(column), column.expected) for column in columns)
 
 
-def _test(column: Column) -> Callable[[Any], bool]:
+def cell_test(column: Column) -> Callable[[Any], bool]:
     least = -math.inf if column.least is None else column.least
     above = -math.inf if column.above is None else column.above
     most = MOST if column.most is None else column.most

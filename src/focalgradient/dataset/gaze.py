@@ -16,7 +16,7 @@ from itertools import pairwise
 from statistics import median
 from typing import Any, NamedTuple
 
-from focalgradient.dataset import columns
+from focalgradient.tasks.columns import SITTING as SITTING_COLUMN
 
 __all__ = [
     "DISPERSION_DEG",
@@ -299,7 +299,7 @@ def _about_coordinates() -> dict[str, dict[str, str]]:
     }
 
 
-SITTING = {"Description": columns.SITTING.about}
+SITTING = {"Description": SITTING_COLUMN.about}
 TRIAL = {"Description": "Number of the trial, as in the table of the answers; 0 in practice."}
 
 

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, read_description
-from focalgradient.dataset.columns import APERTURE, COLUMNS, FORMULA, Column, columns_of
+from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of
 from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
+from focalgradient.tasks import is_task, task_named
+from focalgradient.tasks.registry import OURS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,7 +49,8 @@ class DataSet:
     participants
         One row each: participant_id, kind ("human" or "simulated"), and whatever else is known of them.
     tables
-        The long table of each task; its index gives the file, and the row in it, that each row comes from.
+        The long table of each task, ours and those that have sessions; its index gives the file, and the row in it,
+        that each row comes from.
     sidecars
         What each session's sidecar holds.
     problems
@@ -121,9 +124,12 @@ class SessionTable:
 
 def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
     """Sessions that have a table, in the order of their names."""
-    wanted = COLUMNS if tasks is None else tasks
     matches = (NAME.fullmatch(path.name) for path in sorted(root.glob("sub-*/**/*_beh.tsv")))
-    return [Files(root, match[3], match[1], match[2]) for match in matches if match and match[3] in wanted]
+    return [
+        Files(root, match[3], match[1], match[2])
+        for match in matches
+        if match and (is_task(match[3]) if tasks is None else match[3] in tasks)
+    ]
 
 
 def read_session(files: Files) -> SessionTable:
@@ -169,7 +175,7 @@ def _read_table(found: SessionTable) -> None:
             found.problems.append(
                 f"{path}, row {wrong + 2}: {column.name} is {texts[wrong][:80]!r}, but must be {column.expected}."
             )
-    keys = ["trial", "onset"] if found.files.task == "necker" else ["trial"]
+    keys = ["trial", "onset"] if task_named(found.files.task).percepts else ["trial"]
     if all(key in found.columns for key in keys):
         met: set[tuple[Any, ...]] = set()
         for row, key in enumerate(zip(*(found.columns[key].tolist() for key in keys), strict=True), start=2):
@@ -267,7 +273,7 @@ def read_dataset(
     participants = participants_of(root / "participants.tsv")
     kinds = dict(zip(participants["participant_id"], participants["kind"], strict=True))
     problems: list[str] = []
-    whole: dict[str, list[SessionTable]] = {task: [] for task in COLUMNS}
+    whole: dict[str, list[SessionTable]] = {task: [] for task in OURS}
     for files in sessions_of(root, tasks):
         found = read_session(files)
         found.text = ""
@@ -281,7 +287,7 @@ def read_dataset(
             raise InputError(found.problems[0])
         problems += found.problems
         if not found.problems:
-            whole[files.task].append(found)
+            whole.setdefault(files.task, []).append(found)
     tables = {task: _table(task, sessions, kinds) for task, sessions in whole.items()}
     sidecars = {found.files: found.sidecar for sessions in whole.values() for found in sessions}
     return DataSet(root, participants, tables, sidecars, tuple(problems))
@@ -306,7 +312,7 @@ def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]
     every: dict[str, Column] = {}
     for found in sessions:
         every |= {column.name: column for column in found.expected}
-    for name, column in ({column.name: column for column in COLUMNS[task]} | every).items():
+    for name, column in ({column.name: column for column in columns_of(task, None)} | every).items():
         kind = kinds_of.get(column.form, np.dtype(object))
         parts = [
             found.columns.pop(name) if name in found.columns else np.full(found.rows, column.absent, kind)

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.answers import ANSWERS, Answer, Apparatus, Chosen, Rated
+from focalgradient.dataset.answers import Answer, Apparatus, Response
 from focalgradient.dataset.bids import (
     Files,
     Kind,
@@ -23,11 +23,12 @@ from focalgradient.dataset.bids import (
     check_participant,
     make_table,
 )
-from focalgradient.dataset.events import Event
+from focalgradient.dataset.events import Event, cell_test
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
 from focalgradient.errors import InputError
+from focalgradient.tasks import task_named
 
 __all__ = ["Session"]
 
@@ -43,6 +44,7 @@ class Session:
     Examples
     --------
     >>> import tempfile
+    >>> from focalgradient.dataset import Rated
     >>> from focalgradient.design import Pinhole
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     begun = Session.begin(Path(folder), Pinhole(), "01", apparatus=Apparatus("seconds from the start"))
@@ -56,6 +58,7 @@ class Session:
     def __init__(self, files: Files, design: Design, journal: Journal, done: Sequence[Event]):
         self.files = files
         self.design = design
+        self.task = task_named(design.task)
         self.trials: tuple[Trial, ...] = design.trials(files.participant, files.session)
         self._journal = journal
         self._recorded: list[Event] = list(done)
@@ -268,26 +271,14 @@ class Session:
         done = len(self._recorded)
         if done == len(self.trials) or trial != self.trials[done]:
             raise InputError(f"trial {trial.trial} ({trial.phase}) is not the next: record the trials in their order.")
-        if not isinstance(answer, ANSWERS[self.design.task]):
+        if not isinstance(answer, self.task.answer):
             raise InputError(f"the answer is {type(answer).__name__}, which {self.design.task} does not ask for.")
-        if isinstance(answer, Rated) and not self.design.is_answer(answer.rating):  # type: ignore[union-attr]
-            least, most = self.design.bounds  # type: ignore[union-attr]
-            raise InputError(
-                f"rating is {answer.rating:g}, but the scale of the design goes from {least:g} to {most:g}: give "
-                "one of its answers."
-            )
-        gaze = getattr(self.design, "gaze", "none")
-        if isinstance(answer, Rated) and (gaze != "none") is not (answer.gaze_left is not None):
-            raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: mend it.")
-        if isinstance(answer, Chosen):
-            self._check_choice(trial, answer)
-
-    def _check_choice(self, trial: Trial, answer: Chosen) -> None:
-        """Refuse a level that is none of the design's, and what contradicts its own answer."""
-        if not self.design.is_level(answer.level):  # type: ignore[union-attr]
-            raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
-        if answer.correct is not (answer.answer == trial.interval):  # type: ignore[attr-defined]
-            raise InputError(f"correct is {answer.correct}, which contradicts the answer: compare it with interval.")
+        if isinstance(answer, Response):
+            for column in self.task.columns(None):
+                value = getattr(answer, column.name, None)
+                if hasattr(answer, column.name) and not cell_test(column)(value):
+                    raise InputError(f"{column.name} is {value!r}, but must be {column.expected}.")
+        self.task.check_answer(self.design, trial, answer)
 
     def note(self, kind: str, **content: Any) -> None:
         """Write down something else that happened, as a break or a marker sent; it stays in the journal."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +18,14 @@ from focalgradient.design.factors import Factor
 from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
 from focalgradient.design.order import Place, check_label
 from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial, Viewing
-from focalgradient.design.plan import Phase, Trial
+from focalgradient.design.plan import Phase, Plan, Trial
 from focalgradient.design.procedure import Procedure
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.tables import check_table, shown
+from focalgradient.tasks import is_task, task_named, task_names
 
 __all__ = [
-    "DESIGNS",
-    "NAMES",
     "BlurThresholdDesign",
     "BlurTrial",
     "DepthRatingDesign",
@@ -45,6 +43,7 @@ __all__ = [
     "Pinhole",
     "PinholeTrial",
     "Place",
+    "Plan",
     "Procedure",
     "Shape",
     "Trial",
@@ -56,23 +55,8 @@ __all__ = [
     "recorded_design",
 ]
 
-Design = DepthRatingDesign | NeckerDesign | Pinhole | BlurThresholdDesign
-
-DESIGNS: dict[str, type[Design]] = {
-    "depthrating": DepthRatingDesign,
-    "necker": NeckerDesign,
-    "pinhole": Pinhole,
-    "blurthreshold": BlurThresholdDesign,
-}
-"""By the name of the task."""
-
-NAMES = {
-    "depth-rating": "depthrating",
-    "necker": "necker",
-    "pinhole": "pinhole",
-    "blur-threshold": "blurthreshold",
-}
-"""What the command line calls each task."""
+Design = DepthRatingDesign | NeckerDesign | Pinhole | BlurThresholdDesign | Plan
+"""Ours, or that of a task of one's own."""
 
 
 def design_text(name: str) -> str:
@@ -81,7 +65,7 @@ def design_text(name: str) -> str:
     Parameters
     ----------
     name
-        "depth-rating", "necker", "pinhole" or "blur-threshold".
+        That of a task on the command line: "depth-rating", "necker", "pinhole", "blur-threshold", or one of your own.
 
     Raises
     ------
@@ -93,9 +77,7 @@ def design_text(name: str) -> str:
     >>> design_text("necker").splitlines()[0]
     '# Experiment 2: does the rotating Necker cube look rigid, or does it wobble, by its focal gradient?'
     """
-    if name not in NAMES:
-        raise InputError(f"there is no design {name!r}: give one of {', '.join(map(repr, NAMES))}.")
-    return (files("focalgradient.design") / "files" / f"{name.replace('-', '_')}.toml").read_text(encoding="utf-8")
+    return task_named(name).settings()
 
 
 def load_design(path: str | os.PathLike[str]) -> Design:
@@ -119,12 +101,6 @@ def load_design(path: str | os.PathLike[str]) -> Design:
     return check_design(str(path), read_toml(Path(path)))
 
 
-EARLIER: dict[str, dict[str, Any]] = {
-    "depthrating": {"catch_pictures": ["standard"], "blank_s": 0.0, "pause_s": 0.0, "least_break_s": 0.0}
-}
-"""By task, what a design meant that was recorded before the setting was there."""
-
-
 def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
     """Make a design of what a journal or a sidecar says, also of an earlier version.
 
@@ -138,7 +114,7 @@ def recorded_design(name: str, data: Mapping[str, Any]) -> Design:
     >>> recorded_design("old", {"task": "depthrating"}).catch_pictures
     ('standard',)
     """
-    return check_design(name, EARLIER.get(str(data.get("task")), {}) | dict(data))
+    return check_design(name, {**_earlier(data.get("task")), **data})
 
 
 def check_design(name: str, data: Mapping[str, Any]) -> Design:
@@ -155,8 +131,14 @@ def check_design(name: str, data: Mapping[str, Any]) -> Design:
     3
     """
     task = data.get("task")
-    if not (isinstance(task, str) and task in DESIGNS):
-        known = ", ".join(map(repr, DESIGNS))
+    if not is_task(task):
+        known = ", ".join(map(repr, task_names()))
         given = f"task is {shown(task)}, but must be" if "task" in data else "task is missing: give"
         raise InputError(f"{name}: {given} one of {known}.")
-    return check_table(name, dict(data), DESIGNS[task])
+    made: Design = check_table(name, dict(data), task_named(str(task)).design)
+    return made
+
+
+def _earlier(task: Any) -> Mapping[str, Any]:
+    """What settings meant that designs of earlier versions of a task do not state."""
+    return task_named(task).earlier if is_task(task) else {}

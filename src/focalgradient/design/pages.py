@@ -1,25 +1,14 @@
-"""The class of pages of each task."""
+"""The pages of a design: those of its task."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-from focalgradient.design.cube_pages import CubePages
-from focalgradient.design.pinhole_pages import PinholePages
-from focalgradient.design.rating_pages import RatingPages
 from focalgradient.design.sequence import Pages
-from focalgradient.design.threshold_pages import ThresholdPages
 from focalgradient.design.words import Words
+from focalgradient.tasks import task_named
 
 __all__ = ["pages_of"]
-
-PAGES: dict[str, Callable[..., Any]] = {
-    "depthrating": RatingPages,
-    "necker": CubePages,
-    "pinhole": PinholePages,
-    "blurthreshold": ThresholdPages,
-}
 
 
 def pages_of(design: Any, words: Words, participant: str, *, browser: bool = False) -> Pages:
@@ -32,5 +21,4 @@ def pages_of(design: Any, words: Words, participant: str, *, browser: bool = Fal
     browser
         Whether they are shown in a browser: there a button stops the session, and nobody is there to be asked.
     """
-    pages: Pages = PAGES[design.task](design, words, participant, browser)
-    return pages
+    return task_named(design.task).pages(design, words, participant, browser)

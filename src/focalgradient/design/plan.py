@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import Field, field_validator
@@ -56,8 +56,9 @@ class Trial:
 
     @property
     def condition(self) -> tuple[Hashable, ...]:
-        """What is shown: equal for repetitions of one condition."""
-        raise NotImplementedError
+        """What is shown, equal for repetitions of one condition: the fields that a task adds."""
+        shared = {one.name for one in fields(Trial)}
+        return tuple(getattr(self, one.name) for one in fields(self) if one.name not in shared)
 
 
 Kind = TypeVar("Kind", bound=Trial)
@@ -118,6 +119,34 @@ class Plan(Table):
     def trials(self, participant: str, session: str | None = None) -> tuple[Trial, ...]:
         """Make the list of one participant: practice first, then all else."""
         raise NotImplementedError
+
+    def ordered(self, participant: str, session: str | None, conditions: Sequence[Kind]) -> tuple[Kind, ...]:
+        """Put conditions, each `repetitions` times, in a participant's order, after `practice_trials` of them.
+
+        No condition comes more than `longest_run` times in a row; the second of each two participants has the order of
+        the first, mirrored.
+        """
+        return tuple(
+            self.listed(
+                participant,
+                session,
+                blocks=[conditions] * self.repetitions,
+                factors=lambda trial: trial.condition,
+                catches=lambda draws: (),
+                practice=lambda draws: [
+                    draws.shuffled(conditions)[number % len(conditions)] for number in range(self.practice_trials)
+                ],
+            )
+        )
+
+    @property
+    def shown_s(self) -> float:
+        """Seconds from when the stimulus of a trial appears to the question; 0 where that is not fixed."""
+        return 0.0
+
+    def least_s(self, trial: Any) -> float:
+        """Return the shortest time in seconds from one answer to the next question; 0 where none is known."""
+        return 0.0
 
     def pilot(self) -> Self:
         """Give the same design cut short, to see that everything works."""

@@ -5,12 +5,15 @@ the adaptive one of a threshold of blur, are `EXPERIMENTS`, by the names that ``
 (extra ``lab``) is imported when a window opens.
 """
 
+from collections.abc import Iterator, Mapping
+
 from focalgradient.lab import blur_threshold, depth_rating, gaze_focus, necker, pinhole
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import form, pages
 from focalgradient.lab.questions import Given, ask, ask_which
 from focalgradient.lab.running import run
 from focalgradient.scales import Scale, Steps
+from focalgradient.tasks import task_named, task_names
 
 __all__ = [
     "EVENTS",
@@ -35,10 +38,19 @@ __all__ = [
     "run",
 ]
 
-EXPERIMENTS = {
-    "depth-rating": depth_rating.DEPTH_RATING,
-    "necker": necker.NECKER,
-    "pinhole": pinhole.PINHOLE,
-    "blur-threshold": blur_threshold.BLUR_THRESHOLD,
-}
+
+class _Experiments(Mapping[str, Experiment]):
+    """The experiments of all tasks, each made when it is looked up."""
+
+    def __getitem__(self, name: str) -> Experiment:
+        return task_named(name).experiment()
+
+    def __iter__(self) -> Iterator[str]:
+        return (task_named(name).called for name in task_names())
+
+    def __len__(self) -> int:
+        return len(task_names())
+
+
+EXPERIMENTS: Mapping[str, Experiment] = _Experiments()
 """By the names that the command line knows."""

@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from focalgradient.dataset import Session
-from focalgradient.design import DESIGNS, NAMES, DepthRatingDesign, Design, check_label, design_text, load_design
+from focalgradient.design import DepthRatingDesign, Design, check_label, design_text, load_design
 from focalgradient.design.consent import Consent, read_consent
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
@@ -30,6 +30,7 @@ from focalgradient.lab.experiment import Experiment
 from focalgradient.lab.gaze import add_tracker, tracker_settings
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
+from focalgradient.tasks import task_named
 
 __all__ = [
     "ASSUMED_DISTANCE",
@@ -104,7 +105,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     """
     options = _arguments(experiment, given, program)
     _psychopy()
-    design = DESIGNS[experiment.task]() if options.design is None else load_design(options.design)
+    design = task_named(experiment.task).design() if options.design is None else load_design(options.design)
     if design.task != experiment.task:
         raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
     design = check_session(options, _with_gaze(options, design.pilot() if options.pilot else design))
@@ -130,7 +131,7 @@ class Arguments(argparse.ArgumentParser):
 
 class _PrintDesign(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> None:
-        print(design_text(next(name for name, task in NAMES.items() if task == self.const)), end="")
+        print(design_text(self.const), end="")
         parser.exit()
 
 

@@ -13,19 +13,21 @@ from typing import Any
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTrial, NeckerDesign
 from focalgradient.design.depth_rating import EXAMPLES
+from focalgradient.design.plan import Plan
 from focalgradient.errors import InputError
-from focalgradient.observers.answers import EncodedPictures, rate, watch
+from focalgradient.observers.answers import EncodedPictures
 from focalgradient.observers.observer import FORMER_NAMES, Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
-from focalgradient.observers.thresholds import choose, known_threshold
+from focalgradient.observers.thresholds import known_threshold
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.scales import OrdinalScale
 from focalgradient.stimuli import StimulusSet
+from focalgradient.tasks import task_named
 
 __all__ = ["check_pictures", "labels", "simulate"]
 
-Simulated = DepthRatingDesign | NeckerDesign | BlurThresholdDesign
+Simulated = DepthRatingDesign | NeckerDesign | BlurThresholdDesign | Plan
 """Designs that simulated observers take part in."""
 
 CLOCK = "seconds of a simulated clock, from the beginning of the session"
@@ -162,11 +164,7 @@ def simulate(
 
 def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ...]:
     design, observer, label, seed, encoded = job
-    if isinstance(design, BlurThresholdDesign):
-        return choose(design, observer, label, seed)
-    if isinstance(design, NeckerDesign):
-        return watch(design, observer, label, seed, encoded)
-    return rate(design, observer, label, seed, encoded)
+    return task_named(design.task).observe(design, observer, label, seed, encoded)
 
 
 def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:

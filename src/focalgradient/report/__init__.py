@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -56,6 +57,7 @@ from focalgradient.report.document import (
 from focalgradient.report.exclusions import main_results, sensitivity
 from focalgradient.report.export import report_files, safe_csv, trial_files
 from focalgradient.report.gaze import gaze_part
+from focalgradient.report.own_tasks import OwnTask, analyse_own_task, methods_own_task, own_task_part
 from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
@@ -73,6 +75,8 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_reports import holds_reports
+from focalgradient.tasks import task_named, task_names
+from focalgradient.tasks.registry import OURS
 
 __all__ = [
     "BOUND",
@@ -85,7 +89,7 @@ __all__ = [
     "make_report",
 ]
 
-Part = TypeVar("Part", Ratings, Reports, Thresholds)
+Part = TypeVar("Part", Ratings, Reports, Thresholds, OwnTask)
 
 SHARE_CAPTION = (
     "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
@@ -221,6 +225,8 @@ def make_report(
         body += _necker_part(found.reports, sheets, figures)
     if found.thresholds is not None:
         body += threshold_part(found.thresholds, sheets, figures)
+    for other in found.own_tasks:
+        body += own_task_part(other, sheets)
     body += _methods(found, chosen, used, methods, sheets)
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
@@ -244,14 +250,16 @@ class _Analysed:
     ratings: Ratings | None = None
     reports: Reports | None = None
     thresholds: Thresholds | None = None
+    own_tasks: list[OwnTask] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
 
     @property
-    def parts(self) -> list[Ratings | Reports | Thresholds]:
+    def parts(self) -> list[Ratings | Reports | Thresholds | OwnTask]:
         """The experiments that people took part in."""
-        return [part for part in (self.ratings, self.reports, self.thresholds) if part is not None]
+        ours = [part for part in (self.ratings, self.reports, self.thresholds) if part is not None]
+        return [*ours, *self.own_tasks]
 
 
 def _of_dataset(
@@ -281,13 +289,15 @@ def _of_dataset(
     )
     reports = tried("necker", lambda: analyse_necker(root, rules=rules))
     thresholds = tried("blurthreshold", lambda: analyse_thresholds(root))
-    found = _Analysed(title, ratings, reports, thresholds)
+    others = [task_named(name) for name in task_names() if name not in OURS]
+    tries = [tried(task.name, partial(analyse_own_task, root, task)) for task in others]
+    found = _Analysed(title, ratings, reports, thresholds, [one for one in tries if one is not None])
     if not found.parts:
         if refused:
             raise refused[0]
         raise InputError(
-            f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds: there is nothing to "
-            "report."
+            f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds nor answers to a task of "
+            "your own: there is nothing to report."
         )
     problems = [str(error) for error in refused]
     try:
@@ -322,6 +332,10 @@ def _methods(
         yield Heading("Blur thresholds", 3)
         yield from map(Paragraph, methods_thresholds(found.thresholds.design))
         yield from _shown([_design(found.thresholds.data, "blur_threshold")], sheets)
+    for own in found.own_tasks:
+        yield Heading(own.task.title, 3)
+        yield from map(Paragraph, methods_own_task(own))
+        yield from _shown([_design(own.data, own.task.name)], sheets)
 
 
 def _trials(found: _Analysed) -> dict[str, bytes]:
@@ -335,6 +349,7 @@ def _trials(found: _Analysed) -> dict[str, bytes]:
         files |= report_files(reports.table, reports.kept, computed)
     if found.thresholds is not None:
         files["blur_threshold_trials.csv"] = safe_csv(found.thresholds.table)
+    files |= {f"{own.task.name}_trials.csv": safe_csv(own.table) for own in found.own_tasks}
     return files
 
 

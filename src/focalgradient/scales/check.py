@@ -163,8 +163,9 @@ class _Checked:
 
     def column(self) -> None:
         """Check that answers pass through the table and agree with the sidecar."""
-        from focalgradient.dataset.columns import cell, rating_column
+        from focalgradient.dataset.columns import cell
         from focalgradient.dataset.read import converted
+        from focalgradient.tasks.depth_rating import rating_column
 
         scale = self.scale
         column = rating_column(scale.column)

@@ -1,0 +1,11 @@
+"""Tasks: one class each, which the laboratory, the browser, the files, the simulation and the report ask.
+
+A task of one's own is one class derived from `Task` in one file, found by `register` or by an entry point of the group
+"focalgradient.tasks". Ours are registered in the same way.
+"""
+
+from focalgradient.tasks.base import Response, Rows, Task
+from focalgradient.tasks.columns import Column
+from focalgradient.tasks.registry import is_task, register, task_named, task_names
+
+__all__ = ["Column", "Response", "Rows", "Task", "is_task", "register", "task_named", "task_names"]

@@ -1,0 +1,245 @@
+"""The base class of tasks: design, trial, answer, columns, texts, check and report of one experiment."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, ClassVar, Literal, Union
+
+from focalgradient.errors import InputError, check_fields
+from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
+
+__all__ = ["Response", "Rows", "Task", "paper_settings"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Response:
+    """The answer of a trial; that of a task of one's own is a subclass, whose fields become columns.
+
+    A field may say in its metadata what the sidecar states: "about", "units", "levels", "least", "most".
+
+    Parameters
+    ----------
+    onset
+        When the stimulus appeared, in seconds of the sitting's clock.
+    response_time
+        From the question to the answer, in seconds.
+    dropped_frames
+        Frames that came late during the trial.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type than its field, or a time is negative or not finite.
+    """
+
+    onset: float
+    response_time: float
+    dropped_frames: int = 0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("onset", "response_time"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """The table of a session while it is checked.
+
+    Parameters
+    ----------
+    columns
+        Values of all rows, by column.
+    shown
+        Those of the first row of each trial.
+    design
+        Of the session.
+    planned
+        Its main trials, by number.
+    pictures
+        File of each picture of the manifest, by scene, aperture and fixation.
+    """
+
+    columns: Mapping[str, Any]
+    shown: Mapping[str, Any]
+    design: Any
+    planned: Mapping[int, Any]
+    pictures: Mapping[tuple[str, ...], str]
+
+
+class Task(ABC):
+    """One experiment, by which laboratory, browser, files, simulation and report know what to do.
+
+    A task of one's own states `name`, `title`, `design`, `trial` and `answer`, its texts, what its laboratory trial
+    does (`run`), and, where observers are to be simulated, how they answer (`simulated`). Columns, pages, check and
+    report follow; each can be replaced.
+    """
+
+    name: ClassVar[str]
+    """Label of the task in the names of files: letters and digits."""
+    title: ClassVar[str]
+    """What the task is, in a few words, for sidecars and report."""
+    command: ClassVar[str] = ""
+    """Name on the command line; empty: that of the task."""
+    texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}
+    """Texts by language ("en"), then by entry: "instructions" (pages apart by ``---``), "debriefing", and one's own."""
+    onset: ClassVar[str] = "onset"
+    """Column of the time at which a trial began."""
+    percepts: ClassVar[bool] = False
+    """Whether keys are held during a trial, and the table has a row for each percept."""
+    earlier: ClassVar[Mapping[str, Any]] = {}
+    """Meaning of settings that designs of earlier versions do not state."""
+
+    @property
+    @abstractmethod
+    def design(self) -> type[Any]:
+        """Class of the design, a `focalgradient.design.Plan`."""
+
+    @property
+    def trial(self) -> type[Any]:
+        """Class of a trial, a `focalgradient.design.Trial`."""
+        raise NotImplementedError
+
+    @property
+    @abstractmethod
+    def answer(self) -> type[Any]:
+        """Class of an answer, a `Response`."""
+
+    @property
+    def called(self) -> str:
+        """Name on the command line."""
+        return self.command or self.name
+
+    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+        """Return the columns of a session's table, by its design as it was recorded; None: those of every design.
+
+        Here those of the trial's fields, then those of the answer's.
+        """
+        shown = _own_columns(self.trial, "Condition of the trial.")
+        answered = _own_columns(self.answer, "Answer.")
+        catch = Column("catch", "Whether the trial only checks attention.", "bool")
+        onset = Column("onset", "When the stimulus appeared, on the clock of the sitting.", "number", "s", least=0)
+        time = Column("response_time", "From the question to the answer.", "number", "s", least=0)
+        return (TRIAL, *shown, REPETITION, catch, onset, *answered, time, DROPPED, SITTING)
+
+    def settings(self) -> str:
+        """Return the settings file (TOML) of the task's default design, to be copied and changed."""
+        lines = [f"# {self.title}"]
+        for name, value in self.design().model_dump(mode="json").items():
+            if isinstance(value, dict):
+                continue
+            lines.append(f"{name} = {_toml(value)}")
+        return "\n".join(lines) + "\n"
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        """Return the pages that a participant reads: here `texts`' "instructions" before, "debriefing" after."""
+        from focalgradient.design.plain_pages import PlainPages
+
+        return PlainPages(self, words)
+
+    def text(self, words: Any, entry: str, **values: object) -> str:
+        """Return a text in the session's language.
+
+        Raises
+        ------
+        InputError
+            If the task has no such text in it.
+        """
+        own = self.texts.get(words.language, {})
+        if entry not in own:
+            raise InputError(
+                f"the task {self.name!r} has no text {entry!r} in {words.language!r}: add it to its texts."
+            )
+        return own[entry].format(**values)
+
+    def run(self, sitting: Any, trial: Any) -> Any:
+        """Show a trial in the laboratory's window and return its answer."""
+        raise InputError(f"the task {self.name!r} has no trial for the laboratory: define run.")
+
+    def experiment(self) -> Any:
+        """Return what the laboratory runs."""
+        from focalgradient.lab.experiment import GREY, Experiment
+
+        return Experiment(task=self.name, about=type(self).__doc__ or self.title, trial=self.run, background=GREY)
+
+    def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
+        """Return a simulated observer's answer, without its `onset` in time: `chance` is a NumPy generator."""
+        raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
+
+    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
+        """Return a simulated observer's answers to all trials, one after the other in time."""
+        from focalgradient.observers.answers import PAUSE, random_stream
+
+        person = observer.person(random_stream(seed, self.name, participant))
+        clock, answers = 0.0, []
+        for number, trial in enumerate(design.trials(participant), start=1):
+            answer = self.simulated(design, trial, person, random_stream(seed, self.name, participant, number))
+            answers.append(dataclasses.replace(answer, onset=round(clock, 4)))
+            clock += design.least_s(trial) + answer.response_time + PAUSE
+        return tuple(answers)
+
+    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+        """Raise InputError where an answer contradicts the design or its trial, beyond what its columns allow."""
+        return
+
+    def problems(self, rows: Rows) -> Iterator[str]:
+        """Say where a session's table contradicts its design, beyond what is true of all tasks."""
+        return iter(())
+
+    def findings(self, table: Any) -> list[str]:
+        """Return sentences of the report about all answers (a table with `participant_id`, without catch trials)."""
+        return []
+
+
+def paper_settings(name: str) -> str:
+    """Return a settings file that comes with the package."""
+    return (files("focalgradient.design") / "files" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _own_columns(record: type[Any], about: str) -> Iterator[Column]:
+    """Columns of the fields that a record adds to the base of all trials or answers."""
+    hints = typing.get_type_hints(record)
+    base = next(each for each in reversed(record.__mro__[:-1]) if dataclasses.is_dataclass(each))
+    shared = {one.name for one in dataclasses.fields(base)}
+    for one in dataclasses.fields(record):
+        if one.name not in shared:
+            form, levels, optional = _form(hints[one.name], one.name)
+            told = dict(one.metadata)
+            levels = told.pop("levels", levels)
+            yield Column(one.name, told.pop("about", about), form, levels=levels, optional=optional, **told)
+
+
+def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
+    """Form of a column, its levels, and whether it may be empty, by the type of its field."""
+    parts = typing.get_args(hint)
+    if typing.get_origin(hint) in (Union, types.UnionType) and type(None) in parts:
+        form, levels, _ = _form(next(part for part in parts if part is not type(None)), name)
+        return form, levels, True
+    if typing.get_origin(hint) is Literal:
+        return "text", {str(part): str(part) for part in parts}, False
+    forms: dict[Any, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
+    if hint not in forms:
+        raise InputError(f"{name} is a field of type {hint}, but a column holds bool, int, float, str or Literal.")
+    return forms[hint], {}, False
+
+
+def _toml(value: Any) -> str:
+    """A value of a settings file.
+
+    >>> _toml(["a", 1.5, True])
+    '["a", 1.5, true]'
+    """
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,87 @@
+"""A threshold of blur, or of depth from blur, as a task: two intervals, levels chosen trial by trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL, Column
+
+__all__ = ["BlurThreshold"]
+
+COLUMNS: tuple[Column, ...] = (
+    TRIAL,
+    SCENE,
+    Column("interval", "Of the two intervals, the one to which the level was added.", "integer", least=1),
+    Column(
+        "level",
+        "What was added: dioptres of defocus, or millimetres of aperture where depth is judged.",
+        "number",
+        above=0,
+    ),
+    Column("answer", "The interval that was chosen.", "integer", least=1),
+    Column("correct", "Whether that is the one to which the level was added.", "bool"),
+    REPETITION,
+    Column("catch", "Whether the trial shows the greatest level, and does not count for the threshold.", "bool"),
+    Column("onset", "When the first picture appeared, on the clock of the sitting.", "number", "s", least=0),
+    Column("response_time", "From the question to the answer.", "number", "s", least=0),
+    DROPPED,
+    STIMULUS,
+    SITTING,
+)
+
+
+class BlurThreshold(Task):
+    """Choose the interval with more blur (or depth), at levels that an adaptive procedure sets."""
+
+    name: ClassVar[str] = "blurthreshold"
+    title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
+    command: ClassVar[str] = "blur-threshold"
+
+    @property
+    def design(self) -> type[Any]:
+        from focalgradient.design.blur_threshold import BlurThresholdDesign
+
+        return BlurThresholdDesign
+
+    @property
+    def answer(self) -> type[Any]:
+        from focalgradient.dataset.answers import Chosen
+
+        return Chosen
+
+    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+        return COLUMNS
+
+    def settings(self) -> str:
+        return paper_settings("blur_threshold")
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        from focalgradient.design.threshold_pages import ThresholdPages
+
+        return ThresholdPages(design, words, participant, browser)
+
+    def experiment(self) -> Any:
+        from focalgradient.lab.blur_threshold import BLUR_THRESHOLD
+
+        return BLUR_THRESHOLD
+
+    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
+        from focalgradient.observers.thresholds import choose
+
+        return choose(design, observer, participant, seed)
+
+    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+        from focalgradient.dataset.consistency import check_choice
+
+        check_choice(design, trial, answer)
+
+    def problems(self, rows: Rows) -> Iterator[str]:
+        from focalgradient.dataset.consistency import wrong_choices
+
+        return wrong_choices(rows, self.picture)
+
+    def picture(self, rows: Rows, place: int) -> str | None:
+        """Return the file of the picture of a row's condition, the sharp one that is blurred."""
+        return rows.pictures.get((rows.shown["scene"][place], "pinhole", rows.design.fixation))

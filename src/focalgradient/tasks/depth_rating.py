@@ -1,0 +1,175 @@
+"""Experiment 1 as a task: how three-dimensional a picture looks, by its aperture and by what is fixated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from functools import lru_cache
+from typing import Any, ClassVar
+
+from focalgradient.scales import AnswerColumn, scale_of
+from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+
+__all__ = ["DepthRating", "rating_column"]
+
+COLUMNS: tuple[Column, ...] = (
+    TRIAL,
+    SCENE,
+    Column("aperture", "Aperture that the picture was made with: pinhole, or f-number.", "text"),
+    Column("aperture_mm", "Its diameter; 0 for the pinhole.", "number", "mm", least=0),
+    Column(
+        "fixation",
+        "The object to be fixated, which is in focus.",
+        "text",
+        levels={"nearest": "the nearest object of the scene", "farthest": "the farthest object of the scene"},
+    ),
+    REPETITION,
+    Column("catch", "Whether the trial shows the standard itself, whose rating should be 1.", "bool"),
+    *judged("the standard, a pinhole picture"),
+)
+
+STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
+START = Column(
+    "start", "Where the marker first stood on the scale, at random; n/a where no key moved it.", "number", optional=True
+)
+INTERVAL = Column(
+    "interval",
+    "Of two intervals, the one in which the picture was; the reference was in the other.",
+    "integer",
+    least=1,
+)
+GAZE = (
+    Column(
+        "gaze_away",
+        "Greatest distance between a fixation of the eyes and the fixated object, while pictures were shown; n/a where "
+        "the eyes were not found for half of the time, or never stayed anywhere.",
+        "number",
+        "deg",
+        least=0,
+        optional=True,
+    ),
+    Column(
+        "gaze_left",
+        "Whether that is more than gaze_within_deg of the design, or is not known.",
+        "bool",
+    ),
+)
+
+
+def rating_column(answer: AnswerColumn) -> Column:
+    """Return the column of the answers on a scale.
+
+    >>> from focalgradient.scales import VisualAnalogue
+    >>> rating_column(VisualAnalogue().column).described()["Maximum"]
+    100.0
+    """
+    return Column("rating", form="number", **{one.name: getattr(answer, one.name) for one in fields(answer)})
+
+
+@lru_cache(maxsize=64)
+def _depth_columns(
+    answer: AnswerColumn, intervals: int, factors: str, fixations: str, gaze: bool
+) -> tuple[Column, ...]:
+    columns = list(COLUMNS)
+    place = {column.name: number for number, column in enumerate(columns)}
+    columns[place["rating"]] = rating_column(answer)
+    own = [
+        Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
+        for name, levels in json.loads(factors).items()
+    ]
+    known = columns[place["fixation"]].levels
+    others = [name for name in json.loads(fixations) if name not in known]
+    if others:  # of the laboratory's own
+        meanings = dict.fromkeys(others, "as the table of the pictures names it")
+        columns[place["fixation"]] = replace(columns[place["fixation"]], levels={**known, **meanings})
+    if gaze:
+        columns[place["dropped_frames"] + 1 : place["dropped_frames"] + 1] = GAZE
+    columns[place["catch"]] = replace(
+        columns[place["catch"]], about="Whether the right answer is known: the standard itself, or an example."
+    )
+    columns.insert(place["rating"] + 1, START)
+    columns[place["catch"] + 1 : place["catch"] + 1] = [
+        STANDARD_BEFORE,
+        *([INTERVAL] if intervals > 1 else []),
+        *own,
+    ]
+    return tuple(columns)
+
+
+class DepthRating(Task):
+    """Judge how three-dimensional pictures look, by their aperture and by what is fixated."""
+
+    name: ClassVar[str] = "depthrating"
+    title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
+    command: ClassVar[str] = "depth-rating"
+    earlier: ClassVar[Mapping[str, Any]] = {
+        "catch_pictures": ["standard"],
+        "blank_s": 0.0,
+        "pause_s": 0.0,
+        "least_break_s": 0.0,
+    }
+
+    @property
+    def design(self) -> type[Any]:
+        from focalgradient.design.depth_rating import DepthRatingDesign
+
+        return DepthRatingDesign
+
+    @property
+    def answer(self) -> type[Any]:
+        from focalgradient.dataset.answers import Rated
+
+        return Rated
+
+    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+        """Return the columns; designs of earlier versions say nothing of a scale, and lack what came with it."""
+        if not isinstance(settings, Mapping) or "scale" not in settings:
+            return COLUMNS
+        factors = settings.get("factors")
+        levels = {
+            str(name): [str(level) for level in factor.get("levels", ())]
+            for name, factor in (factors if isinstance(factors, Mapping) else {}).items()
+            if isinstance(factor, Mapping) and isinstance(factor.get("levels"), Sequence)
+        }
+        fixations = settings.get("fixations")
+        names = [str(name) for name in fixations] if isinstance(fixations, Sequence) else []
+        scale = scale_of(settings)
+        gaze = settings.get("gaze", "none") != "none"
+        return _depth_columns(scale.column, scale.intervals, json.dumps(levels), json.dumps(names), gaze)
+
+    def settings(self) -> str:
+        return paper_settings("depth_rating")
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        from focalgradient.design.rating_pages import RatingPages
+
+        return RatingPages(design, words, participant, browser)
+
+    def experiment(self) -> Any:
+        from focalgradient.lab.depth_rating import DEPTH_RATING
+
+        return DEPTH_RATING
+
+    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
+        from focalgradient.observers.answers import rate
+
+        return rate(design, observer, participant, seed, encoded)
+
+    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+        from focalgradient.dataset.consistency import check_rating
+
+        check_rating(design, answer)
+
+    def problems(self, rows: Rows) -> Iterator[str]:
+        from focalgradient.dataset.consistency import wrong_ratings
+
+        return wrong_ratings(rows, self.picture)
+
+    def picture(self, rows: Rows, place: int) -> str | None:
+        """Return the file of the picture of a row's condition."""
+        shown = rows.shown
+        key = (shown["scene"][place], shown["aperture"][place], shown["fixation"][place])
+        levels = sorted(name for name, factor in rows.design.factors.items() if factor.pictures)
+        return rows.pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))

@@ -1,0 +1,109 @@
+"""Experiment 2 as a task: whether the rotating Necker cube looks rigid, or wobbles, by its focal gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column
+
+__all__ = ["NeckerRotation"]
+
+COLUMNS: tuple[Column, ...] = (
+    TRIAL,
+    Column(
+        "gradient",
+        "The reading that the blur agrees with.",
+        "text",
+        levels={
+            "none": "all lines are sharp",
+            "rigid": "what is far in the rigid cube is blurred",
+            "nonrigid": "what is near in the rigid cube, and far in its reversal, is blurred",
+        },
+    ),
+    Column("strength", "Diameter of the aperture that would blur so; 0 without gradient.", "number", "mm", least=0),
+    Column(
+        "direction",
+        "Where the near side of the rigid cube moves.",
+        "text",
+        levels={"right": "to the right", "left": "to the left"},
+    ),
+    Column(
+        "shape",
+        "What turns.",
+        "text",
+        levels={
+            "ambiguous": "the wireframe cube",
+            "rigid": "a shape that is rigid beyond doubt",
+            "nonrigid": "a shape that is nonrigid beyond doubt",
+        },
+    ),
+    REPETITION,
+    Column("catch", "Whether the trial shows a shape that truly is nonrigid.", "bool"),
+    Column("onset", "When the percept began, from the start of the trial.", "number", "s", least=0),
+    Column("duration", "How long it lasted.", "number", "s", least=0),
+    Column(
+        "percept",
+        "What the held keys say.",
+        "text",
+        levels={
+            "rigid": "the key for rigid was held",
+            "nonrigid": "the key for nonrigid was held",
+            "none": "neither key was held",
+            "both": "both keys were held",
+        },
+    ),
+    Column("censored", "Whether the end of the trial cut the percept off.", "bool"),
+    Column("trial_onset", "When the trial began, on the clock of the sitting.", "number", "s", least=0),
+    Column("trial_duration", "How long the trial lasted.", "number", "s", above=0),
+    DROPPED,
+    SITTING,
+)
+
+
+class NeckerRotation(Task):
+    """Watch a turning Necker cube, and hold a key for as long as it looks rigid, another for as long as it wobbles."""
+
+    name: ClassVar[str] = "necker"
+    title: ClassVar[str] = "Rigidity of a rotating Necker cube by focal gradient"
+    onset: ClassVar[str] = "trial_onset"
+    percepts: ClassVar[bool] = True
+
+    @property
+    def design(self) -> type[Any]:
+        from focalgradient.design.necker import NeckerDesign
+
+        return NeckerDesign
+
+    @property
+    def answer(self) -> type[Any]:
+        from focalgradient.dataset.answers import Watched
+
+        return Watched
+
+    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+        return COLUMNS
+
+    def settings(self) -> str:
+        return paper_settings("necker")
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        from focalgradient.design.cube_pages import CubePages
+
+        return CubePages(design, words, participant, browser)
+
+    def experiment(self) -> Any:
+        from focalgradient.lab.necker import NECKER
+
+        return NECKER
+
+    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
+        from focalgradient.observers.answers import watch
+
+        return watch(design, observer, participant, seed, encoded)
+
+    def problems(self, rows: Rows) -> Iterator[str]:
+        from focalgradient.dataset.consistency import wrong_percepts
+
+        return wrong_percepts(rows)

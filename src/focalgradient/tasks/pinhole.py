@@ -1,0 +1,89 @@
+"""The demonstration as a task: depth with one eye through a pinhole, freely, and through a tube."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+
+__all__ = ["PinholeDemonstration"]
+
+COLUMNS: tuple[Column, ...] = (
+    TRIAL,
+    Column(
+        "form",
+        "What was looked at.",
+        "text",
+        levels={"real": "the world around", "picture": "a picture on the screen"},
+    ),
+    Column(
+        "viewing",
+        "How it was looked at, with one eye.",
+        "text",
+        levels={
+            "pinhole": "through a pinhole",
+            "natural": "freely",
+            "tube": "through a tube that shows as little of the scene as the pinhole does",
+        },
+    ),
+    SCENE,
+    REPETITION,
+    *judged("the view through the pinhole"),
+)
+
+
+class PinholeDemonstration(Task):
+    """Judge the depth of the world around and of pictures through a pinhole, freely, and through a tube."""
+
+    name: ClassVar[str] = "pinhole"
+    title: ClassVar[str] = "Depth with one eye through a pinhole, freely, and through a tube"
+
+    @property
+    def design(self) -> type[Any]:
+        from focalgradient.design.pinhole import Pinhole
+
+        return Pinhole
+
+    @property
+    def answer(self) -> type[Any]:
+        from focalgradient.dataset.answers import Rated
+
+        return Rated
+
+    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+        return COLUMNS
+
+    def settings(self) -> str:
+        return paper_settings("pinhole")
+
+    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
+        from focalgradient.design.pinhole_pages import PinholePages
+
+        return PinholePages(design, words, participant, browser)
+
+    def experiment(self) -> Any:
+        from focalgradient.lab.pinhole import PINHOLE
+
+        return PINHOLE
+
+    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+        from focalgradient.dataset.consistency import check_rating
+
+        check_rating(design, answer)
+
+    def problems(self, rows: Rows) -> Iterator[str]:
+        from focalgradient.dataset.consistency import wrong_ratings
+
+        return wrong_ratings(rows, self.picture)
+
+    def picture(self, rows: Rows, place: int) -> str | None:
+        """Return the file of the picture of a row's condition; None for a look at the real world."""
+        shown = rows.shown
+        if shown["form"][place] == "real":
+            return None
+        aperture = "pinhole" if shown["viewing"][place] == "pinhole" else rows.design.natural_aperture
+        known = {rows.pictures.get((shown["scene"][place], aperture, one)) for one in ("nearest", "farthest")}
+        name: str | None = shown["stimulus"][place]
+        return name if name in known else next((one for one in known if one), None)

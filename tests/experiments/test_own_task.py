@@ -1,0 +1,35 @@
+"""The task of docs/extending.md in a real window, with real keys: from its page to a valid data set."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from extended import ROOT, build, command
+from headless import Running, headless, keep, psychopy_here
+
+pytestmark = psychopy_here
+
+
+def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
+    installed = build("A task", "edge_blur.py", tmp_path)
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
+    (tmp_path / "own.toml").write_text('task = "edgeblur"\nrepetitions = 1\n')
+    with headless(tmp_path / "x") as screen:
+        screen.environment["PYTHONPATH"] = os.pathsep.join([str(installed), str(ROOT / "src")])
+        running = Running(screen, "edgeblur", *given)
+        events = []
+        for event in running.events():
+            events.append(event)
+            keep(screen, f"own-{event.strip('?')}-{events.count(event)}")
+            if event == "question":
+                screen.keys(*["Right"] * 3, "Return")
+            elif event in ("instructions", "thanks"):
+                screen.keys("space")
+        assert running.end() == 0, running.errors
+    assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 3, 3]
+    done = command(installed, "validate", tmp_path / "data")
+    assert done.returncode == 0, done.stdout
+    lines = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
+    assert lines[0].split("\t")[:2] == ["trial", "sigma_arcmin"]
+    assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]

@@ -1,0 +1,180 @@
+"""Tasks as classes: the registry, and the task of the document, made from nothing in a package of its own."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import pandas as pd
+import pytest
+from extended import build, command
+
+from focalgradient.dataset import Apparatus, Session, validate
+from focalgradient.design import Plan, Trial, check_design, design_text
+from focalgradient.errors import InputError
+from focalgradient.lab import EXPERIMENTS
+from focalgradient.tasks import Column, Response, Task, is_task, register, task_named, task_names
+
+OURS = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole", "blur-threshold": "blurthreshold"}
+
+
+def test_ours_are_registered_and_found_by_both_names() -> None:
+    assert task_names()[:4] == tuple(OURS.values())
+    for called, name in OURS.items():
+        task = task_named(called)
+        assert task is task_named(name)
+        assert (task.name, task.called) == (name, called)
+        assert task.design().task == EXPERIMENTS[called].task == name
+        assert check_design("printed", tomllib.loads(design_text(called))) == task.design()
+        assert all(isinstance(column, Column) for column in task.columns())
+    assert [*EXPERIMENTS][:4] == [*OURS]
+
+
+@pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])
+def test_an_unknown_task_is_refused_with_those_that_exist(name) -> None:
+    assert not is_task(name)
+    with pytest.raises(InputError, match=r"must be one of 'depthrating', 'necker', 'pinhole', 'blurthreshold'"):
+        task_named(name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DotTrial(Trial):
+    side: Literal["left", "right"]
+    dots: int = field(metadata={"about": "Number of dots.", "least": 1})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DotAnswer(Response):
+    guess: int = field(metadata={"about": "Number that was guessed.", "least": 0, "most": 99})
+    sure: bool
+    said: str | None = None
+
+
+class DotDesign(Plan):
+    task: str = "dots"
+    repetitions: int = 3
+    practice_trials: int = 2
+
+    def trials(self, participant, session=None):
+        return self.ordered(
+            participant, session, [DotTrial(side=side, dots=dots) for side in ("left", "right") for dots in (3, 7)]
+        )
+
+
+@register
+class Dots(Task):
+    """Guess how many dots there are."""
+
+    name = "dots"
+    title = "Number of dots"
+    design, trial, answer = DotDesign, DotTrial, DotAnswer
+
+    def check_answer(self, design, trial, answer):
+        if answer.sure and answer.guess != trial.dots:
+            raise InputError(f"guess is {answer.guess}, but whoever is sure is right: mend it.")
+
+
+def test_columns_follow_from_the_records_of_trial_and_answer() -> None:
+    columns = {column.name: column for column in task_named("dots").columns()}
+    assert [*columns] == [
+        *("trial", "side", "dots", "repetition", "catch", "onset", "guess", "sure", "said", "response_time"),
+        *("dropped_frames", "sitting"),
+    ]
+    assert columns["side"].described()["Levels"] == {"left": "left", "right": "right"}
+    assert columns["guess"].described() == {
+        "Description": "Number that was guessed.",
+        "Format": "integer",
+        "Minimum": 0,
+        "Maximum": 99,
+    }
+    assert columns["sure"].form == "bool"
+    assert columns["said"].optional
+
+
+def test_a_list_has_each_condition_as_often_as_the_design_says() -> None:
+    trials = DotDesign().trials("01")
+    main = [trial for trial in trials if trial.phase == "main"]
+    assert len(trials) - len(main) == 2
+    assert pd.Series([trial.condition for trial in main]).value_counts().tolist() == [3] * 4
+    assert [trial.condition for trial in DotDesign().trials("02") if trial.phase == "main"] == [
+        trial.condition for trial in main[::-1]
+    ]
+
+
+def recorded(root: Path, **other: object) -> None:
+    with Session.begin(root, DotDesign(), "01", apparatus=Apparatus("seconds of the test")) as session:
+        for number, trial in enumerate(session.remaining()):
+            given = {"guess": trial.dots, "sure": True, "said": "yes", **other}
+            session.record(trial, DotAnswer(onset=5.0 * number, response_time=1.0, **given))
+
+
+def test_a_session_of_an_own_task_is_recorded_and_checked(tmp_path: Path) -> None:
+    recorded(tmp_path / "data")
+    assert validate(tmp_path / "data").problems == ()
+    table = next(tmp_path.rglob("*_beh.tsv"))
+    text = table.read_text()
+    assert text.splitlines()[1].split("\t")[-2:] == ["0", "1"]
+    table.write_text(text.replace("\tyes\t", "\tno\t", 1))
+    assert any("it does not say what its journal says" in problem for problem in validate(tmp_path / "data").problems)
+
+
+@pytest.mark.parametrize(
+    ("other", "sentence"),
+    [
+        ({"guess": 100}, "guess is 100, but must be a whole number from 0 to 99"),
+        ({"guess": 4}, "whoever is sure is right"),
+        ({"guess": "4"}, "guess is '4', but must be"),
+        ({"sure": 1}, "sure is 1, but must be"),
+    ],
+)
+def test_an_answer_that_cannot_be_is_refused_before_it_is_written(other, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=sentence):
+        recorded(tmp_path / "data", **other)
+
+
+def test_what_is_no_task_or_takes_a_name_is_refused() -> None:
+    with pytest.raises(InputError, match="derived from Task"):
+        register(int)  # type: ignore[type-var]
+    with pytest.raises(InputError, match="lacks answer, design"):
+        register(type("Empty", (Task,), {"name": "empty"}))
+    with pytest.raises(InputError, match="must be letters and digits"):
+        register(type("Own", (Dots,), {"name": "own-task"}))
+    for taken in ("dots", "necker"):
+        with pytest.raises(InputError, match=f"'{taken}' already"):
+            register(type("Own", (Dots,), {"name": taken}))
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build("A task", "edge_blur.py", tmp_path_factory.mktemp("package"))
+
+
+def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: Path) -> None:
+    data, report = tmp_path / "data", tmp_path / "report"
+    done = command(installed, "simulate", "edgeblur", "--observers", 5, "--seed", 1, "--out", data)
+    assert done.returncode == 0, done.stderr
+    done = command(installed, "validate", data, "--json")
+    assert done.returncode == 0, done.stdout
+    assert json.loads(done.stdout)["trials"] == 5 * 15
+    sidecar = json.loads(next(data.glob("sub-01/**/*_beh.json")).read_text())
+    assert sidecar["TaskDescription"] == "Blur of an edge, as it looks"
+    assert sidecar["sigma_arcmin"]["Units"] == "arcmin"
+    assert (sidecar["blur"]["Minimum"], sidecar["blur"]["Maximum"]) == (0, 10)
+    done = command(installed, "report", data, "--out", report)
+    assert done.returncode == 0, done.stderr
+    means = pd.read_csv(report / "edgeblur_means.csv")
+    blur = means[means["answer"] == "blur"].set_index("sigma_arcmin")["mean"]
+    assert abs(blur[4] - 4) < 0.3  # as the simulated observers answer: twice the logarithm to base 2
+    assert abs(blur[16] - 8) < 0.3
+    assert len(pd.read_csv(report / "edgeblur_trials.csv")) == 75
+    assert "simulated observers with 75 trials" in (report / "report.md").read_text(encoding="utf-8")
+
+
+def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path: Path) -> None:
+    done = command(tmp_path, "simulate", "edgeblur", "--observers", 1, "--seed", 1, "--out", tmp_path / "data")
+    assert done.returncode == 2
+    assert "task is 'edgeblur', but must be one of 'depthrating'" in done.stderr
+    assert "Traceback" not in done.stderr
