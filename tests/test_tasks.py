@@ -176,5 +176,5 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
 def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path: Path) -> None:
     done = command(tmp_path, "simulate", "edgeblur", "--observers", 1, "--seed", 1, "--out", tmp_path / "data")
     assert done.returncode == 2
-    assert "task is 'edgeblur', but must be one of 'depthrating'" in done.stderr
+    assert "'edgeblur' is not one of 'depth-rating', 'necker', 'blur-threshold'" in done.stderr
     assert "Traceback" not in done.stderr

@@ -12,6 +12,7 @@ from focalgradient.cli.program import json_option, resumable, show, warnings_giv
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.progress import Progress
+from focalgradient.tasks import task_named, task_names
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -86,6 +87,9 @@ def simulate(
       focalgradient simulate depth-rating --observers 20 --seed 1 --stimuli pictures --out simulated
       focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    known = [task.called for task in map(task_named, task_names()) if task.simulates]
+    if experiment not in known:
+        raise click.UsageError(f"{experiment!r} is not one of {', '.join(map(repr, known))}.")
     if experiment != "depth-rating" and stimuli is not None:
         why = "whose cube is drawn as its design says" if experiment == "necker" else "whose observers look at none"
         raise InputError(f"--stimuli cannot go with {experiment}, {why}: leave it out.")
@@ -144,7 +148,6 @@ def _scenes(design: DepthRatingDesign) -> int:
 
 def _design(experiment: str, path: Path | None) -> Simulated:
     from focalgradient.design import load_design
-    from focalgradient.tasks import task_named
 
     task = task_named(experiment)
     found: Any = task.design() if path is None else load_design(path)

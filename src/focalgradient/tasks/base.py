@@ -187,6 +187,11 @@ class Task(ABC):
             clock += design.least_s(trial) + answer.response_time + PAUSE
         return tuple(answers)
 
+    @property
+    def simulates(self) -> bool:
+        """Whether there are simulated observers."""
+        return type(self).observe is not Task.observe or type(self).simulated is not Task.simulated
+
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
         """Raise InputError where an answer contradicts the design or its trial, beyond what its columns allow."""
         return
