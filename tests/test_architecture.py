@@ -71,7 +71,9 @@ ROOMS = {
         *("dataset", "design", "display", "errors", "files", "live", "luminance", "optics", "render", "scales"),
         *("scenes", "stimuli", "tasks"),
     },
-    "web": {"dataset", "design", "display", "errors", "files", "psf", "render", "stimuli"},
+    "web": {
+        *("dataset", "design", "display", "errors", "files", "psf", "render", "scales", "stimuli", "tasks"),
+    },
     "statistics": {"errors", "files", "parallel", "progress", "scales"},
     "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
     "report": {

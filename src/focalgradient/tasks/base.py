@@ -12,10 +12,17 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, ClassVar, Literal, Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 from focalgradient.errors import InputError, check_fields
+from focalgradient.scales import Control
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
 
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
+
+BLANK_S = 0.3
+"""Seconds without a picture before the question, of tasks whose trials are described as data: our choice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,9 +168,52 @@ class Task(ABC):
             )
         return own[entry].format(**values)
 
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> tuple[NDArray[np.uint8], float]:
+        """Return the picture of a trial (H x W x 3, 8 bits) and for how many seconds it is shown.
+
+        With `control` it describes a trial as data: the window and the browser both show it so.
+        """
+        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def control(self, words: Any, trial: Any) -> Control:
+        """Describe what a trial is answered on."""
+        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+        """Return the answer of what was given on the control: here the one field that the answer adds to `Response`.
+
+        Parameters
+        ----------
+        design, trial
+            Of the session.
+        value
+            What was given on the control; of two ways 1 or 2.
+        times
+            `onset`, `response_time` and `dropped_frames` of `Response`.
+        """
+        name, *more = (column.name for column in _own_columns(self.answer, ""))
+        if more:
+            raise InputError(f"an answer of the task {self.name!r} has more than one field: define answered.")
+        kind = typing.get_type_hints(self.answer)[name]
+        return self.answer(**{name: int(value) if kind is int else value}, **times)
+
+    @property
+    def described(self) -> bool:
+        """Whether trials are described as data, so that a browser can show them."""
+        return type(self).shown is not Task.shown and type(self).control is not Task.control
+
     def run(self, sitting: Any, trial: Any) -> Any:
-        """Show a trial in the laboratory's window and return its answer."""
-        raise InputError(f"the task {self.name!r} has no trial for the laboratory: define run.")
+        """Show a trial in the laboratory's window and return its answer: here as `shown` and `control` describe it."""
+        from focalgradient.lab.questions import ask
+
+        screen, design = sitting.screen, sitting.design
+        pixels, seconds = self.shown(design, trial, screen.display.pixels_per_degree)
+        picture = screen.picture(pixels)
+        onset = screen.play(lambda since: picture.draw(), seconds, "picture")
+        screen.empty(BLANK_S, "off")
+        given = ask(screen, self.control(sitting.words, trial))
+        times = {"onset": sitting.since_start(onset), "response_time": given.seconds}
+        return self.answered(design, trial, given.value, **times)
 
     def experiment(self) -> Any:
         """Return what the laboratory runs."""

@@ -12,7 +12,9 @@ from pydantic import BaseModel, ValidationError
 
 from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.design.words import load_words
 from focalgradient.errors import InputError
+from focalgradient.scales import Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
@@ -63,9 +65,9 @@ def about_sitting(given: Sitting) -> dict[str, Any]:
 
 
 def read_answer(
-    pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
-) -> tuple[Rated | Watched, dict[str, Any]]:
-    """Read the answer of a trial, and what was noted of its frames; `pictures` of depth rating.
+    session: Session, pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
+) -> tuple[Any, dict[str, Any]]:
+    """Read the answer of a trial of a session, and what was noted of its frames; `pictures` of depth rating.
 
     Raises
     ------
@@ -85,13 +87,18 @@ def read_answer(
             dropped_frames=read.dropped_frames,
         )
         return watched, frames
-    assert isinstance(trial, DepthTrial)
+    times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
+    if not isinstance(trial, DepthTrial):
+        control = session.task.control(load_words(session.design.language), trial)
+        value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
+        least, most = min(control.reached()), max(control.reached())
+        if not least - 1e-6 <= value <= most + 1e-6:
+            raise InputError(f"rating is {value:g}, but what it is answered on goes from {least:g} to {most:g}.")
+        return session.task.answered(session.design, trial, value, **times), frames
     assert pictures is not None
     rated = Rated(
-        onset=read.onset,
         rating=read.rating,
-        response_time=read.response_time,
-        dropped_frames=read.dropped_frames,
+        **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
     )
@@ -122,7 +129,7 @@ def record(
         As `read_answer` does; nothing is recorded then.
     """
     trial = session.remaining()[0]
-    answer, frames = read_answer(pictures, trial, given.answer)
+    answer, frames = read_answer(session, pictures, trial, given.answer)
     session.check_answer(trial, answer)
     check_possible(session.design, trial, answer, elapsed_s)
     practised = {one.trial: one for one in session.trials if one.phase == "practice"}
@@ -132,7 +139,7 @@ def record(
             if one.trial not in practised:
                 raise InputError(f"There is no trial {one.trial} of practice.")
             shown = practised[one.trial]
-            repeated, _ = read_answer(pictures, shown, one.answer)
+            repeated, _ = read_answer(session, pictures, shown, one.answer)
             check_possible(session.design, shown, repeated, elapsed_s)
             content = {"round": found.round, "trial": asdict(shown), "answer": asdict(repeated)}
             notes.append(("practice again", content))

@@ -25,6 +25,7 @@ from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.stimuli import StimulusSet, read_set
+from focalgradient.tasks import task_named
 from focalgradient.web import texts
 from focalgradient.web.answers import about_sitting, apparatus_of, first_problem, record
 from focalgradient.web.lists import digest_of
@@ -90,7 +91,7 @@ class _Study:
                     f"sessions {first.session} and {given.begun.session} have two designs: collect one study at a time."
                 )
         self.design: Design = recorded_design(f"session {first.session}", first.design)
-        if not isinstance(self.design, DepthRatingDesign | NeckerDesign):
+        if not (isinstance(self.design, DepthRatingDesign | NeckerDesign) or task_named(self.design.task).described):
             raise InputError(f"session {first.session} is of {self.design.task}, which no browser runs: leave it out.")
         self.manifest: Manifest | None = None
         self.pictures: StimulusSet | None = None

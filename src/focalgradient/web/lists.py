@@ -20,8 +20,18 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.stimuli.drawings import DRAWINGS
+from focalgradient.tasks import task_named
 from focalgradient.web import texts
-from focalgradient.web.pictures import cube_session, cube_trial, depth_session, depth_trial, drawing_png, standard
+from focalgradient.web.pictures import (
+    cube_session,
+    cube_trial,
+    depth_session,
+    depth_trial,
+    drawing_png,
+    own_session,
+    own_trial,
+    standard,
+)
 
 __all__ = ["Lists", "digest_of"]
 
@@ -32,7 +42,7 @@ class Lists:
     Parameters
     ----------
     design
-        Of depth rating or of the cube.
+        Of depth rating, of the cube, or of a task of one's own whose trials are described as data.
     stimuli
         Folder of the pictures, which depth rating needs.
     consent
@@ -64,7 +74,7 @@ class Lists:
             self.pictures = read_set(stimuli)
             self.drawings = {f"{name}.png": drawing_png(name, self.pictures) for name in DRAWINGS}
             self.pictures.check(design.pictures(), design.picture_factors)
-        elif not isinstance(design, NeckerDesign):
+        elif not (isinstance(design, NeckerDesign) or task_named(design.task).described):
             raise InputError(
                 f"{design.task} needs what a browser does not have (things before the participant, or pictures blurred "
                 "on the fly): it runs in the laboratory, by focalgradient run."
@@ -89,15 +99,17 @@ class Lists:
         if isinstance(design, DepthRatingDesign):
             assert self.pictures is not None
             content = depth_session(design, self.pictures) | {"scale": texts.scale(design, self.words)}
-        else:
+        elif isinstance(design, NeckerDesign):
             content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
+        else:
+            content = own_session()
         pages = self._pages(participant)
         again = pages.again()
-        assert again is not None
+        judged = (getattr(design, "practice_right", 0.0), getattr(design, "practice_rounds", 1))
         return content | {
             "opening": [self._step(page) for page in pages.opening()],
             "closing": self.closing(participant),
-            "practice": {"share": design.practice_right, "rounds": design.practice_rounds, "again": self._step(again)},
+            "practice": dict(zip(("share", "rounds"), judged, strict=True)) | {"again": again and self._step(again)},
         }
 
     def closing(self, participant: str) -> list[dict[str, Any]]:
@@ -133,7 +145,8 @@ class Lists:
         if isinstance(trial, DepthTrial):
             side: dict[str, float] | None = design.right_side(trial)
             return side
-        assert isinstance(trial, NeckerTrial)
+        if not isinstance(trial, NeckerTrial):
+            return None
         return None if trial.shape == "ambiguous" else {"shape": trial.shape, "share": HELD}
 
     def _shown(self, trial: Trial) -> dict[str, Any]:
@@ -141,8 +154,11 @@ class Lists:
         if isinstance(trial, DepthTrial):
             assert self.pictures is not None
             return depth_trial(design, self.pictures, trial)
-        assert isinstance(trial, NeckerTrial)
-        return cube_trial(trial)
+        if isinstance(trial, NeckerTrial):
+            return cube_trial(trial)
+        name, content, entry = own_trial(task_named(design.task), design, trial, self.words, self._display)
+        self.drawings[name] = content
+        return entry
 
 
 def digest_of(trials: Sequence[Trial]) -> str:

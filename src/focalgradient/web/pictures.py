@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
+from focalgradient.design.words import Words
 from focalgradient.display import Display
 from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
@@ -15,8 +17,20 @@ from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 from focalgradient.stimuli.sets import png
+from focalgradient.tasks import Task
+from focalgradient.tasks.base import BLANK_S
 
-__all__ = ["cube_session", "cube_trial", "depth_session", "depth_trial", "drawing_png", "picture_file", "standard"]
+__all__ = [
+    "cube_session",
+    "cube_trial",
+    "depth_session",
+    "depth_trial",
+    "drawing_png",
+    "own_session",
+    "own_trial",
+    "picture_file",
+    "standard",
+]
 
 MARK_DEG = 0.3
 """Radius of the mark, in degrees of the pictures' display."""
@@ -72,6 +86,22 @@ def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
     """What shows the standard."""
     shown = (design.standard_scene, "pinhole", design.fixations[0])
     return _interval(design, stimuli, shown, {}, design.standard_s, "standard") | {"mark_seconds": 0.0}
+
+
+def own_session() -> dict[str, Any]:
+    """What all trials of a task of one's own share."""
+    return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
+
+
+def own_trial(task: Task, design: Any, trial: Any, words: Words, display: Display) -> tuple[str, bytes, dict[str, Any]]:
+    """What a trial of a task of one's own shows: name and content of its picture, and what the page needs."""
+    pixels, seconds = task.shown(design, trial, display.pixels_per_degree)
+    content = png(pixels)
+    name = f"{hashlib.sha256(content).hexdigest()}.png"
+    mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
+    interval = {"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark}
+    # With 1 as the interval, a choice between two ways is kept as 1 for the first, as `answered_by` expects.
+    return name, content, {"intervals": [interval], "interval": 1, "scale": task.control(words, trial).form()}
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:

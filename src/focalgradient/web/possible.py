@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from focalgradient.dataset import Rated, Watched
+from focalgradient.dataset import Rated, Response, Watched
 from focalgradient.design import Trial
 from focalgradient.errors import InputError
 
@@ -31,7 +31,7 @@ NEAR = 1e-6
 """Share of the scale by which rounding may carry its start over the end."""
 
 
-def check_possible(design: Any, trial: Trial, answer: Rated | Watched, elapsed_s: float | None) -> None:
+def check_possible(design: Any, trial: Trial, answer: Rated | Watched | Response, elapsed_s: float | None) -> None:
     """Refuse an answer that no page can send.
 
     Parameters
@@ -54,13 +54,15 @@ def check_possible(design: Any, trial: Trial, answer: Rated | Watched, elapsed_s
         )
 
 
-def _rated(design: Any, trial: Trial, answer: Rated) -> float:
+def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
+    shown: float = design.least_s(trial)
+    if not isinstance(answer, Rated):
+        return shown + answer.response_time
     least, most = design.bounds
     if answer.start is not None and not least - NEAR * (most - least) <= answer.start <= most + NEAR * (most - least):
         raise InputError(
             f"start is {answer.start:g}, but the scale goes from {least:g} to {most:g}: give one of its places."
         )
-    shown: float = design.least_s(trial)
     return shown + answer.response_time
 
 

@@ -249,7 +249,7 @@ class Page {
     const nodes = (phase) =>
       left.flatMap((trial, n) => (trial.phase === phase ? [...this.steps(n ? trial.before : trial.first, trial), ...this.turn(trial)] : []));
     const again = {
-      timeline: [...this.steps([session.practice.again]), ...practised.flatMap((trial) => this.turn(trial))],
+      timeline: [...this.steps([session.practice.again].filter(Boolean)), ...practised.flatMap((trial) => this.turn(trial))],
       conditional_function: () => this.practice.repeat,
       loop_function: () => this.practice.repeat,
     };
@@ -408,7 +408,7 @@ class Page {
   }
 
   question(trial, keep) {
-    const { scale } = this.session;
+    const scale = trial.scale ?? this.session.scale; // of a task of one's own each trial has its own
     if (scale.kind === "choice") {
       return {
         type: Keyboard,
