@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ SMALL: dict[Draw, dict[str, Any]] = {
     blurred_edge: {"width_deg": 2, "height_deg": 1.5},
     slanted_plane: {"width_deg": 4, "height_deg": 3},
     corrugated_plane: {"width_deg": 4, "height_deg": 3},
-    miniature: {"width_deg": 8, "height_deg": 6},
+    miniature: {"width_deg": 6, "height_deg": 4},
     fixated_cube: {"edge_deg": 4, "width_deg": 8, "height_deg": 8},
 }
 every = pytest.mark.parametrize("draw", SMALL, ids=lambda draw: draw.__name__)
@@ -176,7 +177,7 @@ def test_the_same_seed_gives_the_same_leaves_whatever_their_blur() -> None:
     assert min(shares) > 0.25
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     left=st.floats(0, 8),
     right=st.floats(0, 8),
@@ -205,7 +206,8 @@ def test_no_place_of_a_border_is_sharper_than_its_blur_allows(
     assert one.picture.max() <= 0.5 + 1.7 * span
 
 
-@settings(max_examples=10, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=30, deadline=None)
 @given(
     blurs=st.lists(st.floats(0, 5), min_size=1, max_size=4, unique=True),
     order=st.sampled_from(["random", "depth"]),
@@ -217,11 +219,11 @@ def test_no_leaf_is_sharper_than_its_blur_allows(
     blurs: list[float], order: Any, psf: Any, aspect: float, seed: int
 ) -> None:
     one = dead_leaves(blurs_arcmin=blurs, order=order, psf=psf, aspect=aspect, seed=seed, width_deg=3, height_deg=3)
-    assert one.controlled["sharpest"] <= (1.05 if order == "depth" or len(blurs) == 1 else 1.25)
+    assert one.controlled["sharpest"] <= 1.15
 
 
 @settings(max_examples=10, deadline=None)
-@given(eccentricity=st.floats(0, 5), pedestal=st.floats(0, 10), increment=st.floats(0, 10), seed=st.integers(0, 99))
+@given(eccentricity=st.floats(0, 3.4), pedestal=st.floats(0, 10), increment=st.floats(0, 10), seed=st.integers(0, 99))
 def test_no_place_of_a_wide_field_is_sharper_than_its_blur_allows(
     eccentricity: float, pedestal: float, increment: float, seed: int
 ) -> None:
@@ -230,21 +232,23 @@ def test_no_place_of_a_wide_field_is_sharper_than_its_blur_allows(
         pedestal_arcmin=pedestal,
         increment_arcmin=increment,
         seed=seed,
-        window_deg=16,
+        window_deg=12,
         pixels_per_degree=10,
-        pupil_mm=8,
+        side="nearer",
     )
     assert one.controlled["sharpest"] <= 1.0
 
 
 def test_a_wide_field_is_sharp_but_in_its_annulus_and_blurred_there_as_set_in_visual_angle() -> None:
-    one = wide_field(eccentricity_deg=12, pedestal_arcmin=8, increment_arcmin=8, pixels_per_degree=10, pupil_mm=8)
+    one = wide_field(
+        eccentricity_deg=12, pedestal_arcmin=8, increment_arcmin=8, pixels_per_degree=8, smallest_deg=0.8, pupil_mm=8
+    )
     far = np.degrees(np.arctan(np.hypot(*(np.indices(one.shape) - (one.shape[0] - 1) / 2)) * one.pixel_angle))
     sharp = np.abs(far - 12) > 2 + 0.26
     np.testing.assert_array_equal(one.picture[sharp], one.sharp[sharp])
     ring = (np.abs(far - 12) < 1.7) & ~one.masks["target"]
     # A pixel at 12 degrees subtends cos^2 along the radius and cos across: cos^1.5 on average.
-    sd = 8 / 60 * 10 / np.cos(np.radians(12)) ** 1.5
+    sd = 8 / 60 * 8 / np.cos(np.radians(12)) ** 1.5
     blurred = gaussian_filter(one.sharp, sd, truncate=6)
     away = ring & (np.roll(ring, 6, 0) & np.roll(ring, -6, 0) & np.roll(ring, 6, 1) & np.roll(ring, -6, 1))
     np.testing.assert_allclose(one.picture[away], blurred[away], atol=4e-3)
@@ -386,15 +390,21 @@ def test_sharpness_finds_a_seam() -> None:
     assert sharpness(seam, one.blur_px) > 2
 
 
+@every
+def test_every_source_is_in_the_bibliography(draw: Draw) -> None:
+    bibliography = Path(__file__).parents[2].joinpath("docs/references.bib").read_text(encoding="utf-8")
+    one = draw(**SMALL[draw])
+    assert one.source
+    assert all(f"{{{key}," in bibliography for key in one.source)
+
+
 @pytest.mark.parametrize("paper", PAPERS)
 def test_papers_are_in_the_bibliography_and_their_stimuli_can_be_drawn(paper: str) -> None:
-    from pathlib import Path
-
     bibliography = Path(__file__).parents[2].joinpath("docs/references.bib").read_text(encoding="utf-8")
     assert f"{{{paper}," in bibliography
     known = PAPERS[paper]
     small = {name: value for name, value in SMALL[known.draw].items() if name not in known.stated}
-    small = {"pixels_per_degree": 6} if known.draw is wide_field else small
+    small = {"pixels_per_degree": 6, "smallest_deg": 1.0} if known.draw is wide_field else small
     for condition in list(known.conditions)[:: max(1, len(known.conditions) // 3)]:
         one = replica(paper, condition, **small)
         assert one.source == (paper,)
@@ -463,7 +473,11 @@ def test_frames_are_drawn_one_at_a_time() -> None:
         (slanted_plane, {"optics": "eye"}, "optics is 'eye'"),
         (slanted_plane, {"pupil_mm": 900, "focus_m": 0.1}, "radius of .* pixels, but the picture"),
         (corrugated_plane, {"amplitude_m": 0.6}, "amplitude_m is 0.6, but must be below 0.9"),
-        (miniature, {"simulated_distance_m": 1e-3}, "simulated_distance_m is 0.001, with which blur has a radius"),
+        (
+            miniature,
+            {"simulated_distance_m": 1e-3, "width_deg": 6, "height_deg": 4},
+            "simulated_distance_m is 0.001, with which blur has a radius",
+        ),
         (miniature, {"gradient": "up"}, "gradient is 'up'"),
         (fixated_cube, {"edge_deg": 30}, "the cube leaves the picture"),
         (fixated_cube, {"line_light": 0.9}, "line_light is 0.9, with which light reaches"),

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.special import ndtr
 
 from focalgradient.errors import InputError, check_number
@@ -30,7 +31,6 @@ from focalgradient.stimuli.stimulus import (
     check_light,
     depth_of_blur,
     measured,
-    sharpness,
 )
 
 __all__ = ["blurred_edge", "texture_border"]
@@ -160,23 +160,25 @@ def texture_border(
     covered = coverage(left if near == "left" else 1 - left, factor, edge, psf)
     light = np.pad(lights[near], rim, mode="wrap")
     if own_edge and edge > 0 and not names:
-        sharp = np.pad(mean * (1 + contrast * textures[near]), rim, mode="wrap")
-        light = _ending(sharp, light, whole if near == "left" else 1 - whole, edge, psf)
+        whole_near = np.pad(mean * (1 + contrast * textures[near]), rim, mode="wrap")
+        light = _ending(whole_near, light, whole if near == "left" else 1 - whole, edge, psf)
     covered, whole = covered[inside], whole[inside]
     picture = np.clip(covered * light[inside] + (1 - covered) * lights[far], 0, 1)
 
     flat = {side: mean * (1 + contrast * texture) for side, texture in textures.items()}
+    sharp = np.clip(whole * flat["left"] + (1 - whole) * flat["right"], 0, 1)
     depth = {
         near: depth_of_blur(sides[near], "nearer", focus_m=focus_m, pupil_mm=pupil_mm),
         far: depth_of_blur(sides[far], "beyond", focus_m=focus_m, pupil_mm=pupil_mm),
     }
     blur_map = np.where(masks["left"], sides["left"], sides["right"]).astype(float)
-    least = np.where(covered * (1 - covered) > 1e-4, edge, np.inf)
+    at_border = maximum_filter(covered, 3) - minimum_filter(covered, 3) > 1e-4
+    least = np.where(at_border, edge, np.inf)
     allowed = np.minimum(least, blur_map * frame.pixels(1.0))
     return Stimulus(
         "texture_border",
         picture,
-        np.clip(whole * flat["left"] + (1 - whole) * flat["right"], 0, 1),
+        sharp,
         np.where(masks["left"], depth["left"], depth["right"]),
         blur_map,
         masks,
@@ -186,8 +188,7 @@ def texture_border(
             "equalised": list(names),
             "near": near,
             "occlusion_agrees_with_blur": edge == blur[near],
-            **measured(picture, masks),
-            "sharpest": sharpness(picture, allowed, psf),
+            **measured(picture, sharp, allowed, masks, psf),
         },
         ("mather1996", "marshall1996", "mather2002"),
     )
@@ -315,13 +316,13 @@ def blurred_edge(
     place = sign * (columns * normal[0] + rows * normal[1])
     share, sharp = (_edge(place, (sign * normal[1], sign * normal[0]), width, psf) for width in (sd, 0.0))
     low, high = mean * (1 - contrast), mean * (1 + contrast)
-    picture = low + (high - low) * share
+    picture, sharp = (low + (high - low) * part for part in (share, sharp))
     masks = {"bright": place > 0, "dark": place <= 0}
     blur_map = np.full(frame.shape, arcmin, float)
     return Stimulus(
         "blurred_edge",
         picture,
-        low + (high - low) * sharp,
+        sharp,
         np.full(frame.shape, depth_of_blur(arcmin, side, focus_m=focus_m, pupil_mm=pupil_mm)),
         blur_map,
         masks,
@@ -330,8 +331,7 @@ def blurred_edge(
         {
             "equalised": [],
             "blur_arcmin": arcmin,
-            **measured(picture, masks),
-            "sharpest": sharpness(picture, blur_map * frame.pixels(1.0), psf),
+            **measured(picture, sharp, blur_map * frame.pixels(1.0), masks, psf),
         },
         ("watson2011",),
     )

@@ -14,7 +14,7 @@ from focalgradient.render import necker_frame
 from focalgradient.render.wireframe import Gradient, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import EDGES, Direction
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, measured, sharpness
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, measured
 
 __all__ = ["fixated_cube"]
 
@@ -141,8 +141,7 @@ def fixated_cube(
             "focus_m": focus_m,
             "fixation_px": [float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
             "blur_agrees_with_depth": gradient == "rigid",
-            **measured(picture, masks),
-            "sharpest": sharpness(picture, np.hypot(blur * ARCMIN / pixel, own), lines=True),
+            **measured(picture, sharp, np.hypot(blur * ARCMIN / pixel, own), masks, lines=True),
         },
         ("pastukhov",),
     )

@@ -9,12 +9,13 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
+from scipy.signal import fftconvolve
 
 from focalgradient.errors import InputError, check_list, check_number
 from focalgradient.optics import Side
-from focalgradient.stimuli.layers import check_equalise, coverage, equalised, fineness, reach_of
+from focalgradient.stimuli.layers import check_equalise, equalised, reach_of
 from focalgradient.stimuli.stimulus import (
+    PIXEL_VARIANCE,
     Frame,
     Shape,
     Stimulus,
@@ -22,7 +23,6 @@ from focalgradient.stimuli.stimulus import (
     check_light,
     depth_of_blur,
     measured,
-    sharpness,
 )
 
 __all__ = ["dead_leaves"]
@@ -35,6 +35,15 @@ LEFT = 1e-3
 
 HIDDEN = 1e-4
 """Share of the light that comes through the leaves in front below which a leaf need not be drawn."""
+
+SEEN = 0.01
+"""Share of a pixel's light from which on a leaf counts as seen there."""
+
+LOOK = 20
+"""Leaves, at least, after which it is looked at what is still to be covered."""
+
+FINER = 8
+"""Places along a side of a pixel at which a kernel is added up."""
 
 MOST = 400_000
 """Leaves after which what is left shows the mean luminance."""
@@ -50,11 +59,6 @@ class _Leaf:
     short: float
     angle: float
     light: float
-
-    def on(self, factor: int, pad: int) -> _Leaf:
-        """Give the same on a grid that is finer by `factor` and begins `pad` pixels before."""
-        y, x = (factor * (place + pad + 0.5) - 0.5 for place in (self.y, self.x))
-        return _Leaf(y, x, factor * self.long, factor * self.short, self.angle, self.light)
 
 
 def dead_leaves(
@@ -80,7 +84,7 @@ def dead_leaves(
     """Draw dead leaves with a given number of blurs, each leaf with one of them (Taylor and Bex 2015).
 
     Each leaf hides, by its blurred coverage, what lies behind: light is composed leaf by leaf, from the front to the
-    back, in linear luminance. Leaves of one depth lie in one plane, whose light and coverage are blurred as a whole.
+    back, in linear luminance. Leaves of one blur hide each other before they are blurred, as things in one plane do.
 
     Parameters
     ----------
@@ -88,9 +92,7 @@ def dead_leaves(
         The blurs: standard deviation along an axis, in arcmin; as many leaves have each.
     order
         What lies in front: "random", whatever its blur; or "depth", what is nearer by the depth of its blur, each
-        depth taking about an equal share of the picture. With "random", where the edges of several blurred leaves
-        coincide, their blurs are taken as independent, and the picture may be sharper there than one edge, by up to
-        22 % for two.
+        depth taking about an equal share of the picture.
     smallest_deg, largest_deg, exponent
         Leaves' radii r lie between these, in degrees, and are distributed as 1 / r^exponent.
     aspect
@@ -147,9 +149,10 @@ def dead_leaves(
     _check_sizes(smallest_deg, largest_deg, exponent, aspect, frame)
     depths = depth_of_blur(blurs, side, focus_m=focus_m, pupil_mm=pupil_mm)
     sizes = smallest_deg * pixels_per_degree, largest_deg * pixels_per_degree
-    leaves = _leaves(frame.shape, sizes, exponent, aspect, (mean, contrast), seed)
-    made = _in_planes if order == "depth" or len(sds) == 1 else _one_by_one
-    picture, sharp, level = made(leaves, frame.shape, mean, sds, psf, seed)
+    leaves = _leaves(frame.shape, sizes, exponent, aspect, max(sds), (mean, contrast), seed)
+    picture, sharp, level, least = _composed(
+        leaves, frame.shape, mean, [_Spread.of(sd, psf) for sd in sds], order, seed
+    )
     shown = equalised(picture, sharp, names, mean)
     masks = {f"{blur:g} arcmin": level == number for number, blur in enumerate(blurs)}
     blur_map = np.asarray(blurs)[level]
@@ -166,8 +169,7 @@ def dead_leaves(
             "equalised": list(names),
             "share_of_picture": {name: float(mask.mean()) for name, mask in masks.items()},
             "occlusion_agrees_with_blur": order == "depth" or len(blurs) == 1,
-            **measured(shown, masks),
-            "sharpest": sharpness(shown, blur_map * frame.pixels(1.0), psf),
+            **measured(shown, sharp, least, masks, psf),
         },
         ("taylor2015",),
     )
@@ -194,13 +196,15 @@ def _leaves(
     sizes: tuple[float, float],
     exponent: float,
     aspect: float,
+    widest: float,
     light: tuple[float, float],
     seed: int,
 ) -> Iterator[_Leaf]:
-    """Leaves from the front to the back, the same for a seed whatever the blur."""
+    """Leaves from the front to the back, the same for a seed whatever the blur, unless it is wider than the leaves."""
     random = np.random.default_rng([seed, 0])
     low, high = sizes
-    rim = 2 * high * math.sqrt(aspect) + 2
+    largest = high * math.sqrt(aspect)
+    rim = 2 * largest * math.ceil((largest + reach_of(widest)) / (2 * largest)) + 2
     mean, contrast = light
     power = 1 - exponent
     for _ in range(MOST):
@@ -220,116 +224,121 @@ def _leaves(
         )
 
 
-Made = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int_]]
-"""A picture, the same without blur, and the number of the blur that gives most of its light."""
+@dataclass(frozen=True, slots=True)
+class _Spread:
+    """A blur: its standard deviation (px), how far it reaches (px), and its kernel, None for none."""
+
+    sd: float
+    reach: int
+    kernel: NDArray[np.float64] | None
+
+    @classmethod
+    def of(cls, sd: float, psf: Shape) -> _Spread:
+        """Make the kernel: light of a pixel's square, blurred; positive, and of the stated standard deviation."""
+        if sd == 0:
+            return cls(0.0, 1, None)
+        reach = reach_of(sd)
+        width = math.sqrt(max(sd**2 - PIXEL_VARIANCE, 0.25 / FINER**2))  # the pixel's own square does the rest
+        fine = ((np.arange(-reach, reach + 1)[:, None] + (np.arange(FINER) + 0.5) / FINER - 0.5) / width).ravel()
+        if psf == "gaussian":
+            line = np.exp(-(fine**2) / 2)
+            kernel = np.outer(line, line)
+        else:
+            edge = FINER * width  # fine pixels in a standard deviation
+            kernel = np.clip((2 - np.hypot(fine[:, None], fine)) * edge + 0.5, 0, 1)
+        side = 2 * reach + 1
+        kernel = kernel.reshape(side, FINER, side, FINER).sum(axis=(1, 3))
+        return cls(sd, reach, kernel / kernel.sum())
+
+    def __call__(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Blur a part of a picture that is dark within the reach of its rim."""
+        if self.kernel is None:
+            return light
+        spread: NDArray[np.float64] = fftconvolve(light, self.kernel, mode="same")
+        return np.maximum(spread, 0)
 
 
-def _one_by_one(
-    leaves: Iterator[_Leaf], shape: tuple[int, int], mean: float, sds: Sequence[float], psf: Shape, seed: int
+class _Plane:
+    """Leaves of one blur: the share of each pixel that they cover before they are blurred, and after."""
+
+    def __init__(self, shape: tuple[int, int], spread: _Spread) -> None:
+        self.spread = spread
+        self.sharp = np.zeros(shape)
+        self.blurred = np.zeros(shape)
+
+
+Made = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int_], NDArray[np.float64]]
+"""A picture, the same without blur, the number of the blur that gives most of its light, and the least blur (px) in it:
+a sharp leaf may be seen through the blurred edge of another."""
+
+
+def _composed(
+    leaves: Iterator[_Leaf], shape: tuple[int, int], mean: float, spreads: Sequence[_Spread], order: str, seed: int
 ) -> Made:
-    """Leaves of all blurs in random order."""
-    picture, sharp = _Composition(shape, mean), _Composition(shape, mean)
-    cycle = np.random.default_rng([seed, 1])
-    coming: list[int] = []
-    for leaf in leaves:
-        coming = coming or cycle.permutation(len(sds)).tolist()
-        level = coming.pop()
-        picture.behind(leaf, sds[level], psf, level)
-        sharp.behind(leaf, 0.0, psf, level)
-        if picture.finished() and sharp.finished():
-            break
-    return picture.light(), sharp.light(), picture.level
+    """Leaves over one another, from the front.
 
-
-def _in_planes(
-    leaves: Iterator[_Leaf], shape: tuple[int, int], mean: float, sds: Sequence[float], psf: Shape, seed: int
-) -> Made:
-    """Leaves in planes, the first in front: each plane's light and coverage are blurred as a whole."""
-    factor, pad = max(map(fineness, sds)), reach_of(max(sds))
-    height, width = shape
-    canvas = factor * (height + 2 * pad), factor * (width + 2 * pad)
-    picture, sharp = np.zeros(shape), np.zeros(shape)
-    through, plain, most = np.ones(shape), np.ones(shape), np.zeros(shape)
-    numbers = np.zeros(shape, int)
-
-    def shown(fine: NDArray[np.float64], sd: float) -> NDArray[np.float64]:
-        return coverage(fine, factor, sd, psf)[pad : pad + height, pad : pad + width]
-
-    for number, sd in enumerate(sds):
-        plane = _Composition(canvas, mean)
-        last = number == len(sds) - 1
-        for leaf in leaves:
-            plane.behind(leaf.on(factor, pad), 0.0, psf, number)
-            if plane.finished() if last else plane.left() < 1 - 1 / (len(sds) - number):
+    A leaf shows what the leaves of its own blur in front of it leave of it, blurred, through what those of each other
+    blur leave: light = leaf x (free part blurred) x product of (1 - coverage blurred).
+    """
+    pad = max(spread.reach for spread in spreads)
+    canvas = shape[0] + 2 * pad, shape[1] + 2 * pad
+    inside = slice(pad, pad + shape[0]), slice(pad, pad + shape[1])
+    planes = [_Plane(canvas, spread) for spread in spreads]
+    light, most, numbers = np.zeros(canvas), np.zeros(canvas), np.zeros(canvas, int)
+    sharp, covered, least = np.zeros(canvas), np.zeros(canvas), np.full(canvas, np.inf)
+    cycle, coming = np.random.default_rng([seed, 1]), list[int]()
+    number = look = 0
+    for count, leaf in enumerate(leaves):
+        if count >= look:
+            look = count + max(LOOK, count // (40 if order == "depth" else 8))
+            left = np.prod([1 - plane.blurred[inside] for plane in planes], axis=0)
+            if max(left.max(), 1 - covered[inside].min()) < LEFT:
                 break
-        light = plane.light() if last else plane.sum
-        covered = np.ones(canvas) if last else 1 - plane.through
-        share = shown(covered, sd)
-        picture += through * shown(light, sd)
-        sharp += plain * shown(light, 0.0)
-        more = through * share > most
-        numbers[more], most[more] = number, (through * share)[more]
-        through *= 1 - share
-        plain *= 1 - shown(covered, 0.0)
-    return picture, sharp, numbers
+            share = 1 - float(left.mean())
+        if order == "random":
+            coming = coming or cycle.permutation(len(planes)).tolist()
+            number = coming.pop()
+        else:
+            number = min(int(share * len(planes)), len(planes) - 1)
+        plane = planes[number]
+        part, cover = _cover(leaf, plane.spread.reach, pad, canvas)
+        if part is None:
+            continue
+        sharp[part] += leaf.light * cover * (1 - covered[part])
+        covered[part] += cover * (1 - covered[part])
+        through = np.prod([1 - other.blurred[part] for other in planes if other is not plane], axis=0)
+        if np.max(through * (1 - plane.blurred[part])) < HIDDEN:
+            continue
+        free = cover * (1 - plane.sharp[part])
+        plane.sharp[part] += free
+        spread = plane.spread(free)
+        plane.blurred[part] += spread
+        seen = spread * through
+        light[part] += leaf.light * seen
+        more = seen > most[part]
+        most[part][more], numbers[part][more] = seen[more], number
+        least[part] = np.where(seen > SEEN, np.minimum(least[part], plane.spread.sd), least[part])
+    left = np.prod([np.clip(1 - plane.blurred, 0, 1) for plane in planes], axis=0)
+    light, sharp = light + left * mean, sharp + (1 - covered) * mean
+    return light[inside], sharp[inside], numbers[inside], least[inside]
 
 
-class _Composition:
-    """Light so far, from the front, and the share of what lies behind that still comes through."""
-
-    def __init__(self, shape: tuple[int, int], mean: float) -> None:
-        self.shape, self.mean = shape, mean
-        self.sum = np.zeros(shape)
-        self.through = np.ones(shape)
-        self.most = np.zeros(shape)
-        self.level = np.zeros(shape, int)
-        self._look = 0
-
-    def behind(self, leaf: _Leaf, sd: float, psf: Shape, level: int) -> None:
-        """Put a leaf behind all others."""
-        reach = math.ceil(leaf.long) + (reach_of(sd) if sd > 0 else 1)
-        top, left = math.floor(leaf.y) - reach, math.floor(leaf.x) - reach
-        rows = slice(max(top, 0), min(top + 2 * reach + 2, self.shape[0]))
-        columns = slice(max(left, 0), min(left + 2 * reach + 2, self.shape[1]))
-        if rows.start >= rows.stop or columns.start >= columns.stop:
-            return
-        through = self.through[rows, columns]
-        if through.max() < HIDDEN:
-            return
-        covered = _cover(leaf, sd, psf, reach)
-        covered = covered[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
-        share = through * covered
-        self.sum[rows, columns] += leaf.light * share
-        through *= 1 - covered
-        most = self.most[rows, columns]
-        more = share > most
-        most[more] = share[more]
-        self.level[rows, columns][more] = level
-
-    def left(self) -> float:
-        """Mean share of the light that comes from behind."""
-        return float(self.through.mean())
-
-    def finished(self) -> bool:
-        """Whether hardly any light comes from behind; it is looked at now and then."""
-        self._look += 1
-        return self._look % 50 == 0 and float(self.through.max()) < LEFT
-
-    def light(self) -> NDArray[np.float64]:
-        """The picture, the mean behind it."""
-        return self.sum + self.through * self.mean
-
-
-def _cover(leaf: _Leaf, sd: float, psf: Shape, reach: int) -> NDArray[np.float64]:
-    """Blurred coverage of a leaf around its middle, 2 reach + 2 pixels a side or more."""
-    factor = fineness(sd)
-    side = fft.next_fast_len(2 * reach + 2, real=True)
-    place = (np.arange(side * factor) + 0.5) / factor - 0.5 - reach
-    y, x = (place - (leaf.y - math.floor(leaf.y)))[:, None], (place - (leaf.x - math.floor(leaf.x)))[None]
+def _cover(
+    leaf: _Leaf, reach: int, pad: int, canvas: tuple[int, int]
+) -> tuple[tuple[slice, slice], NDArray[np.float64]] | tuple[None, NDArray[np.float64]]:
+    """The part of the canvas that a leaf may reach, and its coverage there, its edge smoothed over a pixel."""
+    half = math.ceil(leaf.long) + reach + 1
+    first = math.floor(leaf.y) + pad - half, math.floor(leaf.x) + pad - half
+    rows, columns = (
+        slice(max(start, 0), min(start + 2 * half + 2, side)) for start, side in zip(first, canvas, strict=True)
+    )
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        return None, np.zeros((0, 0))
+    y = np.arange(rows.start, rows.stop)[:, None] - pad - leaf.y
+    x = np.arange(columns.start, columns.stop)[None] - pad - leaf.x
     cos, sin = math.cos(leaf.angle), math.sin(leaf.angle)
     along, across = (x * cos + y * sin) / leaf.long, (y * cos - x * sin) / leaf.short
     radius = np.hypot(along, across)
     # Distance from the outline to first order: the ellipse's own function over its slope.
     slope = np.hypot(along / leaf.long, across / leaf.short) / np.maximum(radius, 1e-9)
-    fine = np.clip(0.5 + factor * (1 - radius) / np.maximum(slope, 1 / leaf.long), 0, 1)
-    return coverage(fine, factor, sd, psf) if sd > 0 else fine
+    return (rows, columns), np.clip(0.5 + (1 - radius) / np.maximum(slope, 1 / leaf.long), 0, 1)

@@ -14,6 +14,7 @@ from focalgradient.errors import InputError, check_number, check_seed, described
 from focalgradient.optics import Side, distance_of_blur
 
 __all__ = [
+    "PIXEL_VARIANCE",
     "Frame",
     "Region",
     "Shape",
@@ -216,11 +217,12 @@ def sharpness(
     blur_px: NDArray[np.floating],
     shape: Shape = "gaussian",
     *,
+    span: float | None = None,
     lines: bool = False,
 ) -> float:
     """Largest gradient of a picture over the largest that its blur allows.
 
-    The blur allows that of a step as high as the picture's whole range, blurred by the least blur within three pixels:
+    The blur allows that of a step as high as the whole range of light, blurred by the least blur within three pixels:
     range x 0.399 / sd for a Gaussian and x 0.318 / sd for a disc, the pixel's own square included; and never more than
     the range from a pixel to the next.
 
@@ -232,6 +234,8 @@ def sharpness(
         Standard deviation of the blur of what each pixel shows, H x W.
     shape
         Of the blur.
+    span
+        Range of light without the blur; None: that of the picture.
     lines
         Whether the picture consists of Gaussian lines, not of edges: then 0.607 / sd is allowed.
 
@@ -249,7 +253,7 @@ def sharpness(
     from scipy.ndimage import minimum_filter
 
     light = np.asarray(picture, float)
-    span = float(np.ptp(light))
+    span = max(float(np.ptp(light)), span or 0.0)
     if span == 0:
         return 0.0
     least = minimum_filter(np.asarray(blur_px, float), 7, mode="nearest")
@@ -260,8 +264,16 @@ def sharpness(
     return max(float((step / bound).max()) for step, bound in zip(across, bounds, strict=True))
 
 
-def measured(picture: NDArray[np.float64], masks: Mapping[str, Region]) -> dict[str, Any]:
-    """Mean luminance and RMS contrast of a picture and of its regions, and its range."""
+def measured(
+    picture: NDArray[np.float64],
+    sharp: NDArray[np.float64],
+    blur_px: NDArray[np.float64],
+    masks: Mapping[str, Region],
+    shape: Shape = "gaussian",
+    *,
+    lines: bool = False,
+) -> dict[str, Any]:
+    """Mean luminance and RMS contrast of a picture and of its regions, its range, and its sharpest place."""
     regions = {"picture": np.ones(picture.shape, bool), **masks}
     means = {name: float(picture[region].mean()) for name, region in regions.items() if region.any()}
     return {
@@ -270,4 +282,5 @@ def measured(picture: NDArray[np.float64], masks: Mapping[str, Region]) -> dict[
             name: float(picture[regions[name]].std() / mean) if mean > 0 else 0.0 for name, mean in means.items()
         },
         "range": [float(picture.min()), float(picture.max())],
+        "sharpest": sharpness(picture, blur_px, shape, span=float(np.ptp(sharp)), lines=lines),
     }

@@ -15,7 +15,7 @@ from focalgradient.render import blur_picture
 from focalgradient.scenes.fractal import fractal
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, check_light, measured, sharpness
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, check_light, measured
 from focalgradient.stimuli.town import draw_town
 
 __all__ = ["corrugated_plane", "miniature", "slanted_plane"]
@@ -58,7 +58,7 @@ def slanted_plane(
 ) -> Stimulus:
     """Draw a textured plane that is slanted, through a lens: its vergence, and so its blur, is linear in the picture.
 
-    Vishwanath and Blaser (2010) let people judge the distance of such planes.
+    Watt et al. (2005) let people judge the slant of such planes, Vishwanath and Blaser (2010) their distance.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def slanted_plane(
             )
         return distance_m / rest
 
-    return _surface("slanted_plane", ("vishwanath2010",), depth, parameters)
+    return _surface("slanted_plane", ("watt2005", "vishwanath2010"), depth, parameters)
 
 
 def corrugated_plane(
@@ -141,7 +141,7 @@ def corrugated_plane(
 ) -> Stimulus:
     """Draw a plane that faces the eye and is corrugated in depth, through a lens: blur alone can show its relief.
 
-    Distance is a sine of the place in the picture.
+    Distance is a sine of the place in the picture, as in the surfaces of Rogers and Graham (1982).
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def corrugated_plane(
         wave = np.sin(2 * math.pi * cycles_per_degree * degrees + math.radians(phase_deg))
         return distance_m + amplitude_m * wave
 
-    return _surface("corrugated_plane", (), depth, parameters, between=distance_m)
+    return _surface("corrugated_plane", ("rogers1982",), depth, parameters, between=distance_m)
 
 
 def _surface(
@@ -258,8 +258,7 @@ def _record(
     controlled = {
         "equalised": list(equalise),
         **stated,
-        **measured(picture, masks),
-        "sharpest": sharpness(picture, blur * ARCMIN / frame.pixel_angle, "disc"),
+        **measured(picture, sharp, blur * ARCMIN / frame.pixel_angle, masks, "disc"),
     }
     return Stimulus(name, picture, sharp, metres, blur, masks, frame.pixel_angle, parameters, controlled, source)
 

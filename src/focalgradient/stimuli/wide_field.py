@@ -12,7 +12,7 @@ from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import blurred, reach_of
 from focalgradient.stimuli.leaves import dead_leaves
-from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_choice, depth_of_blur, measured, sharpness
+from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_choice, depth_of_blur, measured
 
 __all__ = ["wide_field"]
 
@@ -167,8 +167,7 @@ def wide_field(
         {
             "equalised": [],
             "pixels_per_degree_at_annulus": pixels_per_degree / stretch,
-            **measured(picture, masks),
-            "sharpest": sharpness(picture, least, psf),
+            **measured(picture, leaves, least, masks, psf),
         },
         ("maiello2017",),
     )
