@@ -6,6 +6,7 @@ A function draws a `Stimulus` (its picture, true depth and true blur); ``make_..
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
+from focalgradient.stimuli.drawn_set import make_from_stimuli
 from focalgradient.stimuli.films import frames
 from focalgradient.stimuli.fixated_cube import fixated_cube
 from focalgradient.stimuli.imported import import_pictures
@@ -38,6 +39,7 @@ __all__ = [
     "import_pictures",
     "make_depth_rating",
     "make_from_photographs",
+    "make_from_stimuli",
     "make_necker",
     "miniature",
     "read_necker",

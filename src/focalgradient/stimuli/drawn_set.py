@@ -1,0 +1,200 @@
+"""Drawn stimuli made a set for the depth-rating experiment: each with its blur, and the same without."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.files import plain_name
+from focalgradient.progress import Progress
+from focalgradient.stimuli.controls import judged
+from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
+from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.sets import StimulusSet, display_json, npy, png, read_set, stored_distance
+from focalgradient.stimuli.stimulus import Stimulus
+
+__all__ = ["make_from_stimuli"]
+
+FOCUS = "focus"
+"""What the set calls the object that is fixated: whatever is in focus."""
+
+SHARPEST = 1.15
+"""Largest gradient, over what the blur allows, that is called controlled: what rays through a lens leave of ours."""
+
+PIXELS_PERCENT = 1.0
+"""Difference of pixels per degree, of the stimulus and of the display, up to which blur is right in visual angle."""
+
+
+def make_from_stimuli(
+    out: str | Path,
+    stimuli: Mapping[str, Stimulus],
+    *,
+    display: Display | None = None,
+    progress: Progress | None = None,
+) -> StimulusSet:
+    """Make a set for depth rating from drawn stimuli; go on with one that was interrupted, verify a finished one.
+
+    Parameters
+    ----------
+    out
+        Folder for the set.
+    stimuli
+        By the name of the scene; each is shown through the "pinhole", which is the stimulus without blur, and through
+        the f-number of its pupil, 50 mm / pupil. All of one size and one pupil.
+    display
+        What they are shown on: with the pixels per degree that they were drawn for.
+    progress
+        Called with the share done, 0 to 1, and a few words.
+
+    Returns
+    -------
+    StimulusSet
+        As `read_set` reads it. Its one fixation is named "focus": the middle of what is in focus. `controls` states
+        mean luminance against the picture without blur, and the sharpest place.
+
+    Raises
+    ------
+    InputError
+        If the stimuli differ in size or pupil, or do not fit the display.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from focalgradient.stimuli import slanted_plane
+    >>> display = Display()
+    >>> plane = slanted_plane(width_deg=3, height_deg=2, pixels_per_degree=display.pixels_per_degree)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = make_from_stimuli(folder, {"plane": plane}, display=display)
+    ...     [(one.aperture, one.fixation) for one in made.pictures]
+    [('pinhole', 'focus'), ('f/8.333', 'focus')]
+    """
+    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    shape, pupil_mm = _checked(stimuli, display)
+    aperture = f"f/{1e3 * FOCAL_LENGTH / pupil_mm:.4g}"
+    parameters = {
+        "kind": "drawn",
+        "scenes": len(stimuli),
+        "apertures": ["pinhole", aperture],
+        "focal_length_mm": FOCAL_LENGTH * 1e3,
+        "picture_px": [shape[1], shape[0]],
+        "picture_deg": [display.degrees(shape[1]), display.degrees(shape[0])],
+        "pixel_angle_rad": next(iter(stimuli.values())).pixel_angle,
+        "stimuli": {name: _about(one) for name, one in stimuli.items()},
+    }
+    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
+    versions = {"python": platform.python_version()}
+    folder = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    if not folder.complete:
+        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
+        for number, (name, one) in enumerate(stimuli.items()):
+            say(number / len(stimuli), name)
+            _scene(folder, name, one, aperture, pupil_mm, display)
+        measured = [
+            scene["pictures"][stem_of(aperture, FOCUS)] for scene in folder.content["controls"]["scenes"].values()
+        ]
+        worst = max(one["sharpest"] for one in measured)
+        folder.content["controls"] |= judged(measured)
+        folder.content["controls"]["sharpest"] = {"worst": worst, "limit": SHARPEST, "met": worst <= SHARPEST}
+        folder.put({})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(out)
+
+
+def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[int, int], float]:
+    """Height and width of all pictures, and the pupil in millimetres."""
+    if not stimuli:
+        raise InputError("stimuli is empty, but must have a stimulus by the name of its scene: give one.")
+    first = next(iter(stimuli.values()))
+    for name, one in stimuli.items():
+        plain_name(name, "the name of a scene")
+        if not isinstance(one, Stimulus):
+            raise InputError(f"{name} is no Stimulus: give what a function such as slanted_plane returns.")
+        pupils = [each.parameters.get("pupil_mm") for each in (first, one)]
+        if one.shape != first.shape or pupils[0] != pupils[1] or not pupils[1]:
+            raise InputError(
+                f"{name} has {one.shape[1]} x {one.shape[0]} pixels and a pupil of {pupils[1]} mm, but the first has "
+                f"{first.shape[1]} x {first.shape[0]} and {pupils[0]} mm: draw all of one size and with one pupil."
+            )
+        drawn = 1 / np.degrees(one.pixel_angle)
+        if abs(drawn / display.pixels_per_degree - 1) > PIXELS_PERCENT / 100:
+            raise InputError(
+                f"{name} is drawn for {drawn:.4g} pixels per degree, but the display has "
+                f"{display.pixels_per_degree:.4g}: draw it with pixels_per_degree={display.pixels_per_degree:.4g}."
+            )
+    height, width = first.shape
+    if width > display.size_px[0] or height > display.size_px[1]:
+        raise InputError(
+            f"the stimuli have {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
+            "draw smaller ones, or take another display."
+        )
+    return first.shape, float(first.parameters["pupil_mm"])
+
+
+def _about(one: Stimulus) -> dict[str, Any]:
+    """What makes a stimulus the one it is, as plain JSON."""
+    plain = {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, value in one.parameters.items()
+        if value is None or isinstance(value, bool | int | float | str | tuple | list)
+    }
+    arrays = b"".join(np.ascontiguousarray(array).tobytes() for array in (one.picture, one.sharp, one.depth_m))
+    return {
+        "name": one.name,
+        "source": list(one.source),
+        "parameters": plain,
+        "sha256": hashlib.sha256(arrays).hexdigest(),
+    }
+
+
+def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: float, display: Display) -> None:
+    """Make the two pictures of a stimulus, and their part of the folder's content."""
+    depth = np.where(np.isnan(one.depth_m), np.inf, one.depth_m)
+    known = np.isfinite(depth)
+    least = float(one.blur_arcmin[known].min())
+    region = known & (one.blur_arcmin <= least + 0.02 * (float(one.blur_arcmin[known].max()) - least))
+    inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
+    row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
+    focus_m, place = float(depth[row, column]), [float(column) + 0.5, float(row) + 0.5]
+    folder.put({f"{name}/depth.npy": npy(stored_distance(depth, name))})
+    blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
+    per_px = np.degrees(one.pixel_angle) * 60
+    mean = float(one.sharp.mean())
+    pictures: dict[str, dict[str, float]] = {}
+    for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
+        stem = stem_of(shown, FOCUS)
+        colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
+        folder.put({f"{name}/{stem}.png": png(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
+        pictures[stem] = {"mean_luminance": float(light.mean()), "clipped": 0.0}
+        folder.content["pictures"].append(
+            {
+                "scene": name,
+                "aperture": shown,
+                "fixation": FOCUS,
+                "png": f"{name}/{stem}.png",
+                "linear": f"{name}/{stem}.npy",
+                "focus_m": focus_m,
+                "aperture_mm": 0.0 if shown == "pinhole" else pupil_mm,
+                "blur_px": [diameter / per_px for diameter in diameters],
+                "blur_arcmin": diameters,
+            }
+        )
+    pictures[stem_of(aperture, FOCUS)] |= {
+        "mean_luminance_percent": 100 * (float(one.picture.mean()) / mean - 1) if mean > 0 else 0.0,
+        "sharpest": float(one.controlled["sharpest"]),
+    }
+    folder.content["controls"]["scenes"][name] = {"pictures": pictures}
+    folder.content["scenes"][name] = {
+        "seed": None,
+        "depth": f"{name}/depth.npy",
+        "targets": {FOCUS: {"name": FOCUS, "distance_m": focus_m, "position_px": place}},
+    }
