@@ -7,7 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from focalgradient import FocalGradientWarning, InputError, Lens
+from focalgradient import FocalGradientWarning, InputError, Lens, View, recover_depth
+from focalgradient.optics import capabilities, check_optics
 
 FOCAL = st.floats(0.004, 0.2)
 NUMBER = st.floats(0.95, 45)
@@ -185,3 +186,68 @@ def test_the_blur_of_infinity_gives_back_infinity() -> None:
         for focus in np.geomspace(0.3, 30, 97):
             lens = Lens(0.05, f_number, float(focus))
             assert lens.distance_from_blur(lens.blur_radius(np.inf), "beyond") == np.inf, (f_number, focus)
+
+
+# --- optics of a user's own -------------------------------------------------------------------------------------------
+
+
+class Round:
+    """A Gaussian's blur, alike on both sides."""
+
+    aperture_diameter, focus_vergence = 0.006, 1.0
+
+    def transfer(self, frequency, vergence):
+        return np.exp(-2 * (np.pi * 0.0015 * (np.asarray(vergence) - 1) * np.asarray(frequency)) ** 2)
+
+    def optical_transfer(self, frequency_y, frequency_x, vergence):
+        return Round.transfer(self, np.hypot(frequency_y, frequency_x), vergence)
+
+
+def made(**changed) -> Round:
+    return type("Own", (Round,), changed)()
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"tells_side": "yes"}, "tells_side of Own is 'yes', but must be True or False"),
+        ({"uniform": 1}, "uniform of Own is 1, but must be True or False"),
+        ({"light": 550}, "light of Own is 550, but must be the waveband's name"),
+        ({"residual_blur_variance": math.nan}, "residual_blur_variance of Own is nan"),
+        ({"isotropic": False, "tells_side": True}, "Own states tells_side = True, but its blur .* same on both sides"),
+        (
+            {"isotropic": True, "transfer": lambda self, f, v: Round().transfer(2 * np.asarray(f), v)},
+            "`transfer` of Own differs from its `optical_transfer` by",
+        ),
+        (
+            {
+                "isotropic": False,
+                "optical_transfer": lambda self, y, x, v: np.exp(1e-3j * np.hypot(y, x)) * Round().transfer(x, v),
+            },
+            "at -f is not the conjugate of that at f",
+        ),
+    ],
+)
+def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) -> None:
+    with pytest.raises(InputError, match=said):
+        check_optics(made(**changed), vergences=[0.6, 1.5], frequency=800.0)
+
+
+def test_what_optics_state_is_read_once() -> None:
+    check_optics(made(isotropic=True), vergences=[0.6, 1.5], frequency=800.0)
+    stated = capabilities(made(isotropic=True, light="green", tells_side=False, residual_blur_variance=1e-8))
+    assert stated.forms_views
+    assert (stated.isotropic, stated.waveband, stated.uniform) == (True, "green", True)
+    lens = capabilities(Lens(0.05, 2, 1.0, residual_blur_variance=1e-8))
+    assert (lens.blur, lens.forms_views, lens.residual_blur_variance) == (None, False, 1e-8)
+    with pytest.raises(InputError, match="only one of vergences and frequency"):
+        check_optics(Lens(0.05, 2, 1.0), frequency=10.0)
+    bare = type("Bare", (), {"aperture_diameter": 0.01, "focus_vergence": 1.0, "tells_side": True})
+    with pytest.raises(InputError, match="Bare states tells_side = True, but offers no blur of its own"):
+        capabilities(bare())
+
+
+def test_depth_is_refused_through_optics_whose_blur_varies_over_the_field() -> None:
+    views = [View(np.eye(64) + 1, made(isotropic=True, uniform=False, focus_vergence=f), 3e-4) for f in (0.8, 1.2)]
+    with pytest.raises(InputError, match="the blur of Own varies over the field"):
+        recover_depth(views)

@@ -1,12 +1,33 @@
 """Blur transfers against integrals and Fourier transforms of the blurs themselves."""
 
+import ast
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+import focalgradient
 from focalgradient import InputError
-from focalgradient.psf import DISC_K, disc_transfer, gaussian_transfer, pixel_transfer, transfer
+from focalgradient.psf import (
+    DISC_K,
+    Annulus,
+    Blend,
+    Disc,
+    Gaussian,
+    Polygon,
+    Psf,
+    check_psf,
+    disc_transfer,
+    gaussian_transfer,
+    names,
+    pixel_transfer,
+    psf_from,
+    psf_of,
+    shape_class,
+    transfer,
+)
 
 
 def disc_by_quadrature(frequency: float, radius: float) -> float:
@@ -94,3 +115,205 @@ def test_pixel_averages_over_its_square() -> None:
     for down, right in [(0.0, 0.0), (0.0, 0.5), (0.3, -0.2), (0.5, 0.5), (0.0, 1.0)]:
         wave = np.cos(2 * np.pi * (down * place[:, None] + right * place))
         assert pixel_transfer(down, right) == pytest.approx(wave.mean(), abs=1e-5)
+
+
+# --- shapes -----------------------------------------------------------------------------------------------------------
+
+SOME = [
+    *(Disc(), Gaussian(), Gaussian(1.0), Gaussian(0.05), Blend(), Blend(0.1), Blend(0.49), Blend(0.7)),
+    *(Annulus(), Annulus(0.0), Annulus(0.9)),
+    *(Polygon(blades, rotation) for blades, rotation in ((3, 0.2), (4, 0.0), (5, 1.0), (6, 0.3), (7, -2.0), (64, 0.0))),
+]
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_registered_shape_passes_the_check(name: str) -> None:
+    check_psf(name)
+    shape = shape_class(name)
+    assert shape.name == name
+    assert len(shape.description) > 10
+
+
+@pytest.mark.parametrize("shape", SOME, ids=str)
+def test_shapes_pass_the_check_with_other_parameters_and_are_read_back(shape: Psf) -> None:
+    check_psf(shape)
+    back = psf_from({"shape": shape.name, **shape.stated()})
+    assert back.stated() == shape.stated()
+    assert type(back) is type(shape)
+
+
+class Plain(Psf):
+    """A Gaussian of sd 1, without an edge response."""
+
+    def transfer(self, frequency, radius):
+        return gaussian_transfer(frequency, radius, 1.0)
+
+
+class Leaky(Plain):
+    def transfer(self, frequency, radius):
+        return 0.9 * super().transfer(frequency, radius)
+
+
+class Sloped(Plain):
+    def transfer(self, frequency, radius):
+        return super().transfer(frequency, np.asarray(radius) ** 1.2)
+
+
+class InFocusToo(Plain):
+    def transfer(self, frequency, radius):
+        return super().transfer(frequency, np.asarray(radius) + 0.2)
+
+
+class Unblurred(Plain):
+    def transfer(self, frequency, radius):
+        return 0.5 + 0.5 * super().transfer(frequency, radius)
+
+
+class Oval(Psf):
+    isotropic = True
+
+    def optical_transfer(self, frequency_y, frequency_x, radius):
+        return gaussian_transfer(np.hypot(frequency_y, 2 * np.asarray(frequency_x)), radius, 1.0)
+
+
+class Lopsided(Polygon):
+    symmetric = True
+
+    def optical_transfer(self, frequency_y, frequency_x, radius):
+        return Polygon(self.blades).optical_transfer(frequency_y, frequency_x, radius)
+
+
+class Mirrored(Plain):
+    isotropic = False
+
+    def optical_transfer(self, frequency_y, frequency_x, radius):
+        return self.transfer(np.hypot(frequency_y, frequency_x), radius) * np.exp(0.3j * np.abs(frequency_x))
+
+    def transfer(self, frequency, radius):
+        return gaussian_transfer(frequency, radius, 1.0)
+
+
+class Soft(Disc):
+    ends_sharply = False
+
+
+class Wide(Disc):
+    sd_per_radius = 0.6
+
+
+class Edge(Disc):
+    def edge_response(self, position, radius):
+        return super().edge_response(np.asarray(position) * 0.9, radius)
+
+
+class Flat(Plain):
+    def transfer(self, frequency, radius):
+        return np.ones(3)
+
+
+class Broken(Plain):
+    def transfer(self, frequency, radius):
+        raise KeyError("table")
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        (Leaky(), r"Leaky fails: the transfer is 0\.9 at frequency 0, but must be 1"),
+        (Sloped(), "derivative by the radius differs"),
+        (InFocusToo(), "at radius 0 the transfer differs from 1"),
+        (Unblurred(), r"at a radius of 1000 the transfer is still 0\.5"),
+        (Oval(), "states isotropic = True, but its transfer differs"),
+        (Lopsided(5), "states symmetric = True, but its transfer has an imaginary part"),
+        (Mirrored(), "not the conjugate of that at f"),
+        (Soft(), "states ends_sharply = False, but its transfer falls to -0"),
+        (Wide(), r"sd_per_radius is 0\.6, but by the transfer's curvature at 0 0\.5"),
+        (Edge(), "edge response differs from the integral of the point spread function"),
+        (Flat(), r"gives float64 of shape \(3,\), but numbers of shape \(5, 4, 2\)"),
+        (Broken(), "raises KeyError"),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, Psf) else "",
+)
+def test_the_check_names_what_is_wrong(shape: Psf, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        check_psf(shape)
+
+
+def test_a_shape_needs_a_transfer() -> None:
+    with pytest.raises(TypeError, match="abstract"):
+        Psf()
+    with pytest.raises(TypeError, match="Nothing gives neither `transfer`"):
+        type("Nothing", (Psf,), {})
+    assert {one.name for one in Plain().provides} == {"BY_RADIUS", "ISOTROPIC"}
+    with pytest.raises(InputError, match="Plain does not give its edge response"):
+        Plain().edge_response(0.0, 1.0)
+    assert Plain().sd_per_radius == pytest.approx(1, rel=1e-4)
+
+
+@pytest.mark.parametrize(("blades", "rotation"), [(3, 0.2), (5, 0.3), (6, 0.1)])
+def test_polygon_is_the_fourier_transform_of_a_drawn_polygon(blades: int, rotation: float) -> None:
+    """Drawn as the half planes of its sides, finely, the first corner at `rotation` from right towards down."""
+    side, fine = 512, 60
+    y, x = np.mgrid[:side, :side] - side // 2
+    reach = fine * np.sqrt(2 * np.pi / blades / np.sin(2 * np.pi / blades)) * np.cos(np.pi / blades)
+    drawn = np.ones((side, side))
+    for number in range(blades):
+        normal = rotation + np.pi / blades + 2 * np.pi * number / blades
+        drawn *= x * np.cos(normal) + y * np.sin(normal) <= reach
+    assert drawn.sum() == pytest.approx(np.pi * fine**2, rel=5e-3)  # of the disc's area
+    frequency = np.fft.fftfreq(side)
+    off = np.fft.fft2(np.fft.ifftshift(drawn / drawn.sum()))
+    off -= Polygon(blades, rotation).optical_transfer(frequency[:, None], frequency, fine)
+    assert np.abs(off[np.hypot(frequency[:, None], frequency) < 2.5 / fine]).max() < 4e-3
+
+
+def test_the_obstruction_is_taken_out_of_the_disc() -> None:
+    place = np.linspace(-1, 1, 801)
+    x, y = np.meshgrid(place, place)
+    away = np.hypot(x, y)
+    inside = (away <= 1) & (away >= 0.5)
+    assert Annulus(0.5).sd_per_radius == pytest.approx(np.sqrt(np.mean(x[inside] ** 2)), rel=3e-3)
+    assert Annulus(0.5).transfer(0.4, 1.0) == pytest.approx(np.mean(np.cos(2 * np.pi * 0.4 * x[inside])), abs=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (("pillbox",), "psf is 'pillbox', but must be one of disc, gaussian, blend, annulus, polygon"),
+        ((None,), "psf is None, but must be a Psf or one of disc"),
+        ((Disc,), r"psf is the class Disc, but must be a shape of it: give Disc\(\)"),
+        ((Disc(), 0.5), "k is given beside psf a disc, which has parameters of its own"),
+        (("gaussian", -1), "k is -1, but must be a positive number, sigma / disc radius"),
+    ],
+)
+def test_what_is_no_shape_is_refused_by_name(asked: tuple, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        psf_of(*asked)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Polygon(2), "blades is 2, but must be a whole number from 3 to 64"),
+        (lambda: Polygon(5.5), r"blades is 5\.5, but must be a whole number"),
+        (lambda: Annulus(1.0), r"obstruction is 1\.0, but must be a number from 0 to 0\.95"),
+        (lambda: Blend(float("nan")), "k is nan, but must be a positive number"),
+        (lambda: Polygon.of({"rotation_deg": 999}), "rotation_deg is 999, but must be a number from -360 to 360 deg"),
+        (lambda: psf_from({"shape": "polygon", "edges": 5}), "has no parameter 'edges': it has blades, rotation_deg"),
+        (lambda: psf_from({"blades": 5}), "psf has no shape"),
+    ],
+)
+def test_parameters_out_of_bounds_are_refused_by_name(make, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        make()
+
+
+def test_only_the_registry_knows_shapes_by_name() -> None:
+    """No room compares a name: a new shape would fall through there."""
+    package = Path(focalgradient.__file__).parent
+    rooms = ("calibration", "cli", "depth", "eye", "optics", "photographs", "psf", "render")
+    for file in [file for room in rooms for file in package.joinpath(room).rglob("*.py")]:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Compare):
+                values = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
+                assert not {*names()} & {one for one in values if isinstance(one, str)}, (file, node.lineno)

@@ -1,0 +1,148 @@
+"""docs/extending.md: the examples of a shape of blur and of optics, built from nothing in a temporary package."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient.calibration import Calibration
+from focalgradient.cli import main
+from focalgradient.depth import methods_for
+from focalgradient.photographs import Calibrated, camera_toml, load_camera
+from focalgradient.photographs.tables import Sensor
+from focalgradient.psf import check_psf, pixel_transfer, psf_of, registry
+
+PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+PIXEL = 3.2e-4
+
+
+def block(kind: str, mark: str) -> str:
+    (found,) = [text for name, text in BLOCKS if name == kind and mark in text]
+    return found
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The page's package, as an installer leaves it: its module, and the entry points of its pyproject.toml."""
+    project = tomllib.loads(block("toml", 'entry-points."focalgradient.psf"'))["project"]
+    place = tmp_path / "installed"
+    notes = place / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+    notes.mkdir(parents=True)
+    (place / "soft_bokeh.py").write_text(block("python", "class Apodised"), encoding="utf-8")
+    (notes / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    groups = project["entry-points"].items()
+    lines = [line for group, names in groups for line in (f"[{group}]", *(f"{n} = {at}" for n, at in names.items()))]
+    (notes / "entry_points.txt").write_text("\n".join(lines) + "\n")
+    monkeypatch.syspath_prepend(str(place))
+    registry._added.cache_clear()
+    yield place
+    sys.modules.pop("soft_bokeh", None)
+    registry._added.cache_clear()
+
+
+def walls(psf, lenses, distance: float = 1.3, side: int = 160) -> list[View]:
+    """A textured wall through `lenses`, beyond their focus, blurred by a shape."""
+    random = np.random.default_rng(3)
+    size = side + 96
+    y, x = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
+    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / np.maximum(np.hypot(y, x), 1 / size)
+    spectrum *= 0.1 / np.fft.irfft2(spectrum).std() * pixel_transfer(y, x)
+    found = []
+    for lens in lenses:
+        seen = np.fft.irfft2(spectrum * psf.optical_transfer(y, x, float(lens.blur_radius(distance)) / PIXEL))
+        image = 0.5 + seen[48:-48, 48:-48] + 0.003 * random.standard_normal((side, side))
+        found.append(View(image.astype(np.float32), lens, PIXEL))
+    return found
+
+
+LENSES = [Lens(0.025, number, 0.85) for number in (16, 5)]
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def test_the_shape_of_the_page_works_at_once_with_all_methods_that_can_use_it(package: Path) -> None:
+    from soft_bokeh import Apodised  # type: ignore[import-not-found]
+
+    for power in (0.1, 1.0, 2.0, 8.0):
+        check_psf(Apodised(power))
+    own = Apodised(power=2.0)
+    assert psf_of("apodised") == Apodised(1.0)
+    assert methods_for(own) == ["equalise", "spectra", "ratio", "autofocus"]
+    views = walls(own, LENSES)
+    for method in ("equalise", "spectra", "ratio"):
+        depth = recover_depth(views, psf=own, method=method, near=0.85)
+        assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.01)
+        assert (depth.details["psf"], depth.details["psf_parameters"]) == ("apodised", {"power": 2.0})
+    with pytest.raises(
+        InputError, match=r"'edges' needs the edge response, which apodised does not give: use method '"
+    ):
+        recover_depth(views, psf=own, method="edges", near=0.85)
+
+
+def test_the_commands_find_it_by_name(package: Path, tmp_path: Path) -> None:
+    views = walls(psf_of("apodised"), LENSES, side=128)
+    for number, view in enumerate(views):
+        np.save(tmp_path / f"{number}.npy", view.image)
+    cv2.imwrite(str(tmp_path / "picture.png"), np.random.default_rng(0).integers(0, 255, (48, 64), np.uint8))
+    np.save(tmp_path / "distance.npy", np.full((48, 64), 1.2))
+    shots = "".join(
+        f'[[view]]\nimage = "{n}.npy"\nf_number = {f}\nfocus_distance_m = 0.85\n' for n, f in ((0, 16), (1, 5))
+    )
+    pitch = PIXEL * LENSES[0].sensor_distance * 1e6
+    (tmp_path / "views.toml").write_text(f"[camera]\nfocal_length_mm = 25.0\npixel_pitch_um = {pitch}\n{shots}")
+    lines = block("sh", "--psf apodised").replace("demo/", f"{tmp_path}/").strip().splitlines()
+    for line, name in zip(lines, ("soft", "soft-depth"), strict=True):
+        program, *words = shlex.split(line)
+        assert program == "focalgradient"
+        words[words.index("--out") + 1] = str(tmp_path / name)
+        result = run(*words, *(["--near", 0.85] if words[0] == "depth" else []))
+        assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "soft-depth" / "summary.json").read_text())
+    assert summary["settings"]["psf_parameters"] == {"power": 2.0}
+    assert json.loads((tmp_path / "soft" / "summary.json").read_text())["settings"]["psf"] == "apodised"
+    assert "--power X" in run("depth", "--help").stdout
+    refused = run("depth", tmp_path / "views.toml", "--out", tmp_path / "no", "--psf", "apodised", "--power", 9)
+    assert refused.exit_code == 2
+    assert "--power is 9.0, but must be a number from 0.1 to 8" in refused.output
+
+
+def test_a_calibrated_camera_keeps_it(package: Path, tmp_path: Path) -> None:
+    camera = Calibration(0.025, 8e-6, 0.4, 0.0, 0.0, {4.0: 4.1}, {None: 1.0}, 0.01, np.eye(5) * 1e-6, np.ones(5))
+    for name in ("apodised", "polygon", "blend", "disc"):
+        kept = Calibrated(sensor=Sensor(focal_length_mm=25.0, pixel_pitch_um=8.0), calibration=camera)
+        kept = kept.model_copy(update={"calibration": type(camera)(**{**vars_of(camera), "psf": psf_of(name)})})
+        (tmp_path / "camera.toml").write_text(camera_toml(kept))
+        assert load_camera(tmp_path / "camera.toml").calibration.psf == psf_of(name)
+
+
+def vars_of(camera: Calibration) -> dict[str, object]:
+    return {name: getattr(camera, name) for name in camera.__dataclass_fields__}
+
+
+def test_a_package_that_cannot_be_loaded_is_named(package: Path) -> None:
+    (package / "soft_bokeh.py").write_text("import no_such_module\n")
+    with pytest.raises(
+        InputError, match=r"psf 'apodised' of package soft-bokeh cannot be loaded \(ModuleNotFoundError"
+    ):
+        psf_of("apodised")
+
+
+def test_the_optics_of_the_page_give_both_sides(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(block("python", "class DualPixel"), str(PAGE), "exec", dont_inherit=True), {"__name__": "page"})
+    said = capsys.readouterr().out
+    assert said.splitlines() == ["0.9 estimated from the views", "1.3 estimated from the views"]
+    for line in said.splitlines():
+        assert f"`{line}`" in PAGE.read_text(encoding="utf-8")
