@@ -28,7 +28,8 @@ class Browser:
         assert CHROMIUM is not None
         its_input, ours = os.pipe()
         mine, its_output = os.pipe()
-        command = [CHROMIUM, "--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu"]
+        command = [CHROMIUM, "--headless=new", "--remote-debugging-pipe", "--no-sandbox"]
+        command += ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # WebGL by software
         command += [f"--user-data-dir={profile}", "--no-first-run", "--disable-background-networking", "about:blank"]
         # Chromium reads from 3 and writes to 4.
         shell = ["bash", "-c", f'exec "$@" 3<&{its_input} 4>&{its_output}', "bash", *command]

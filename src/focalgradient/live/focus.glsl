@@ -11,6 +11,22 @@ uniform float place;            // plane in focus: 1.25 is a quarter of the way 
 #ifndef SRGB
 uniform vec3 gamma;             // exponent of light over value for each gun
 #endif
+#ifdef LAMP
+uniform vec2 size;              // width and height of the picture in pixels
+uniform vec4 lamp;              // a disc of light: column and row of its middle, radius in pixels, light on each pixel
+
+// Share of this pixel that the disc covers, its spread and the pixel's own being that of a disc of the radius.
+float covered() {
+    float radius = sqrt(max(lamp.z * lamp.z - 1.0 / 3.0, 0.25));
+    vec2 from = where * size - lamp.xy - 0.5;
+    float inside = 0.0;
+    for (int n = 0; n < 64; n++) {
+        vec2 part = (vec2(float(n - 8 * (n / 8)), float(n / 8)) + 0.5) / 8.0 - 0.5;
+        inside += step(length(from + part), radius) / 64.0;
+    }
+    return inside;
+}
+#endif
 
 vec3 encoded(vec3 light) {
     vec3 seen = clamp(light, 0.0, 1.0);
@@ -30,5 +46,9 @@ void main() {
     float below = min(floor(at), max(last - 1.0, 0.0));
     vec3 far = LAYER(planes, vec3(where, below)).rgb;
     vec3 near = LAYER(planes, vec3(where, min(below + 1.0, last))).rgb;
-    SHOWN = vec4(encoded(mix(far, near, at - below) / gain), 1.0);
+    vec3 light = mix(far, near, at - below) / gain;
+#ifdef LAMP
+    if (lamp.w > 0.0) light += lamp.w * covered();
+#endif
+    SHOWN = vec4(encoded(light), 1.0);
 }

@@ -39,7 +39,7 @@ out vec4 shown;
 """
 
 
-def fragment_shader(dialect: Dialect, *, srgb: bool, varies: bool) -> str:
+def fragment_shader(dialect: Dialect, *, srgb: bool, varies: bool, lamp: bool = False) -> str:
     """Return the source of the fragment shader.
 
     Parameters
@@ -50,13 +50,15 @@ def fragment_shader(dialect: Dialect, *, srgb: bool, varies: bool) -> str:
         Whether the display's encoding is sRGB; else each gun has an exponent, the uniform ``gamma``.
     varies
         Whether focus varies over the picture, by the texture ``places``; else it is the uniform ``place``.
+    lamp
+        Whether a disc of light, the uniform ``lamp``, is added.
 
     Examples
     --------
     >>> fragment_shader(Dialect.PAGE, srgb=True, varies=False).splitlines()[0]
     '#version 300 es'
     """
-    chosen = [name for name, wanted in (("SRGB", srgb), ("VARIES", varies)) if wanted]
+    chosen = [name for name, wanted in (("SRGB", srgb), ("VARIES", varies), ("LAMP", lamp)) if wanted]
     defined = "".join(f"#define {name}\n" for name in chosen)
     return dialect.value + defined + files("focalgradient.live").joinpath("focus.glsl").read_text(encoding="utf-8")
 

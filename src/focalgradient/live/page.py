@@ -1,0 +1,85 @@
+"""A focus series for a page of a browser: the planes packed as text, the shaders, and the script that draws."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from focalgradient.live.series import FocusSeries
+from focalgradient.live.shader import Dialect, fragment_shader, texels_of
+
+__all__ = ["packed", "page_script", "page_shaders"]
+
+CORNERS = """#version 300 es
+in vec2 corner;
+out vec2 where;
+void main() {
+    gl_Position = vec4(corner, 0.0, 1.0);
+    where = vec2(0.5, -0.5) * corner + 0.5;
+}
+"""
+
+
+def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
+    """Return a series as the script's ``FocusView.load`` takes it, for JSON.
+
+    Parameters
+    ----------
+    series
+        The series.
+    srgb
+        Whether the display's encoding is sRGB; else light is kept in 16 bits.
+
+    Returns
+    -------
+    dict
+        Size, vergences of the planes in dioptres, bits and gain of their numbers, and as text the first plane and the
+        difference of each from the last, compressed.
+
+    Examples
+    --------
+    >>> flat = FocusSeries((0.0,), (np.full((1, 2), 0.5, np.float16),), np.ones((1, 2)), np.zeros((0, 2)))
+    >>> found = packed(flat)
+    >>> found["width"], found["height"], found["bits"], found["gain"]
+    (2, 1, 8, 1.0)
+    """
+    texels = texels_of(series, srgb=srgb)
+    numbers = texels.values if texels.values.dtype == np.uint8 else texels.values.view(np.uint16)
+    planar = np.moveaxis(numbers[..., :3], -1, 1)
+    with np.errstate(over="ignore"):
+        steps = np.concatenate([planar[:1], planar[1:] - planar[:-1]])  # modulo 256 or 65536, as they are added again
+    height, width = series.distance.shape
+    return {
+        "width": width,
+        "height": height,
+        "vergences": list(series.vergences),
+        "bits": 8 * numbers.itemsize,
+        "gain": texels.gain,
+        "data": base64.b64encode(zlib.compress(steps.astype(steps.dtype.newbyteorder("<")).tobytes(), 9)).decode(),
+    }
+
+
+def page_shaders() -> dict[str, str]:
+    """Return the sources of the shaders that ``FocusView`` takes, by name.
+
+    >>> sorted(page_shaders())
+    ['corners', 'gamma', 'gamma_varies', 'srgb', 'srgb_varies']
+    """
+    made = {"corners": CORNERS}
+    for name, srgb in (("srgb", True), ("gamma", False)):
+        for end, varies in (("", False), ("_varies", True)):
+            made[name + end] = fragment_shader(Dialect.PAGE, srgb=srgb, varies=varies, lamp=True)
+    return made
+
+
+def page_script() -> str:
+    """Return the source of ``FocusView``, a class of JavaScript.
+
+    >>> "class FocusView" in page_script()
+    True
+    """
+    return files("focalgradient.live").joinpath("focus.js").read_text(encoding="utf-8")
