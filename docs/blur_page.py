@@ -13,6 +13,7 @@ import base64
 import json
 import math
 import sys
+import warnings
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,57 +24,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient import Lens
-from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import read_text, write_whole
+from focalgradient.live import FocusSeries, packed, page_script, page_shaders
 from focalgradient.photographs import read_distances, read_picture
 from focalgradient.render import render
-from focalgradient.render.hidden import NOTHING, complete, nearest_behind
 from focalgradient.scenes import naturalistic
 
 PARTS = Path(__file__).parent / "blur_page"
 
 WIDTH = 480
-"""Pixels: two cores of 2020 then draw 30 frames a second without a graphics card."""
+"""Pixels: a page of some megabytes."""
 
 FOCAL_LENGTH = 0.050
-STOPS = [
-    1.4,
-    1.6,
-    1.8,
-    2,
-    2.2,
-    2.5,
-    2.8,
-    3.2,
-    3.6,
-    4,
-    4.5,
-    5,
-    5.6,
-    6.3,
-    7.1,
-    8,
-    9,
-    10,
-    11,
-    13,
-    14,
-    16,
-    18,
-    20,
-    22,
-    25,
-    29,
-    32,
-]
-"""f-numbers in thirds of a stop."""
+STOPS = [1.4, 2, 2.8, 4, 5.6, 8, 11, 16, 22, 32]
+"""Whole f-numbers: the first whose blur is within `LARGEST`, and every second after it, are shown."""
 
-LARGEST = 16.0
-"""Radius in pixels of the largest blur: wider apertures are left out."""
+LARGEST, SMALLEST, MOST = 8.0, 0.5, 3
+"""Radius in pixels of the largest blur, at the widest aperture and at the narrowest, and number of apertures."""
 
-LAYERS = 10
-"""Surfaces that are distinguished."""
+ERROR = (0.5, 5.0)
+"""Error of mixing two planes of focus, in steps of 8 bits: bound of the median pixel, and of the worst one."""
 
 NEAR_QUANTILE = 0.9
 """Of the vergences, which is in focus at first: something near."""
@@ -108,24 +79,27 @@ def page(
     low, high = float(vergence.min()), float(vergence.max())
     if not high > low:
         raise InputError("the picture lies in one plane, but the page wants things at several distances.")
-    stops = [stop for stop in STOPS if focal_length / stop / 2 * (high - low) / pixel_angle <= LARGEST] or STOPS[-1:]
-    scale = focal_length / stops[0] / 2 / pixel_angle
-    # Focus beyond all of the scene, so that hidden points are completed for every focus within it.
-    focus = scale * (low - (high - low) / 2)
-    wide, pixels = light.astype(np.float32), (scale * vergence).astype(np.float32)
-    hidden, behind = complete(wide, pixels, focus)
-    row, column = nearest_behind(pixels, np.float32(focus))
-    i, j = np.indices(vergence.shape)
-    away = np.where(row < 0, 255, np.minimum(np.hypot(row - i, column - j), 255)).astype(np.uint8)
+    reach = {stop: focal_length / stop / 2 * (high - low) / pixel_angle for stop in STOPS}
+    widest = next((number for number, stop in enumerate(STOPS) if reach[stop] <= LARGEST), len(STOPS) - 1)
+    stops = [stop for stop in STOPS[widest::2] if stop == STOPS[widest] or reach[stop] >= SMALLEST][:MOST]
+    beyond = 0.1 * (high - low)
+    sharp = np.clip(light, 0, 1)
+    with warnings.catch_warnings():  # the page states the error itself
+        warnings.simplefilter("ignore", FocalGradientWarning)
+        series = [
+            FocusSeries.of(
+                sharp,
+                metres,
+                Lens(focal_length, stop, 1 / high),
+                pixel_angle=pixel_angle,
+                focus=(max(low - beyond, 0.0), high + beyond),
+                median_error=ERROR[0],
+                largest_error=ERROR[1],
+            )
+            for stop in stops
+        ]
     height, width = vergence.shape
-    packed: list[NDArray[Any]] = [
-        _bytes_of(light),
-        _levels(vergence, low, high, np.ones(vergence.shape, bool)),
-        _bytes_of(hidden),
-        _levels(behind / scale, low, high, behind > NOTHING),
-        away,
-    ]
-    place = _lamp(light, vergence)
+    levels = np.rint(65535 * (vergence - low) / (high - low)).astype("<u2")
     facts = {
         "w": width,
         "h": height,
@@ -134,25 +108,21 @@ def page(
         "pixelAngle": pixel_angle,
         "focalLength": focal_length,
         "stops": stops,
-        "layers": LAYERS,
-        "lamp": place,
+        "lamp": _lamp(sharp, vergence),
         "focus": float(np.quantile(vergence, NEAR_QUANTILE)),
-        "data": base64.b64encode(zlib.compress(b"".join(part.tobytes() for part in packed), 9)).decode(),
+        "depth": base64.b64encode(zlib.compress(levels.tobytes(), 9)).decode(),
+        "series": [packed(one) for one in series],
+        "shaders": page_shaders(),
     }
     made = read_text(PARTS / "page.html", "the page's frame")
-    for name in ("style.css", "engine.js", "page.js"):
-        made = made.replace(f"/*{name}*/", read_text(PARTS / name, "a part of the page"))
-    return made.replace("/*facts*/", json.dumps(facts)).replace("LAYERS", str(LAYERS)).replace("SOURCE", source)
-
-
-def _bytes_of(light: NDArray[np.floating]) -> NDArray[np.uint8]:
-    return Display().encode(np.clip(light, 0, 1))
-
-
-def _levels(vergence: NDArray[np.floating], low: float, high: float, there: NDArray[np.bool_]) -> NDArray[np.uint16]:
-    """Vergence as 1 to 65535 from `low` to `high`; 0 where there is nothing."""
-    level = 1 + np.rint(65534 * np.clip((vergence - low) / (high - low), 0, 1))
-    return np.where(there, level, 0).astype("<u2")
+    parts = {name: read_text(PARTS / name, "a part of the page") for name in ("style.css", "page.js")}
+    for name, part in {**parts, "focus.js": page_script()}.items():
+        made = made.replace(f"/*{name}*/", part)
+    worst = max(one.error[1] for one in series)
+    error = (
+        f"{max(one.error[0] for one in series):.1f} steps of 8 bits in the median pixel and {worst:.0f} in the worst"
+    )
+    return made.replace("/*facts*/", json.dumps(facts)).replace("ERROR", error).replace("SOURCE", source)
 
 
 def _lamp(light: NDArray[np.floating], vergence: NDArray[np.floating]) -> list[int]:

@@ -18,6 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from focalgradient import Lens
+from focalgradient.display import Display
 from focalgradient.paper import paper_distance
 from focalgradient.photographs import srgb_to_linear
 from focalgradient.render import blur_picture
@@ -54,7 +55,7 @@ def picture() -> tuple[NDArray[np.float32], NDArray[np.float64]]:
         light[part] = np.clip(light[part] * 0.7 + np.float32(0.3) * np.float32(colour), 0, 0.9)
     light[30:60, 20:70] = 0.05  # a dark place, far away, where the point of light is seen alone
     # What the page holds: 8 bits.
-    return np.asarray(srgb_to_linear(builder()._bytes_of(light) / 255), np.float32), metres
+    return np.asarray(srgb_to_linear(Display().encode(light) / 255), np.float32), metres
 
 
 @pytest.fixture(scope="module")
@@ -101,11 +102,11 @@ def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Br
     optics = lens(chromium, focus)
     expected = blur_picture(light, metres, optics, pixel_angle=ANGLE)
     error = canvas(chromium) - expected
-    assert optics.blur_radius(metres).max() / ANGLE > 5
+    assert optics.blur_radius(metres).max() / ANGLE > 3
     rms, mean = np.sqrt((error**2).mean()) / expected.mean(), error.mean() / expected.mean()
     print(f"against blur: RMS {rms:.2%} and mean {mean:.2%} of the mean light")
-    assert rms < 0.02
-    assert abs(mean) < 0.005
+    assert rms < 0.015
+    assert abs(mean) < 0.002
 
 
 @pytest.mark.parametrize(("distance", "focus"), [(0.75, 1.0), (3.0, 1.0), (3.0, 1.4), (1.2, 0.3)])
@@ -113,7 +114,7 @@ def test_the_disc_of_the_point_of_light_has_the_radius_of_eq_1(
     shown: tuple[browser.Browser, Path], distance: float, focus: float
 ) -> None:
     chromium = opened(shown)
-    where = {"x": 45, "y": 45, "stop": 2, "focus": focus, "vergence": 1 / distance}
+    where = {"x": 45, "y": 45, "stop": 0, "focus": focus, "vergence": 1 / distance}
     settle(chromium, **where, lamp=False)
     without = canvas(chromium)
     settle(chromium, **where, lamp=True)

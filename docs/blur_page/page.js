@@ -1,8 +1,7 @@
 "use strict";
-/* Sliders, the point of light, and the workers that draw. `window.blurPage` tells what is shown, for tests. */
+/* Sliders and the point of light. `window.blurPage` tells what is shown, for tests. */
 const $ = id => document.getElementById(id);
-const { w, h, low, high, pixelAngle, focalLength: F, stops, layers } = FACTS;
-const FRAME = 1000 / 30, STILL = 200;  // ms: the longest frame, and how long nothing moved when it is drawn in full
+const { w, h, low, high, pixelAngle, focalLength: F, stops } = FACTS;
 const GLOW = 0.35;                     // light on each pixel of the point's disc, in shares of white
 
 /* --- What is shown ---------------------------------------------------------------------------------------------- */
@@ -15,12 +14,6 @@ const radius = (v = state.vergence) => F / stops[state.stop] / 2 * Math.abs(v - 
 const metres = v => v < 1e-4 ? "infinity" : 1 / v < 100 ? `${(1 / v).toPrecision(3)} m` : `${Math.round(1 / v)} m`;
 const both = v => `${metres(v)} (${v.toFixed(2)} D)`;
 let vergences;  // of every pixel, once unpacked
-
-function settings(divide) {
-  const scale = F / stops[state.stop] / 2 / pixelAngle / divide;
-  const lamp = state.lamp && { x: Math.floor(state.x / divide), y: Math.floor(state.y / divide), vergence: state.vergence, light: GLOW };
-  return { scale, focus: state.focus, lamp: lamp || null };
-}
 
 function tell() {
   const diameter = F / stops[state.stop], v0 = F / (1 - F * state.focus), f = 2 * stops[state.stop], angle = radius();
@@ -67,92 +60,39 @@ function graph() {
 
 /* --- Drawing ---------------------------------------------------------------------------------------------------- */
 
-const canvas = $("picture"), context = canvas.getContext("2d");
+const canvas = $("picture");
 canvas.width = w; canvas.height = h;
 $("over").setAttribute("viewBox", `0 0 ${w} ${h}`);
-let workers = [], waiting = 0, bands = [], divide = 1, full = 0, slow = false, wanted = true, moved = 0, began = 0, frames = [], drawn = 0;
+let view, series = [], wanted = true, frames = [], drawn = 0;
 
-function change() { wanted = true; moved = performance.now(); tell(); }
+function change() { wanted = true; tell(); }
 
 function next(now) {
   if (sweeping) {
     state.focus = (low + high) / 2 + span / 2 * Math.sin((now - sweeping) / 700);
     change();
   }
-  const still = now - moved > STILL && !sweeping;
-  if (!waiting && workers.length && (wanted || still && divide > 1)) {
-    divide = slow && !still ? 2 : 1;
-    wanted = false; began = now; bands = []; waiting = workers.length;
-    for (const worker of workers) worker.postMessage({ settings: settings(divide), divide });
+  if (wanted && series[state.stop]) {
+    wanted = false;
+    const lamp = state.lamp && { x: state.x, y: state.y, radius: radius() / pixelAngle, light: GLOW };
+    view.draw(series[state.stop], state.focus, lamp || null);
+    frames = frames.filter(one => now - one < 1000).concat(now);
+    drawn += 1;
+    const rate = frames.length > 1 ? (frames.length - 1) / (now - frames[0]) * 1000 : 0;
+    $("speed").textContent = sweeping && rate ? `${rate.toFixed(0)} frames a second.` : "Drawn by WebGL, one draw a frame.";
+    window.blurPage.last = { rate };
   }
   requestAnimationFrame(next);
 }
 
-function arrived({ data }) {
-  bands.push(data);
-  if (--waiting) return;
-  const time = performance.now();
-  for (const band of bands) {
-    const part = new ImageData(band.pixels, band.w);
-    if (divide === 1) context.putImageData(part, 0, band.from);
-    else small.getContext("2d").putImageData(part, 0, band.from);
-  }
-  if (divide > 1) context.drawImage(small, 0, 0, w, h);
-  const worked = Math.max(...bands.map(band => band.worked));
-  if (divide === 1) { full = full ? 0.7 * full + 0.3 * worked : worked; slow = full > FRAME - 4; }
-  else if (worked * 8 < FRAME) slow = false;
-  frames = frames.filter(one => time - one < 1000).concat(time);
-  drawn += 1;
-  const rate = frames.length > 1 ? (frames.length - 1) / (time - frames[0]) * 1000 : 0;
-  const size = divide > 1 ? ", at half the size while it moves" : "";
-  $("speed").textContent = `A frame took ${worked.toFixed(0)} ms on ${workers.length} ${workers.length > 1 ? "cores" : "core"}` +
-    (sweeping && rate ? `; ${rate.toFixed(0)} frames a second${size}.` : `${size}.`);
-  window.blurPage.last = { worked, rate, divide };
-}
-
-const small = document.createElement("canvas");
-small.width = w >> 1; small.height = h >> 1;
-
-async function unpacked() {
-  const packed = Uint8Array.from(atob(FACTS.data), c => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const bytes = new Uint8Array(await new Response(stream).arrayBuffer()), n = w * h;
-  const linear = Float32Array.from({ length: 256 }, (_, i) => i / 255 <= 0.04045 ? i / 255 / 12.92 : ((i / 255 + 0.055) / 1.055) ** 2.4);
-  const lights = from => Float32Array.from(bytes.subarray(from, from + 3 * n), level => linear[level]);
-  const depths = from => Float32Array.from({ length: n }, (_, i) => {
-    const level = bytes[from + 2 * i] + 256 * bytes[from + 2 * i + 1];
-    return level ? low + span * (level - 1) / 65534 : -1;
-  });
-  return { w, h, light: lights(0), vergence: depths(3 * n), hidden: lights(5 * n), behind: depths(8 * n), away: bytes.slice(10 * n) };
-}
-
-function workerCode() {
-  let engines;
-  onmessage = ({ data }) => {
-    if (data.scene) {
-      const engineOf = scene => ({ draw: makeEngine(scene, data.layers), h: scene.h, w: scene.w });
-      engines = [engineOf(data.scene), engineOf(halved(data.scene, data.near))].map(one => ({ ...one,
-        from: Math.round(one.h * data.share[0]), to: Math.round(one.h * data.share[1]) }));
-      return;
-    }
-    const { draw, w, from, to } = engines[data.divide - 1], start = performance.now(), pixels = draw(data.settings, from, to);
-    postMessage({ pixels, w, from, worked: performance.now() - start }, [pixels.buffer]);
-  };
-}
-
 async function begin() {
-  const scene = await unpacked(), code = `${$("engine").textContent}\n(${workerCode})();`;
-  vergences = scene.vergence;
+  const packed = Uint8Array.from(atob(FACTS.depth), c => c.charCodeAt(0));
+  const bytes = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+  vergences = Float32Array.from(new Uint16Array(bytes), level => low + span * level / 65535);
   goTo(state.x, state.y);
-  const count = Math.max(1, Math.min(8, navigator.hardwareConcurrency || 1)), url = URL.createObjectURL(new Blob([code]));
-  // Two layers apart at the widest aperture.
-  const near = 2 * span / layers;
-  workers = Array.from({ length: count }, (_, n) => {
-    const worker = new Worker(url);
-    worker.onmessage = arrived;
-    worker.postMessage({ scene, layers, near, share: [n / count, (n + 1) / count] });
-    return worker;
-  });
+  view = new FocusView(canvas, FACTS.shaders);
+  for (const [number, one] of FACTS.series.entries()) series[number] = await view.load(one);
+  change();
 }
 
 /* --- Controls --------------------------------------------------------------------------------------------------- */
@@ -186,8 +126,7 @@ canvas.onkeydown = event => {
   else return;
   event.preventDefault();
 };
-window.blurPage = { state, change, stops, drawn: () => drawn, settled: () => !waiting && !wanted && divide === 1 && drawn > 0 };
-state.stop = Math.min(3, stops.length - 1);
+window.blurPage = { state, change, stops, drawn: () => drawn, settled: () => !wanted && drawn > 0 && series.length === stops.length };
 change();
 begin().catch(error => { $("speed").textContent = `This browser cannot draw it: ${error.message}`; });
 requestAnimationFrame(next);

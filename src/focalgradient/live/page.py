@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.live.series import FocusSeries
 from focalgradient.live.shader import Dialect, fragment_shader, texels_of
@@ -48,7 +49,7 @@ def packed(series: FocusSeries, *, srgb: bool = True) -> dict[str, Any]:
     (2, 1, 8, 1.0)
     """
     texels = texels_of(series, srgb=srgb)
-    numbers = texels.values if texels.values.dtype == np.uint8 else texels.values.view(np.uint16)
+    numbers: NDArray[Any] = texels.values if texels.values.dtype == np.uint8 else texels.values.view(np.uint16)
     planar = np.moveaxis(numbers[..., :3], -1, 1)
     with np.errstate(over="ignore"):
         steps = np.concatenate([planar[:1], planar[1:] - planar[:-1]])  # modulo 256 or 65536, as they are added again

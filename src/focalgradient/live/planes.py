@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,6 +13,15 @@ from numpy.typing import NDArray
 from focalgradient.srgb import linear_to_srgb
 
 __all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
+
+LESS, IN_VAIN = 0.8, 2
+"""Share of the error to which halving an interval must bring it, and how often it may fail to before the picture is
+taken to jump there: a smooth picture's error falls to 0.25, at a kink to 0.5, so that after two failures what is smooth
+errs by less than a tenth of the jump."""
+
+FINE = 16
+"""Smallest steps in an interval up to which that holds: half a pixel of blur. In longer ones a surface may come into
+focus unseen, and the error rise when they are halved."""
 
 Picture = NDArray[np.floating]
 
@@ -84,7 +94,7 @@ def choose(
     ends
         Vergence of the farthest and of the nearest plane, in dioptres.
     bound
-        Where a mixture exceeds it, the plane halfway is taken too.
+        Where a mixture exceeds it, the plane halfway is taken too, unless that does not lessen the error.
     accepted
         Called with the vergence of each plane as it is taken, from far to near, and with the one halfway to it from the
         last, which is not a plane.
@@ -101,14 +111,17 @@ def choose(
     if not high > low:
         return Chosen((low,), np.zeros((0, 2)))
     vergences, errors = [low], []
-    waiting = [(low, high)]  # the farthest last
+    waiting = [
+        (low, high, math.inf, 0)
+    ]  # the farthest last; with the error of twice the interval, and halvings in vain
     while waiting:
-        far, near = waiting.pop()
+        far, near, before, vain = waiting.pop()
         middle = (far + near) / 2
         median, largest = bound.errors(picture, far, near)
         within = median <= bound.median and largest <= bound.largest
-        if not within and near - far >= 2 * bound.smallest_step:
-            waiting += [(middle, near), (far, middle)]
+        vain = vain + 1 if near - far <= FINE * bound.smallest_step and largest > LESS * before else 0
+        if not within and vain < IN_VAIN and near - far >= 2 * bound.smallest_step:
+            waiting += [(middle, near, largest, vain), (far, middle, largest, vain)]
             continue
         vergences.append(near)
         errors.append((median, largest))

@@ -113,7 +113,7 @@ class FocusSeries:
         Warns
         -----
         FocalGradientWarning
-            If the bound is exceeded between planes that lie a thirty-second of a pixel of blur apart.
+            If the bound is exceeded where the blurred picture itself jumps as focus changes.
 
         Notes
         -----
@@ -163,8 +163,8 @@ class FocusSeries:
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
             warnings.warn(
                 f"mixing two planes of focus errs by up to {made.error[1]:.1f} steps of 8 bits (median "
-                f"{made.error[0]:.2f}) though they are a thirty-second of a pixel of blur apart: the picture itself "
-                "jumps there as focus changes.",
+                f"{made.error[0]:.2f}) in {made._beyond(largest_error):.0%} of the range of focus: the "
+                "picture itself jumps there as focus changes, however near the planes are.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -281,6 +281,11 @@ class FocusSeries:
     def error(self) -> tuple[float, float]:
         """Largest median and largest single error of mixing, in 8-bit steps; NaN where it was not measured."""
         return (float(self.errors[:, 0].max()), float(self.errors[:, 1].max())) if len(self.errors) else (0.0, 0.0)
+
+    def _beyond(self, bound: float) -> float:
+        """Share of the range of focus between planes whose mixture errs by more than the bound, in 8-bit steps."""
+        apart = np.diff(self.vergences)
+        return float(apart[self.errors[:, 1] > bound].sum() / apart.sum())
 
     @property
     def within_white(self) -> bool:
