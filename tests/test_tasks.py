@@ -17,6 +17,7 @@ from focalgradient.design import Plan, Trial, check_design, design_text
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS
 from focalgradient.tasks import Column, Response, Task, is_task, register, task_named, task_names
+from focalgradient.tasks.registry import FILES
 
 OURS = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole", "blur-threshold": "blurthreshold"}
 
@@ -177,4 +178,38 @@ def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path
     done = command(tmp_path, "simulate", "edgeblur", "--observers", 1, "--seed", 1, "--out", tmp_path / "data")
     assert done.returncode == 2
     assert "'edgeblur' is not one of 'depth-rating', 'necker', 'blur-threshold'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (installed / "edge_blur.py").read_text()
+    file = tmp_path / "mine.py"
+    file.write_text(
+        text.replace("import Task", "import Task, register").replace("class EdgeBlur", "@register\nclass EdgeBlur")
+    )
+    data = tmp_path / "data"
+    done = command(tmp_path, "simulate", file, "--observers", 2, "--seed", 1, "--out", data, "--workers", 2)
+    assert done.returncode == 0, done.stderr
+    monkeypatch.setenv(FILES, str(file))
+    done = command(tmp_path, "validate", data)
+    assert done.returncode == 0, done.stdout
+    done = command(tmp_path, "run", file, "--print-design")
+    assert done.stdout.startswith('# Blur of an edge, as it looks\ntask = "edgeblur"\n')
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "registers 0 tasks, but must register one"),
+        ("x = 1 / 0", "cannot be run (ZeroDivisionError"),
+        (None, "is not there: give the Python file"),
+    ],
+)
+def test_a_file_without_a_task_is_refused_in_a_sentence(text, sentence: str, tmp_path: Path) -> None:
+    file = tmp_path / f"wrong_{len(sentence)}.py"
+    if text is not None:
+        file.write_text(text)
+    done = command(tmp_path, "run", file, "--pilot")
+    assert done.returncode == 2
+    assert sentence in done.stderr
     assert "Traceback" not in done.stderr

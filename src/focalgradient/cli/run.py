@@ -20,6 +20,8 @@ GAZE = "gaze-focus"
 def run(context: click.Context, words: tuple[str, ...]) -> None:
     """Run EXPERIMENT (depth-rating, necker, pinhole or blur-threshold) with a person, in PsychoPy (extra lab).
 
+    A task of your own is EXPERIMENT by its name, if its package is installed, or by its Python file.
+
     Or show a focus series by where one looks (gaze-focus; eye trackers need the extra gaze).
 
     What is answered is on the disk before the next trial begins. Exit code 1: stopped before the end; the same command
@@ -31,6 +33,7 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
       focalgradient run necker --participant 01 --monitor lab --data data
       focalgradient run necker --print-design > mine.toml
       focalgradient run blur-threshold --participant 01 --stimuli pictures
+      focalgradient run my_task.py --pilot
       focalgradient run gaze-focus --series blurred --gaze mouse --windowed
       focalgradient run necker --help
     """  # noqa: D301  click's mark against rewrapping is a real backspace
@@ -40,6 +43,8 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
         return
     from focalgradient.tasks import task_named, task_names
 
+    if name.endswith(".py"):
+        name = task_named(name).called
     names = [task_named(label).called for label in task_names()]
     if name not in (*names, GAZE):
         raise click.UsageError(f"EXPERIMENT is {name!r}, but must be one of {', '.join((*names, GAZE))}", context)

@@ -87,6 +87,8 @@ def simulate(
       focalgradient simulate depth-rating --observers 20 --seed 1 --stimuli pictures --out simulated
       focalgradient simulate blur-threshold --observers 8 --seed 1 --out thresholds
     """  # noqa: D301  click's mark against rewrapping is a real backspace
+    if experiment.endswith(".py"):
+        experiment = task_named(experiment).called
     known = [task.called for task in map(task_named, task_names()) if task.simulates]
     if experiment not in known:
         raise click.UsageError(f"{experiment!r} is not one of {', '.join(map(repr, known))}.")

@@ -286,7 +286,8 @@ def trial_files(
     if isinstance(result, ComparisonResult):
         tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
         tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
-        files["headline_comparisons.R"] = (_with_fewest(COMPARED) + _found(tests)).encode()
+        script = COMPARED if result.analysis.alike is not None else _without_largest(COMPARED)
+        files["headline_comparisons.R"] = (_with_fewest(script) + _found(tests)).encode()
     if result is not None and not result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
     if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
@@ -303,6 +304,14 @@ def trial_files(
         files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
     return files
+
+
+def _without_largest(script: str) -> str:
+    """The script without the comparisons at the largest aperture, for answers of which none means alike."""
+    start = script.index("  e <- e[e$aperture_mm == max(e$aperture_mm), ]\n")
+    end = script.index("}\n", script.index("  largest <- rbind"))
+    lines = (script[:start] + script[end:]).splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("largest$")).replace("crossed_largest", "NULL")
 
 
 def _with_fewest(script: str) -> str:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import os
 import re
+import sys
 from collections.abc import Mapping
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any, TypeVar
 
 from focalgradient.errors import InputError, described
 from focalgradient.tasks.base import Task
 
-__all__ = ["GROUP", "OURS", "is_task", "register", "task_named", "task_names"]
+__all__ = ["FILES", "GROUP", "OURS", "is_task", "load_file", "register", "task_named", "task_names"]
 
 GROUP = "focalgradient.tasks"
 """Group of entry points by which an installed package declares tasks: name of the task = "module:Class"."""
@@ -24,6 +27,10 @@ OURS: Mapping[str, str] = {
     "blurthreshold": "focalgradient.tasks.blur_threshold:BlurThreshold",
 }
 """The tasks of this package, as an installed package declares its own."""
+
+FILES = "FOCALGRADIENT_TASKS"
+"""Environment variable with Python files that register tasks, apart as in PATH; a file that `task_named` is given is
+added to it, so that workers know it too."""
 
 LABEL = re.compile(r"[A-Za-z0-9]+")
 
@@ -77,8 +84,42 @@ def _load(name: str, path: str) -> None:
         raise InputError(f"the task {name!r} cannot be loaded from {path} ({error!r}): mend its package.") from error
 
 
+def load_file(path: str | os.PathLike[str]) -> Task:
+    """Return the task that a Python file registers.
+
+    Raises
+    ------
+    InputError
+        If it cannot be run, has the name of another module, or registers no task or several.
+    """
+    file = Path(path).resolve()
+    if not file.is_file():
+        raise InputError(f"{path} is not there: give the Python file of a task.")
+    if str(file.parent) not in sys.path:
+        sys.path.insert(0, str(file.parent))  # so that workers, which have the same path, can import it
+    try:
+        module = importlib.import_module(file.stem)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{path} cannot be run ({error!r}): mend it.") from error
+    if Path(module.__file__ or "").resolve() != file:
+        raise InputError(f"{path} has the name of another module, {module.__name__}: give it another name.")
+    found = [task for task in _REGISTERED.values() if type(task).__module__ == file.stem]
+    if len(found) != 1:
+        raise InputError(
+            f"{path} registers {len(found)} tasks, but must register one: write @register above its class."
+        )
+    listed = [one for one in os.environ.get(FILES, "").split(os.pathsep) if one]
+    if str(file) not in listed:
+        os.environ[FILES] = os.pathsep.join([*listed, str(file)])
+    return found[0]
+
+
 def _declared() -> dict[str, str]:
     """Paths of all tasks that are declared and not loaded yet, by name."""
+    for file in filter(None, os.environ.get(FILES, "").split(os.pathsep)):
+        load_file(file)
     declared = {point.name: point.value for point in entry_points(group=GROUP)}
     return {name: path for name, path in {**declared, **OURS}.items() if name not in _REGISTERED}
 
@@ -98,7 +139,7 @@ def is_task(name: Any) -> bool:
 
 
 def task_named(name: str) -> Task:
-    """Return the task of a label or of a name on the command line.
+    """Return the task of a label, of a name on the command line, or of a Python file (``my_task.py``).
 
     Raises
     ------
@@ -110,6 +151,8 @@ def task_named(name: str) -> Task:
     >>> task_named("blur-threshold").name
     'blurthreshold'
     """
+    if isinstance(name, str) and name.endswith(".py"):
+        return load_file(name)
     if isinstance(name, str) and name not in _REGISTERED:
         path = OURS.get(name) or _declared().get(name)
         if path is not None:
