@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from data_safety_server import DESIGN, FRAMES, SCREEN, Ahead
+from data_safety_server import DESIGN, FRAMES, SCREEN, Hurried
 from reruns import Lines
 from starlette.testclient import TestClient
 
@@ -35,7 +35,7 @@ class _Script:
         (folder / "design.toml").write_text(design)
         people = People(folder / "links.jsonl")
         self.study = Study(load_design(folder / "design.toml"), folder / "data", people)
-        self.clock = self.study.clock = Ahead()
+        self.clock = self.study.clock = Hurried()
         self.client = TestClient(application(self.study, "secret"))
         token = self.client.post("/api/join", json={"platform": {}}).json()["token"]
         self.who = {"token": token, "tab": "tab-1"}
@@ -59,7 +59,7 @@ def fast_script() -> str:
         script = _Script(Path(name), LONG)
         trials = script.begin()
         at_once = Counter(script.answer(trial, number) for number, trial in enumerate(trials))
-        script.clock.seconds += 20.0
+        script.clock.ahead += 20.0
         later = Counter(script.answer(trial, number) for number, trial in enumerate(trials))
         script.client.post("/api/finish", json=script.who)
         data = Path(name, "data")
@@ -79,7 +79,7 @@ def impossible_answers() -> str:
     with tempfile.TemporaryDirectory() as name:
         script = _Script(Path(name), LONG)
         trials = script.begin()
-        script.clock.seconds += 20.0
+        script.clock.ahead += 20.0
         found = {case: script.answer(trials[0], 0, **changed) for case, changed in cases.items()}
     return ", ".join(f"{case}: {status}" for case, status in found.items())
 
@@ -89,7 +89,7 @@ def after_outage() -> str:
     with tempfile.TemporaryDirectory() as name:
         script = _Script(Path(name), LONG)
         trials = script.begin()
-        script.clock.seconds += 11.0 * len(trials)
+        script.clock.ahead += 11.0 * len(trials)
         kept = sum(script.answer(trial, number) == 200 for number, trial in enumerate(trials))
         script.client.post("/api/finish", json=script.who)
         problems = validate(Path(name, "data")).problems

@@ -14,7 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import datetime, timedelta
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,6 @@ from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
 from focalgradient.web import People, Study, application
-from focalgradient.web.study import Clock
 
 DESIGN = """
 task = "necker"
@@ -38,21 +37,11 @@ break_every = 0
 SCREEN = {"screen_px": [1920, 1080], "pixel_ratio": 1.0, "refresh_hz": 60.0, "browser": "none", "now_ms": 0.0}
 FRAMES = {"shown": [{"event": "cube", "stamps": [16.67 * number for number in range(120)]}]}
 PASSWORD = "secret"
+TESTS = Path(__file__).parents[1] / "tests"
+sys.path.insert(0, str(TESTS / "web"))
+Hurried = import_module("hurried").Hurried  # the clock of the tests, which goes on with each answer
+
 PROGRAM = str(Path(sys.executable).with_name("focalgradient"))
-
-
-class Ahead(Clock):
-    """A clock that goes on with each answer, so that trials take the time that they say."""
-
-    seconds = 0.0
-
-    def now(self) -> datetime:
-        """Return the time of day."""
-        return super().now() + timedelta(seconds=self.seconds)
-
-    def since(self) -> float:
-        """Return seconds since an arbitrary moment."""
-        return super().since() + self.seconds
 
 
 @contextmanager
@@ -61,7 +50,7 @@ def served(folder: Path) -> Iterator[TestClient]:
     (folder / "design.toml").write_text(DESIGN)
     people = People(folder / "data-links.jsonl", data=folder / "data")
     study = Study(load_design(folder / "design.toml"), folder / "data", people)
-    study.clock = Ahead()
+    study.clock = Hurried()
     with TestClient(application(study, PASSWORD), raise_server_exceptions=False) as client:
         yield client
 
@@ -72,7 +61,7 @@ def take_part(client: TestClient, platform: dict[str, str]) -> str:
     who = {"token": token, "tab": "tab"}
     trials = client.post("/api/begin", json={**who, **SCREEN}).json()["trials"]
     for number, trial in enumerate(trials):
-        Ahead.seconds += 10.0
+        Hurried.ahead += 10.0
         answer = {"onset": 10.0 * number, "presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         key = {"phase": trial["phase"], "trial": trial["trial"], "attempt": f"attempt-{number}"}
         client.post("/api/answer", json={**who, **key, "answer": {**answer, "frames": FRAMES}}).raise_for_status()

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import sys
-from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from hurried import Hurried
 from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
 from focalgradient.web import Limits, Lists, People, Study, application
-from focalgradient.web.study import Clock
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
 
-__all__ = ["DEPTH", "NECKER", "PASSWORD", "SITTING", "Participant", "client_of", "make_set", "study"]
+__all__ = ["DEPTH", "NECKER", "PASSWORD", "SITTING", "Hurried", "Participant", "client_of", "make_set", "study"]
 
 PASSWORD = "secret"
 NECKER = """
@@ -63,18 +62,6 @@ SECONDS_EACH = 10.0
 
 DATABASE: list[str] = []
 """Address of the PostgreSQL in which studies are kept; empty where they are kept in their folder."""
-
-
-class Hurried(Clock):
-    """A clock that a test turns on: a participant's trials take no time, and the server sees the time that they say."""
-
-    ahead = 0.0
-
-    def now(self) -> datetime:
-        return super().now() + timedelta(seconds=self.ahead)
-
-    def since(self) -> float:
-        return super().since() + self.ahead
 
 
 def kept_in(address: str, folder: Path, **options: Any) -> Study:

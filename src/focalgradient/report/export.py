@@ -311,7 +311,7 @@ def _without_largest(script: str) -> str:
     start = script.index("  e <- e[e$aperture_mm == max(e$aperture_mm), ]\n")
     end = script.index("}\n", script.index("  largest <- rbind"))
     lines = (script[:start] + script[end:]).splitlines(keepends=True)
-    return "".join(line for line in lines if not line.startswith("largest$")).replace("crossed_largest", "NULL")
+    return "".join(line for line in lines if not line.startswith("largest$"))
 
 
 def _with_fewest(script: str) -> str:
