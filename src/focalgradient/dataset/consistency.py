@@ -24,7 +24,7 @@ from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 from focalgradient.dataset.read import SessionTable
-from focalgradient.design import Design, NeckerDesign, Trial
+from focalgradient.design import Design, Trial
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
 from focalgradient.tasks import Rows, task_named
@@ -68,8 +68,9 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     for event in [head, *log.of("resumed")]:
         if datetime.fromisoformat(event["time"]) > datetime.now(UTC) + AHEAD:
             yield f"a sitting is dated {event['time'][:10]}, which is to come: see the clock of its computer."
-    if isinstance(design, NeckerDesign) and head["keys"] != design.keys_of(head["participant"]):
-        wanted = design.keys_of(head["participant"])
+    percepts = task_named(design.task).percepts
+    wanted = design.keys_of(head["participant"]) if percepts else None  # type: ignore[union-attr]
+    if head["keys"] != wanted:
         yield f"the keys are {head['keys']}, but the design gives this participant {wanted}."
     done = log.of("trial")
     recorded = [(event["phase"], event["trial"]) for event in done]
@@ -98,7 +99,7 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
             recorded, planned = event[other], getattr(trial, other)
             yield f"{event['phase']} trial {event['trial']}: {other} is {recorded!r}, but {planned!r} in the design."
             break
-    if isinstance(design, NeckerDesign):
+    if percepts:
         yield from _wrong_presses(done, head)
     yield from too_early(log, design, trials)
 

@@ -26,7 +26,7 @@ from focalgradient.dataset.bids import (
 from focalgradient.dataset.events import Event, cell_test
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
-from focalgradient.design import Design, NeckerDesign, Trial, recorded_design
+from focalgradient.design import Design, Trial, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.tasks import task_named
 
@@ -176,7 +176,7 @@ class Session:
             session=session,
             kind=kind,
             design=design.model_dump(mode="json"),
-            keys=design.keys_of(participant) if isinstance(design, NeckerDesign) else None,
+            keys=design.keys_of(participant) if task_named(design.task).percepts else None,  # type: ignore[union-attr]
             stimuli=None if manifest is None else manifest.sha256,
             about=dict(about or {}),
         )

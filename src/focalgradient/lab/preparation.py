@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from focalgradient.dataset import Session
-from focalgradient.design import DepthRatingDesign, Design, check_label, design_text, load_design
+from focalgradient.design import Design, check_label, design_text, load_design
 from focalgradient.design.consent import Consent, read_consent
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
@@ -47,7 +47,6 @@ __all__ = [
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
 WINDOW = (1024, 768)  # pixels
-DEPTH_RATING = "depthrating"  # the task whose trials have an object to fixate
 NEAR = 0.01  # by which the degrees of pictures may be wrong
 GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
 
@@ -174,7 +173,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
     add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
-    if experiment.task == DEPTH_RATING:
+    if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
         add("--gaze", choices=("none", "mouse", "tracker"), help="record where one looks, whatever the design says")
         add_tracker(parser)
     options = parser.parse_args(given)
@@ -193,7 +192,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
 
 def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
     """The design, with the gaze recorded as the options say; in a pilot's window the mouse stands for a tracker."""
-    if not isinstance(design, DepthRatingDesign):
+    if not hasattr(design, "gaze"):
         return design
     gaze = options.gaze or design.gaze
     return design.model_copy(update={"gaze": "mouse" if options.pilot and gaze == "tracker" else gaze})
