@@ -250,6 +250,7 @@ def test_a_thin_post_is_seen_on_either_side() -> None:
         ({"pixel_angle": 0.0}, "pixel_angle"),
         ({"distance": np.zeros(SHAPE)}, "not positive"),
         ({"distance": None}, "distance is missing"),
+        ({"scene": np.ones((*SHAPE, 4))}, "must be H x W"),
         ({"blur_distance": -1.0}, "blur_distance"),
         ({"disparity_distance": np.ones(3)}, "disparity_distance"),
         ({"scene": plane(1.0), "distance": None}, "shape is missing"),
@@ -260,6 +261,14 @@ def test_what_makes_no_sense_is_refused(change: dict[str, Any], said: str) -> No
     given_: dict[str, Any] = {"scene": np.ones(SHAPE), "distance": np.ones(SHAPE), "eye": lens(), "pixel_angle": ANGLE}
     with pytest.raises(InputError, match=said):
         fg.stereo(**{**given_, **change})
+
+
+def test_infinity_is_at_no_vergence() -> None:
+    far = np.where(np.arange(96) < 48, np.inf, 1.0) * np.ones(SHAPE)
+    pair = fg.stereo(np.ones(SHAPE), far, lens(), pixel_angle=ANGLE, vergence=0.0, interocular=0.01)
+    assert pair.left.vergence[0, 5] == 0
+    assert pair.left.disparity[0, 5] == 0
+    assert pair.left.blur[0, 5] == pytest.approx(0.017 / 8)
 
 
 def test_a_view_that_is_mostly_guessed_is_warned_about() -> None:

@@ -58,7 +58,7 @@ class _Geometry:
 
 
 class _Seen(NamedTuple):
-    """One eye's light, true distance (m), vergence of its blur and of its disparity (D), and what was completed."""
+    """Light, true distance (m), distance that sets the blur (m), vergence of the disparity (D), what was completed."""
 
     light: NDArray[np.float32]
     distance: NDArray[np.float64]
@@ -188,7 +188,9 @@ def _checked(picture: object, distance: object) -> tuple[NDArray[np.float32], ND
     light, far = np.asarray(picture), np.asarray(distance)
     if light.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
         raise InputError(f"picture and distance are of types {light.dtype} and {far.dtype}, but must be real numbers.")
-    if light.ndim not in (2, 3) or far.shape != light.shape[:2] or 0 in far.shape:
+    if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or 0 in light.shape:
+        raise InputError(f"picture has shape {light.shape}, but must be H x W, or H x W x 3 (red, green, blue).")
+    if far.shape != light.shape[:2]:
         raise InputError(f"distance has shape {far.shape} but picture {light.shape}: give metres for every pixel.")
     if not (np.isfinite(light).all() and (far > 0).all()):
         raise InputError("picture or distance holds values that are not finite or not positive: repair or crop them.")
@@ -208,11 +210,11 @@ def _distances(given: Distances | None, true: NDArray[np.float64], name: str) ->
     return np.broadcast_to(found, true.shape).astype(float)
 
 
-def _radius(optics: Optics, vergence: NDArray[np.float64], blur: bool) -> NDArray[np.float64]:
+def _radius(optics: Optics, distance: NDArray[np.float64], blur: bool) -> NDArray[np.float64]:
     """Radius of blur in radians."""
     if not blur:
-        return np.zeros(vergence.shape)
-    return np.asarray(np.abs(optics.focus_vergence - vergence) * (optics.aperture_diameter / 2))
+        return np.zeros(distance.shape)
+    return np.asarray(np.abs(optics.focus_vergence - 1 / distance) * (optics.aperture_diameter / 2))
 
 
 def _cast_pair(
@@ -241,7 +243,7 @@ def _cast_pair(
         light = seen.view.image.astype(np.float32)
         if blur and not by_rays:
             light = blur_picture(light, shown, optics, pixel_angle=geometry.pixel_angle)
-        found.append(_Seen(light, seen.distance, 1 / shown, 1 / seen.distance, np.zeros(light.shape, bool)))
+        found.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
     return _pair(found, eyes, geometry, blur)
 
 
@@ -257,7 +259,7 @@ def _moved_pair(
     say: Progress,
 ) -> StereoPair:
     """Each eye's view, of the pixels of a picture moved by their disparity."""
-    shown = 1 / _distances(blur_distance, far, "blur_distance")
+    shown = _distances(blur_distance, far, "blur_distance")
     placed = 1 / _distances(disparity_distance, far, "disparity_distance")
     found = []
     for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
@@ -271,7 +273,7 @@ def _moved_pair(
 
         picture = sample(light, shift, columns)
         if blur:
-            picture = blur_picture(picture, 1 / blurred, optics, pixel_angle=geometry.pixel_angle, progress=tell)
+            picture = blur_picture(picture, blurred, optics, pixel_angle=geometry.pixel_angle, progress=tell)
         found.append(_Seen(picture, true, blurred, own, moved.is_invented))
         if (share := float(moved.is_invented.mean())) > MOSTLY_INVENTED:
             warnings.warn(
