@@ -108,3 +108,10 @@ def test_bounds_and_pairs_know_shapes() -> None:
     pair = walls(Annulus(0.4), FROM_ONE_FOCUS, 1.2)
     expected = float(FROM_ONE_FOCUS[1].blur_radius(1.2)) / 3.2e-4
     assert pair_blur(pair, [16, 4], Annulus(0.4)).radius == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("distance", [0.65, pytest.param(1.2, marks=pytest.mark.slow)])
+def test_a_sheet_gives_the_blur_of_a_pentagon_on_either_side_of_focus(distance: float) -> None:
+    shape = Polygon(5, 0.2)
+    expected = float(FROM_ONE_FOCUS[1].blur_radius(distance)) / 3.2e-4
+    assert pair_blur(walls(shape, FROM_ONE_FOCUS, distance), [16, 4], shape).radius == pytest.approx(expected, rel=0.01)

@@ -117,14 +117,26 @@ def pair_blur(
 
 
 def _measured(views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None) -> PairBlur | None:
-    """Measure a pair's blur as `pair_blur` does; None at either end of the blur that is searched."""
+    """Measure a pair's blur as `pair_blur` does; None at either end of the blur that is searched.
+
+    Of a shape that is turned nearer than focus both sides are tried, and the likelier is taken.
+    """
+    foci = (LARGEST,) if psf.symmetric else (LARGEST, 0.0)
+    found = [_measured_beside(focus, views, f_numbers, psf, noise) for focus in foci]
+    return min((one for one in found if one is not None), key=lambda one: one.cost, default=None)
+
+
+def _measured_beside(
+    focus: float, views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None
+) -> PairBlur | None:
+    """Measure the same on one side of the stand-in optics' `focus` (D): beyond `LARGEST`, or nearer than 0."""
     from focalgradient.depth.equalise.likelihood import equalise
     from focalgradient.depth.noise import noise_from_residuals
     from focalgradient.depth.numerics import block_sum
     from focalgradient.depth.registration import RegisteredViews
     from focalgradient.depth.search import Search
 
-    optics = [_Stop(2 * ANGLE * min(f_numbers) / number) for number in f_numbers]
+    optics = [_Stop(2 * ANGLE * min(f_numbers) / number, focus) for number in f_numbers]
     registered = RegisteredViews.of(
         [View(view.image, stop, ANGLE, mask=view.mask) for view, stop in zip(views, optics, strict=True)], True
     )

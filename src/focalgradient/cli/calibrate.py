@@ -24,6 +24,7 @@ from focalgradient.cli.program import (
     warnings_given,
     writable,
 )
+from focalgradient.cli.shapes import ShapeAsked, ShapedCommand, shape_options
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, refuse_overwriting
 
@@ -50,7 +51,7 @@ FROM_VIEWS = 0.5
 """Least share of a prior's variance that the views remove; below, a parameter is dominated by its prior."""
 
 
-@click.command(short_help="Measure a camera's blur from a target at known distances.")
+@click.command(cls=ShapedCommand, short_help="Measure a camera's blur from a target at known distances.")
 @click.argument("targets", type=click.Path(path_type=Path), metavar="TARGETS.toml", required=False)
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="CAMERA.toml", help="File to write.")
 @click.option(
@@ -66,9 +67,12 @@ FROM_VIEWS = 0.5
     help="How the target's blur is measured: along its edges, or by equalising pairs of different f-number over the "
     "whole frame, in the default method's own terms, where any texture will do.",
 )
+@shape_options("With --method equalise, the shape of the blur: auto takes the likeliest of disc, blend and gaussian.")
 @force_option
 @json_option
-def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None) -> None:
+def calibrate(
+    targets: Path | None, out: Path, method: Literal["edges", "equalise"], sheet: str | None, psf: ShapeAsked
+) -> None:
     """Measure a camera's blur from photographs of a target at known distances.
 
     The target is a flat sheet that faces the camera: with sharp black and white edges (printed squares, a checkerboard,
@@ -87,6 +91,7 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
       focalgradient calibrate demo/targets.toml --out camera.toml
       focalgradient calibrate --sheet A4 --out sheet.pdf
       focalgradient calibrate TARGETS.toml --out CAMERA.toml --method equalise
+      focalgradient calibrate TARGETS.toml --out CAMERA.toml --method equalise --psf polygon --blades 5
       focalgradient depth f16.jpg f10.jpg --f-number 16 --f-number 10 --calibration CAMERA.toml --out results
 
     \b
@@ -116,6 +121,11 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
             "TARGETS.toml is missing: give the file that names the photographs of the target, or --sheet A4 for a "
             "sheet to print."
         )
+    stated = psf.shape_or_none()
+    if stated is not None and method != "equalise":
+        raise InputError(
+            "--psf is for --method equalise, as edges are measured by a Gaussian: add it, or leave --psf out."
+        )
     from focalgradient import calibration as room
     from focalgradient.photographs import Calibrated, camera_toml, load_targets
 
@@ -131,15 +141,15 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
     with progress((2 if pairs else 1) * len(pairs or shots) + 2 + bool(pairs)) as say, warnings_given():
         if pairs:
             say("comparing shapes of blur")
-            psf = settings.shape(pairs)
-            k = room.shape_k(psf)
-            shape = f"Shape of the blur: {psf} (--psf {psf.name})"
+            blur = stated or settings.shape(pairs)
+            k = room.shape_k(blur)
+            shape = f"Shape of the blur: {blur} (--psf {blur.name})"
             shots = [wide for wide, _ in pairs]
             fit = partial(_fit_pairs, f_numbers=[shot.f_number for pair in pairs for shot in pair], k=k)
         start = time.perf_counter()
         for number, shot in enumerate(shots):
             say(printable(shot.image.name))
-            readings.append(settings.read_pair(pairs[number], psf) if pairs else settings.read(shot))
+            readings.append(settings.read_pair(pairs[number], blur) if pairs else settings.read(shot))
             if number == 0:
                 announce((time.perf_counter() - start) * (len(shots) - 1), f"{len(shots) - 1} more photographs")
         sensor = settings.camera
@@ -148,9 +158,9 @@ def calibrate(targets: Path | None, out: Path, method: Literal["edges", "equalis
         _refuse_slips(*known[:3], room.pair_priors(settings.priors, k) if pairs else settings.priors)
         camera = fit(*known)
         if pairs:
-            camera = replace(camera, psf=psf)
+            camera = replace(camera, psf=blur)
             found = _field(settings, pairs, camera, readings, say)
-            camera = replace(fit(*known), psf=psf, field=found.field)  # by what the maps read, where they do
+            camera = replace(fit(*known), psf=blur, field=found.field)  # by what the maps read, where they do
         say("fitting the camera")
         by_distance = room.cross_validate(*known, fit=fit)
         by_view = room.cross_validate(*known, leave="view", fit=fit)

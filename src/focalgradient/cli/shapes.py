@@ -104,8 +104,7 @@ class _ShapeName(click.ParamType[str]):
         if isinstance(value, str) and value in self._names():
             return value
         known = ", ".join(repr(name) for name in self._names())
-        shown = value if len(str(value)) <= 40 else f"a text of {len(str(value))} letters"
-        raise click.BadParameter(f"{shown!r} is not one of {known}.", ctx, param)
+        raise click.BadParameter(f"{value!r} is not one of {known}.", ctx, param)
 
     def _names(self) -> list[str]:
         return [AUTO.name] * self.auto + names()
