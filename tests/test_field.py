@@ -146,6 +146,23 @@ def test_what_is_said_and_kept(calibrated, tmp_path):
     assert load_camera(tmp_path / "old.toml").calibration.field == Field()
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_other_methods_use_the_calibrated_shape_or_refuse_it_by_name(calibrated):
+    folder, _ = calibrated
+    _, summary, said = read(folder, 0.75, "--far", 1.0, "--method", "ratio")
+    assert said.exit_code == 0, said.output
+    assert (summary["settings"]["psf"], list(summary["settings"]["psf_parameters"])) == ("blend", ["k"])
+    text = (folder / "c.toml").read_text()
+    (folder / "c.toml").write_text(text.replace('psf = "blend"', 'psf = {shape = "polygon", blades = 5}'))
+    files = [str(folder / f"held_{mark}.png") for mark in MARKS]
+    f_numbers = [part for mark in MARKS for part in ("--f-number", str(mark))]
+    given = ["--calibration", str(folder / "c.toml"), "--far", "1.0", "--method", "ratio", "--out", str(folder / "no")]
+    refused = CliRunner().invoke(main, ["depth", *files, *f_numbers, *given])
+    (folder / "c.toml").write_text(text)
+    assert refused.exit_code == 2
+    assert "'ratio' needs blur that is alike in all directions, which polygon does not give: use" in refused.stderr
+
+
 def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):
     views = '[camera]\n[[view]]\nimage = "a.png"\nf_number = 4\n[[view]]\nimage = "b.png"\nf_number = 11\n'
     (tmp_path / "v.toml").write_text(views)

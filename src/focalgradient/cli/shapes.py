@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import click
 
-from focalgradient.cli.options import options_named
 from focalgradient.depth.settings import AUTO, SOURCES, BlurSource
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.psf import Parameter, Psf, names, shape_class
@@ -54,8 +53,9 @@ class ShapeAsked:
         known = {one.key: one for one in shape.parameters()}
         self._refuse_others(known)
         values = {"k": k} if k is not None and "k" in known else {}
-        with options_named({key: f"--{_option(one)}" for key, one in known.items()}):
-            return shape.of(values | dict(self.values))
+        for key, value in self.values.items():
+            known[key].check(value, f"--{_option(known[key])}")
+        return shape.of(values | dict(self.values))
 
     def _refuse_others(self, known: Iterable[str]) -> None:
         for key in self.values:

@@ -80,9 +80,9 @@ class Parameter:
             return f"a positive number{f' of {self.unit}' * bool(self.unit)}, {self.help}"
         kind, unit = "a whole number" if self.whole else "a number", f" {self.unit}" * bool(self.unit)
         if math.isinf(self.most):
-            return f"{kind} {'above' if self.exclusive else 'of at least'} {self.least:g}{unit}, {self.help}"
+            return f"{kind} {'above' if self.exclusive else 'of at least'} {self.least:g}{unit} ({self.help})"
         inside = "between" if self.exclusive else "from"
-        return f"{kind} {inside} {self.least:g} {'and' if self.exclusive else 'to'} {self.most:g}{unit}, {self.help}"
+        return f"{kind} {inside} {self.least:g} {'and' if self.exclusive else 'to'} {self.most:g}{unit} ({self.help})"
 
 
 def parameter(
