@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,8 +18,9 @@ from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
-from focalgradient.render.hidden import NOTHING, complete, nearest_behind
+from focalgradient.render.hidden import NOTHING, nearest_behind, surfaces
 from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of
+from focalgradient.render.mixed import parted
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.render.shaped import shape_kernels
@@ -133,16 +133,13 @@ def blur_picture(
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
     vergence = np.pad(vergence, rim, mode="symmetric")
-    with ThreadPoolExecutor(1) as aside:  # most of it is one thread's work
-        hidden = aside.submit(complete, wide, vergence, focus)
-        layers = [layer_of(wide, vergence, focus, kernels, by_radius)]
-    layers.append(layer_of(*hidden.result(), focus, kernels, by_radius))
+    layers = [layer_of(*points, focus, kernels, by_radius) for points in surfaces(wide, vergence)]
 
     def tell(share: float) -> None:
         if progress is not None:
             progress(share, "blurring")
 
-    return spread(layers, kernels, pad, cores(), tell).reshape(image.shape)
+    return spread(layers, focus, kernels, pad, cores(), tell).reshape(image.shape)
 
 
 def blur_scene(
@@ -205,17 +202,21 @@ def blur_scene(
     vergence = (scale / far).astype(np.float32)
     kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle)
     hidden, behind = np.zeros_like(light), np.full(vergence.shape, NOTHING, np.float32)
-    within = nearest_behind(vergence, np.float32(focus))[0] >= 0
+    within = nearest_behind(vergence)[0] >= 0
     for number in range(len(scenes[0][1].objects)):
         if within.any():
             there, farther = pinhole(number, pad, samples)
             uncovered = within & (farther > far)
             hidden[uncovered], behind[uncovered] = there[uncovered], (scale / farther[uncovered])
+    before, near, cover, shown, far_part = parted(light[:, :, None], vergence)
+    # What the picture shows of the surface behind, and what no ray past one object finds.
+    parts = (far_part > NOTHING) & ((far_part == vergence) | (behind <= NOTHING))
+    hidden[parts], behind[parts] = shown[parts, 0], far_part[parts]
     layers = [
-        layer_of(image[:, :, None], depth, focus, kernels, by_radius)
-        for image, depth in ((light, vergence), (hidden, behind))
+        layer_of(*points, focus, kernels, by_radius)
+        for points in ((before, near, cover), (hidden[:, :, None], behind, np.ones_like(behind)))
     ]
-    image = spread(layers, kernels, pad, cores(), lambda share: None)
+    image = spread(layers, focus, kernels, pad, cores(), lambda share: None)
     return image[:, :, 0], far[pad:-pad, pad:-pad]
 
 

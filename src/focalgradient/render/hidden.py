@@ -1,13 +1,15 @@
 """What an outline hides: completed from the surface behind it.
 
-A lens looks round an outline, where the pinhole that took the picture could not. Each pixel of a near surface within
-reach of its outline is given a second, hidden point behind it: at the vergence of the nearest visible part of the
-surface behind, with the light of its surroundings on that surface. What is hidden cannot be known; their mean is the
-guess with the least error.
+A lens looks round an outline, where the pinhole that took the picture could not. Each pixel of a near surface beside
+which a ray of the lens can pass is given a second, hidden point behind it: at the vergence of the nearest visible part
+of the surface behind, with the light of its surroundings on that surface. What is hidden cannot be known; their mean is
+the guess with the least error.
 
 Vergence is in pixels here: vergence x half the aperture / the pixel's angle. Two surfaces shift against each other by
 the difference of theirs between the middle of the lens and its rim, and a disc of blur has as radius the difference to
-the focus.
+the focus. A ray of the lens moves by at most one pixel for a pixel of vergence, so that the lens sees all of a surface
+whose slope is less than 1, and passes beside a steeper one as far as the *cone* of slope 1 from the surface behind
+reaches under it. The share of the lens that does so goes to zero with the jump: there is no threshold.
 """
 
 from __future__ import annotations
@@ -18,23 +20,16 @@ from functools import partial
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from focalgradient.parallel import share_rows
+from focalgradient.render.mixed import LEAST, NOTHING, parted
+from focalgradient.render.visibility import CELL, highest
 
-__all__ = ["NOTHING", "complete", "nearest_behind"]
+__all__ = ["NOTHING", "ceiling", "complete", "nearest_behind", "surfaces"]
 
-NOTHING = -1e30
-"""Vergence of a hidden point where nothing is hidden."""
-
-JUMP = 3.0
-"""Pixels by which vergence differs across an outline. 2 takes the steep rim of a sphere for an outline, 5 misses some
-(on the scenes of `benchmarks/blurred_pictures.py` the error near outlines is 1.75, 1.74 and 2.0 % of the mean)."""
-
-MARGIN = 3.0
-"""Pixels beyond the reach of blur to which surfaces are completed: the reach of interpolation."""
-
-SAME = 2.0
-"""Pixels of vergence within which points belong to one surface behind."""
+EDGE = 0.5
+"""Pixels from the middle of a pixel of the surface behind to its edge, beyond which all is hidden."""
 
 AROUND = 6
 """Pixels beyond the nearest visible place from which light is taken."""
@@ -45,71 +40,115 @@ ACROSS = 12
 BLOCKS = 8
 """Blocks of rows for each thread, as outlines are not spread evenly."""
 
+STRAIGHT, DIAGONAL = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
+"""Lengths of a step to the next pixel that make the way along steps nowhere longer than the straight one."""
+
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 FloatImage = NDArray[np.float32]
 
 
-def complete(image: FloatImage, vergence: FloatImage, focus: float) -> tuple[FloatImage, FloatImage]:
-    """Light (H x W x channels) and vergence (H x W) of the points hidden behind near surfaces, within reach of blur.
+def complete(
+    image: FloatImage, vergence: FloatImage, before: FloatImage | None = None
+) -> tuple[FloatImage, FloatImage]:
+    """Light (H x W x channels) and vergence (H x W) of the points hidden behind near surfaces that a lens can see.
 
-    `vergence` and `focus` are in pixels; where nothing is hidden the vergence is `NOTHING`.
+    `vergence` is in pixels, and `before` that of what hides, where it is not the same; where nothing is hidden the
+    vergence of the hidden points is `NOTHING`.
     """
-    row, column = nearest_behind(vergence, np.float32(focus))
-    hidden = np.zeros_like(image)
-    behind = np.empty_like(vergence)
-    share_rows(len(vergence), partial(_fill, image, vergence, row, column, hidden, behind), each=BLOCKS)
+    before = vergence if before is None else before
+    row, column = nearest_behind(vergence, before)
+    hidden = np.zeros(image.shape, np.float32)
+    behind = np.empty(vergence.shape, np.float32)
+    share_rows(len(vergence), partial(_fill, image, vergence, before, row, column, hidden, behind), each=BLOCKS)
     return hidden, behind
 
 
-@_compiled
-def nearest_behind(vergence, focus):  # type: ignore[no-untyped-def]
-    """Row and column of the nearest visible pixel of the surface behind each pixel; -1 where none is within reach.
+def surfaces(
+    image: FloatImage, vergence: FloatImage
+) -> tuple[tuple[FloatImage, FloatImage, FloatImage], tuple[FloatImage, FloatImage, FloatImage]]:
+    """Light, vergence and share of each pixel covered: of what a picture shows, and of what lies behind it."""
+    light, near, cover, shown, far = parted(image, vergence)
+    parts, uncovered = far > NOTHING, far == vergence
+    hidden, behind = complete(np.where(uncovered[:, :, None], shown, light), vergence, near)
+    hidden[parts], behind[parts] = shown[parts], far[parts]
+    fading = np.clip(near - behind - np.float32(LEAST), 0, 1)
+    return (light, near, cover), (hidden, behind, np.where(uncovered, np.float32(1), fading))
 
-    Distances spread from the outlines by two sweeps down and two up, each to the right and to the left.
-    """
+
+@_compiled
+def ceiling(vergence):  # type: ignore[no-untyped-def]
+    """Upper envelope of slope 1: the highest cone that stands on a pixel's vergence, or a little above it."""
     height, width = vergence.shape
-    row = np.full((height, width), -1, np.int32)
-    column = np.full((height, width), -1, np.int32)
-    for sweep in range(4):
-        down = 1 if sweep % 2 == 0 else -1
+    found = vergence.copy()
+    for sweep in range(2):
+        down = 1 if sweep == 0 else -1
         for line in range(height):
             i = line if down == 1 else height - 1 - line
-            for side in range(2):
-                right = 1 if side == 0 else -1
-                for place in range(width):
-                    j = place if right == 1 else width - 1 - place
-                    _take_nearer(vergence, focus, row, column, i, j, down, right)
+            for place in range(width):
+                j = place if down == 1 else width - 1 - place
+                best = found[i, j]
+                a = i - down
+                if 0 <= a < height:
+                    best = max(best, found[a, j] - np.float32(STRAIGHT))
+                    if j > 0:
+                        best = max(best, found[a, j - 1] - np.float32(DIAGONAL))
+                    if j < width - 1:
+                        best = max(best, found[a, j + 1] - np.float32(DIAGONAL))
+                b = j - down
+                if 0 <= b < width:
+                    best = max(best, found[i, b] - np.float32(STRAIGHT))
+                found[i, j] = best
+    return found
+
+
+def nearest_behind(
+    vergence: FloatImage, before: FloatImage | None = None
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Row and column of the nearest visible pixel behind each whose cone reaches under it; -1 where there is none."""
+    before = vergence if before is None else before
+    row, column = np.full((2, *vergence.shape), -1, np.int32)
+    under = binary_dilation(ceiling(-vergence) > -before, np.ones((3, 3), bool))
+    share_rows(len(vergence), partial(_find, vergence, before, under, -highest(-vergence), row, column), each=BLOCKS)
     return row, column
 
 
 @_compiled
-def _take_nearer(vergence, focus, row, column, i, j, down, right):  # type: ignore[no-untyped-def]
-    """Take over what a neighbour already swept knows, where that is nearer than what this pixel knows."""
+def _find(vergence, before, under, lowest, row, column, first, last):  # type: ignore[no-untyped-def]
+    """Look for them in the cells of the picture that go deep enough, from near to far."""
     height, width = vergence.shape
-    best = np.inf
-    if row[i, j] >= 0:
-        best = (row[i, j] - i) ** 2 + (column[i, j] - j) ** 2
-    for n in range(5):  # three pixels of the line before, and the two beside
-        a = i - down if n < 3 else i
-        b = j + n - 1 if n < 3 else (j - right if n == 3 else j + right)
-        if a < 0 or b < 0 or a >= height or b >= width:
-            continue
-        if vergence[i, j] - vergence[a, b] > JUMP:  # the neighbour itself lies behind
-            r, c = a, b
-        else:
-            r, c = row[a, b], column[a, b]
-        if r < 0 or vergence[i, j] - vergence[r, c] <= JUMP:
-            continue
-        away = (r - i) ** 2 + (c - j) ** 2
-        reach = max(abs(vergence[i, j] - focus), abs(vergence[r, c] - focus)) + MARGIN
-        if away < best and away <= reach * reach:
-            best = away
-            row[i, j], column[i, j] = r, c
+    deepest = lowest.min()
+    for i in range(first, last):
+        for j in range(width):
+            if not under[i, j]:
+                continue
+            here = before[i, j]
+            best = (here - deepest + np.float32(EDGE)) ** 2
+            reach = int(here - deepest + 1) // CELL + 1
+            for ring in range(reach + 1):
+                if ring > 1 and ((ring - 1) * CELL) ** 2 > best:
+                    break
+                for p in range(i // CELL - ring, i // CELL + ring + 1):
+                    if p < 0 or p >= lowest.shape[0]:
+                        continue
+                    for q in range(j // CELL - ring, j // CELL + ring + 1):
+                        if q < 0 or q >= lowest.shape[1] or max(abs(p - i // CELL), abs(q - j // CELL)) < ring:
+                            continue
+                        down = max(max(p * CELL - i, i - (p * CELL + CELL - 1)), 0)
+                        aside = max(max(q * CELL - j, j - (q * CELL + CELL - 1)), 0)
+                        jump, away = here - lowest[p, q] + np.float32(EDGE), down * down + aside * aside
+                        if away >= best or jump <= EDGE or jump * jump <= away:
+                            continue
+                        for a in range(p * CELL, min(p * CELL + CELL, height)):
+                            for b in range(q * CELL, min(q * CELL + CELL, width)):
+                                jump, away = here - vergence[a, b] + np.float32(EDGE), (a - i) ** 2 + (b - j) ** 2
+                                if away < best and jump > EDGE and jump * jump > away and away > 0:
+                                    best = away
+                                    row[i, j], column[i, j] = a, b
 
 
 @_compiled
-def _fill(image, vergence, row, column, hidden, behind, first, last):  # type: ignore[no-untyped-def]
+def _fill(image, vergence, before, row, column, hidden, behind, first, last):  # type: ignore[no-untyped-def]
     """Fill in the mean light of the surface behind, weighted by 1 / distance^4, in rows `first` to `last`."""
     height, width, channels = image.shape
     for i in range(first, last):
@@ -118,16 +157,21 @@ def _fill(image, vergence, row, column, hidden, behind, first, last):  # type: i
             if r < 0:
                 behind[i, j] = NOTHING
                 continue
-            behind[i, j] = vergence[r, c]
             reach = int(math.sqrt((r - i) ** 2 + (c - j) ** 2)) + AROUND
             stride = 1 + reach // ACROSS
-            total = np.float32(0)
-            for a in range(max(i - reach, i % stride), min(i + reach + 1, height), stride):
-                for b in range(max(j - reach, j % stride), min(j + reach + 1, width), stride):
-                    if abs(vergence[a, b] - vergence[r, c]) <= SAME:
-                        weight = np.float32(1) / np.float32(((a - i) ** 2 + (b - j) ** 2) ** 2)
+            total, mean = np.float32(0), np.float32(0)
+            for a in range((max(i - reach, 0) + stride - 1) // stride * stride, min(i + reach + 1, height), stride):
+                for b in range((max(j - reach, 0) + stride - 1) // stride * stride, min(j + reach + 1, width), stride):
+                    jump = before[i, j] - vergence[a, b] + np.float32(EDGE)
+                    if jump <= EDGE:
+                        continue
+                    away = np.float32((a - i) ** 2 + (b - j) ** 2)
+                    if jump * jump > away:
+                        weight = (np.float32(1) - np.sqrt(away) / jump) ** 2 / (away * away)
                         total += weight
+                        mean += weight * vergence[a, b]
                         for n in range(channels):
                             hidden[i, j, n] += weight * image[a, b, n]
+            behind[i, j] = mean / total if total > 0 else vergence[r, c]
             for n in range(channels):
                 hidden[i, j, n] = hidden[i, j, n] / total if total > 0 else image[r, c, n]

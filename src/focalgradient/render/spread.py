@@ -1,15 +1,17 @@
-"""Spreading every pixel by its own blur, and sorting by depth what arrives at a place.
+"""Spreading every pixel by its own blur over the places from which it is seen.
 
-Surfaces are separated by gaps in depth. What arrives from one surface adds up, and the sum of its weights is the
-share of the lens that it covers; what it leaves open shows the surface behind. A slanted surface's pixel p takes the
-share (1 + d . grad ln|Vf - V|) / (pi r^2) of the lens, d being the way from p: the areas of the picture and of the
-lens that its rays join differ so, and light is kept where blur changes from place to place.
+A point is spread by its kernel, of which each part belongs to a part of the lens; where nearer surfaces hide the point
+from a part of the lens (`visibility`), that part is left out. What arrives at a place adds up, over the sum of its
+weights: every ray of the lens meets one point, so that the sum is 1 but for what is not known. A slanted surface's
+pixel p takes the share (1 + d . grad ln|Vf - V|) / (pi r^2) of the lens, d being the way from p: the areas of the
+picture and of the lens that its rays join differ so, and light is kept where blur changes from place to place.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -17,21 +19,32 @@ from itertools import product
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from focalgradient.parallel import share_rows
-from focalgradient.render.hidden import NOTHING
+from focalgradient.render.hidden import NOTHING, ceiling
 from focalgradient.render.kernels import LANES, Kernels
+from focalgradient.render.visibility import LENS, SHARE, highest, sees_all
 
 __all__ = ["Layer", "layer_of", "spread"]
 
-TILE = 64
-"""Side of a tile in pixels: the surfaces of a tile then fit into a processor's cache."""
+BLOCK = 64
+"""Side in pixels of the blocks of points that threads share: what a block sums up then fits into a cache."""
 
-SURFACES = 24
-"""Depths distinguished in a tile, at most. They lie one pixel of vergence apart or more (see `hidden`)."""
+STEEPEST = 3.0
+"""Slope in pixels a pixel from which on a surface counts as no steeper."""
 
-NONE = 1e-4
-"""Share of the lens below which a depth counts as a gap."""
+SPLIT = 0.5
+"""Pixels of blur up to which all parts of the lens are seen alike, as a pixel is wider than the disc."""
+
+NONE = 1e-3
+"""Sum of weights up to which nothing is known of a place, which is then left sharp."""
+
+RIM = 1.0
+"""Cells of the lens's grid beyond its rim from which nearer surfaces still cover a part of it."""
+
+MEASURED, WITHIN, WIDEST = 4.0, 0.98, 2.0
+"""Pixels of blur from which a kernel shows how wide the lens is; the share of its light within that; and the most."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
@@ -44,18 +57,21 @@ class Layer:
 
     light: FloatImage
     vergence: FloatImage
+    cover: FloatImage
     kernel: NDArray[np.int16]
     gradient_y: FloatImage
     gradient_x: FloatImage
 
 
-def layer_of(light: FloatImage, vergence: FloatImage, focus: float, kernels: Kernels, by_radius: bool) -> Layer:
+def layer_of(
+    light: FloatImage, vergence: FloatImage, cover: FloatImage, focus: float, kernels: Kernels, by_radius: bool
+) -> Layer:
     """Give the points of a picture the kernel of their blur: by its radius, or by their vergence itself."""
     number = np.empty(vergence.shape, np.int16)
     down, right = np.zeros(vergence.shape, np.float32), np.zeros(vergence.shape, np.float32)
     between = (kernels.at[1:] + kernels.at[:-1]) / 2
     share_rows(len(vergence), partial(_place, vergence, np.float32(focus), between, by_radius, number, down, right))
-    return Layer(light, vergence, number, down, right)
+    return Layer(light, vergence, cover, number, down, right)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -68,91 +84,146 @@ def _place(vergence, focus, between, by_radius, number, down, right, first, last
             blur = here - focus if here > NOTHING else np.float32(0)
             number[i, j] = np.searchsorted(between, abs(blur) if by_radius else blur)
             if 0 < i < height - 1 and 0 < j < width - 1:
-                # As blur / blur^2, but level in focus, where it has no say.
-                pull = blur / (blur * blur + np.float32(1))
-                down[i, j] = pull * _flatter(vergence[i + 1, j] - here, here - vergence[i - 1, j])
-                right[i, j] = pull * _flatter(vergence[i, j + 1] - here, here - vergence[i, j - 1])
+                down[i, j] = _flatter(vergence[i + 1, j] - here, here - vergence[i - 1, j])
+                right[i, j] = _flatter(vergence[i, j + 1] - here, here - vergence[i, j - 1])
 
 
 @_compiled
 def _flatter(a, b):  # type: ignore[no-untyped-def]
-    if a * b <= 0 or min(abs(a), abs(b)) > 1:  # from a slope of 1 on a surface hides parts of itself
+    if a * b <= 0 or max(abs(a), abs(b)) > -np.float32(NOTHING) / 2:
         return np.float32(0)
-    return a if abs(a) < abs(b) else b
+    least = a if abs(a) < abs(b) else b
+    return min(max(least, -np.float32(STEEPEST)), np.float32(STEEPEST))
 
 
 def spread(
-    layers: list[Layer], kernels: Kernels, pad: int, threads: int, progress: Callable[[float], object]
+    layers: list[Layer], focus: float, kernels: Kernels, pad: int, threads: int, progress: Callable[[float], object]
 ) -> FloatImage:
-    """Spread `layers`, all of one size with a rim of `pad` pixels, into the picture within the rim."""
-    height, width = (side - 2 * pad for side in layers[0].vergence.shape)
-    channels = layers[0].light.shape[2]
-    result = np.empty((height, width, channels), np.float32)
+    """Spread `layers`, all of one size with a rim of `pad` pixels, into the picture within the rim.
 
-    def fill(y: int, x: int) -> None:
-        part = (slice(y, y + TILE + 2 * pad), slice(x, x + TILE + 2 * pad))
-        seen = [layer.vergence[part] for layer in layers]
-        near = max(float(vergence.max()) for vergence in seen)
-        far = min(float(vergence[vergence > NOTHING].min(initial=near)) for vergence in seen)
-        step = max(1.0, (near - far) / (SURFACES - 1))
-        surfaces = int((near - far) / step) + 1
-        tile = result[y : y + TILE, x : x + TILE]
-        sums = np.zeros((surfaces, channels + 1, TILE, TILE + LANES), np.float32)
-        row = np.zeros(TILE + LANES, np.float32)
+    The first layer is what the pinhole sees, which hides parts of the lens from all that lies behind.
+    """
+    visible = layers[0]
+    height, width = visible.vergence.shape
+    channels = visible.light.shape[2]
+    lens = _lens_radius(kernels)
+    steep = np.float32(lens) * visible.vergence
+    over = binary_dilation(ceiling(steep) > steep, np.ones((3, 3), bool))
+    sheets = tuple((layer.vergence, layer.cover, layer.gradient_y, layer.gradient_x) for layer in layers)
+    cells = tuple(highest(layer.vergence) for layer in layers)
+    tops = tuple(nearest.max() for nearest in cells)
+
+    def fill(y: int, x: int) -> tuple[int, NDArray[np.float32]]:
+        part = (slice(y, y + BLOCK), slice(x, x + BLOCK))
+        rim = max(int(kernels.reach[layer.kernel[part]].max()) for layer in layers)
+        tall, wide = (side + 2 * rim for side in visible.vergence[part].shape)
+        sums = np.zeros((channels + 1, tall, wide + LANES), np.float32)
         for layer in layers:
-            _gather(
-                *(layer.light, layer.vergence, layer.kernel, layer.gradient_y, layer.gradient_x),
+            _scatter(
+                *(layer.light, layer.vergence, layer.cover, layer.kernel, layer.gradient_y, layer.gradient_x),
                 *(kernels.values, kernels.start, kernels.reach, kernels.extent),
-                *(y + pad, x + pad, *tile.shape[:2], pad, far, step, surfaces, _ramp, row, sums.reshape(-1)),
+                *(sheets, cells, tops, over, layer is visible, np.float32(focus), np.float32(lens)),
+                *(y, x, tall - 2 * rim, wide - 2 * rim, rim, tall, wide + LANES, sums.reshape(-1)),
             )
-        _show(sums, tile)
+        return rim, sums
 
-    places = list(product(range(0, height, TILE), range(0, width, TILE)))
+    total = np.zeros((channels + 1, height, width), np.float32)
+    places = list(product(range(0, height, BLOCK), range(0, width, BLOCK)))
     pool = ThreadPoolExecutor(threads)
     try:
-        for done, future in enumerate(as_completed([pool.submit(fill, *place) for place in places]), 1):
-            future.result()
+        futures = deque(pool.submit(fill, *place) for place in places)
+        for done, (y, x) in enumerate(places, 1):  # in order: the same sums however many threads
+            rim, sums = futures.popleft().result()
+            top, left = max(y - rim, 0), max(x - rim, 0)
+            into = total[:, top : y - rim + sums.shape[1], left : x - rim + sums.shape[2] - LANES]
+            into += sums[:, top - y + rim :, left - x + rim :][:, : into.shape[1], : into.shape[2]]
             progress(done / len(places))
     finally:
         pool.shutdown(cancel_futures=True)
-    return result
+    inside = np.moveaxis(total[:, pad : height - pad, pad : width - pad], 0, 2)
+    weight = inside[..., :1]
+    return np.divide(
+        inside[..., 1:], weight, out=visible.light[pad : height - pad, pad : width - pad].copy(), where=weight > NONE
+    )
 
 
-_ramp = np.arange(TILE + LANES, dtype=np.float32)
+def _lens_radius(kernels: Kernels) -> float:
+    """Radius to which the lens passes light, as its kernels show, over that of its disc: 1.4 for a Gaussian."""
+    number = int(np.abs(kernels.at).argmax())
+    radius = abs(float(kernels.at[number]))
+    if radius < MEASURED:
+        return 1.0
+    reach = int(kernels.reach[number])
+    side, line = 2 * reach + 1, 2 * reach + 1 + LANES
+    values = np.abs(kernels.values[kernels.start[number] :][: side * line].reshape(side, line)[:, :side])
+    away = np.hypot(*(np.indices(values.shape) - reach)).ravel()
+    order = np.argsort(away)
+    light = np.cumsum(values.ravel()[order])
+    widest = float(away[order][np.searchsorted(light, WITHIN * light[-1])])
+    return min(max(widest / radius, 1.0), WIDEST)
 
 
 @_compiled
-def _gather(  # type: ignore[no-untyped-def]
-    light, vergence, kernel, gradient_y, gradient_x, values, starts, reaches, extent,
-    y0, x0, size_y, size_x, pad, far, step, surfaces, ramp, row, sums,
+def _scatter(  # type: ignore[no-untyped-def]
+    light, vergence, cover, kernel, gradient_y, gradient_x, values, starts, reaches, extent,
+    sheets, cells, tops, over, visible, focus, lens, y0, x0, size_y, size_x, rim, tall, line, sums,
 ):  # fmt: skip
-    """Add to the tile's `sums` (surfaces x weight and channels x lines) every point of a layer that reaches it."""
-    height, width, channels = light.shape
-    line = TILE + LANES
-    plane = TILE * line
-    for i in range(max(y0 - pad, 0), min(y0 + size_y + pad, height)):
-        for j in range(max(x0 - pad, 0), min(x0 + size_x + pad, width)):
-            if vergence[i, j] <= NOTHING:
+    """Add to `sums` (weight and channels x lines) every point of a block, by the parts of the lens that see it."""
+    channels = light.shape[2]
+    plane = tall * line
+    blocked = np.zeros(max((2 * rim + 1) ** 2, LENS * LENS) + LANES, np.float32)
+    row = np.empty(2 * rim + 1 + LANES, np.float32)
+    for i in range(y0, y0 + size_y):
+        for j in range(x0, x0 + size_x):
+            here = vergence[i, j]
+            if here <= NOTHING or cover[i, j] <= 0:
                 continue
             n = kernel[i, j]
             reach = reaches[n]
-            top, bottom = max(i - reach, y0), min(i + reach + 1, y0 + size_y)
-            if top >= bottom or j - reach >= x0 + size_x or j + reach < x0:
-                continue
-            surface = min(int((vergence[i, j] - far) / step), surfaces - 1)
-            down, right = gradient_y[i, j], gradient_x[i, j]
-            for y in range(top, bottom):
-                wide = extent[n, y - i + reach]
-                first, last = max(j - wide, x0), min(j + wide + 1, x0 + size_x)
-                if first >= last:
+            share, split = cover[i, j], False
+            blur = here - focus
+            if not visible or over[i, j]:
+                split = abs(blur) > SPLIT
+                half = reach if split else LENS // 2
+                scale = -blur if split else np.float32(LENS / 2)
+                beyond = lens + np.float32(RIM) / abs(scale)
+                blocked[: (2 * half + 1) ** 2] = 0
+                whole = True
+                for sheet in range(2):
+                    before, covers, slopes_y, slopes_x = sheets[sheet]
+                    if not sees_all(
+                        *(before, covers, slopes_y, slopes_x, cells[sheet], tops[sheet], i, j, here, visible),
+                        *(gradient_y[i, j], gradient_x[i, j], beyond, scale, half, blocked),
+                    ):
+                        whole = False
+                if whole:
+                    split = False
+                elif not split:
+                    open_part = np.float32(1)
+                    for x in range(LENS * LENS):
+                        open_part -= SHARE[x] * min(blocked[x], np.float32(1))
+                    share *= open_part
+                    if share <= 0:
+                        continue
+            # The gradient of the logarithm is 1 / blur times that of blur, but level in focus, where it has no say.
+            pull = blur / (blur * blur + np.float32(1))
+            down, right = pull * gradient_y[i, j], pull * gradient_x[i, j]
+            for y in range(-reach, reach + 1):
+                wide = extent[n, y + reach]
+                if wide < 0:
                     continue
                 # Unsigned: an index that cannot be negative needs no test, and the loops become vector instructions.
-                count = np.uint64((last - first + LANES - 1) // LANES * LANES)
-                source = np.uint64(starts[n] + (y - i + reach) * (2 * reach + 1 + LANES) + first - j + reach)
-                target = np.uint64(surface * (channels + 1) * plane + (y - y0) * line + first - x0)
-                base = np.float32(1) + down * np.float32(y - i) + right * np.float32(first - j)
+                count = np.uint64((2 * wide + 1 + LANES - 1) // LANES * LANES)
+                source = np.uint64(starts[n] + (y + reach) * (2 * reach + 1 + LANES) + reach - wide)
+                target = np.uint64((i - y0 + rim + y) * line + j - x0 + rim - wide)
+                base = share * (np.float32(1) + down * np.float32(y) - right * np.float32(wide))
+                slope = share * right
                 for x in range(count):
-                    row[x] = values[source + x] * max(base + right * ramp[x], np.float32(0))
+                    row[x] = values[source + x] * max(base + slope * np.float32(x), np.float32(0))
+                if split:
+                    hidden = np.uint64((y + reach) * (2 * reach + 1) + reach - wide)
+                    for x in range(count):
+                        row[x] *= max(np.float32(1) - blocked[hidden + x], np.float32(0))
                 for x in range(count):
                     sums[target + x] += row[x]
                 for c in range(channels):
@@ -160,29 +231,3 @@ def _gather(  # type: ignore[no-untyped-def]
                     value = light[i, j, c]
                     for x in range(count):
                         sums[target + x] += value * row[x]
-
-
-@_compiled
-def _show(sums, tile):  # type: ignore[no-untyped-def]
-    """From near to far, what each surface shows of itself through what those before it leave open."""
-    height, width, channels = tile.shape
-    surface, shown = np.zeros(channels), np.zeros(channels)
-    for y in range(height):
-        for x in range(width):
-            left, weight = 1.0, 0.0
-            surface[:], shown[:] = 0, 0
-            for n in range(len(sums) - 1, -2, -1):
-                if n >= 0 and abs(sums[n, 0, y, x]) > NONE:
-                    weight += sums[n, 0, y, x]
-                    for c in range(channels):
-                        surface[c] += sums[n, c + 1, y, x]
-                elif weight > 10 * NONE:  # behind this surface there is a gap
-                    for c in range(channels):
-                        shown[c] += left * surface[c] / max(weight, 1.0)
-                        surface[c] = 0
-                    left *= 1 - min(weight, 1.0)
-                    weight = 0.0
-                    if left < NONE:
-                        break
-            for c in range(channels):
-                tile[y, x, c] = shown[c] / (1 - left)

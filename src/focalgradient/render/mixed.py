@@ -1,0 +1,130 @@
+"""Pixels of a picture that an outline crosses: parted into the light of the surface before it and of that behind.
+
+A pixel averages light over its area, but has one depth. Where a near surface covers a part of it, the light of the
+surface behind would be blurred as the near one, or the other way round, and leave a line along the outline. The share
+that the near surface covers is estimated from the light of the two surfaces beside the pixel (as in matting: the
+pixel's light is a mean of the two); where they look alike, so that it cannot be known, it does not matter.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from focalgradient.parallel import share_rows
+
+__all__ = ["NOTHING", "parted"]
+
+BESIDE = 2
+"""Pixels to each side from which the light of the two surfaces is taken."""
+
+LEAST, CLEAR = 1.0, 2.0
+"""Pixels of vergence between neighbours up to which they are one surface, and from which on they are two: between
+them, what a jump does grows with it. A surface whose slope is less than 1 is seen from all of the lens."""
+
+NOTHING = -1e30
+"""Vergence of a hidden point where nothing is hidden."""
+
+MOST = 0.5
+"""Share of a pixel up to which the other surface may cover it: depth is that of the pixel's middle."""
+
+MEAN, VARIANCE = 1 / 8, 0.03
+"""Of the share of a pixel that the other surface covers, before its light is looked at: an outline at a random place
+between two pixels' middles is 0 to 1/2 into one of them, and not at all into the other."""
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
+
+FloatImage = NDArray[np.float32]
+
+
+def parted(
+    image: FloatImage, vergence: FloatImage
+) -> tuple[FloatImage, FloatImage, FloatImage, FloatImage, FloatImage]:
+    """Part the pixels that an outline crosses.
+
+    Takes light (H x W x channels) and vergence in pixels (H x W). Returns light and vergence of the surface before;
+    the share of each pixel that it covers, 1 away from outlines; and light and vergence of what lies behind in a pixel
+    that is parted (`NOTHING` elsewhere).
+    """
+    light, near = image.copy(order="C"), vergence.copy(order="C")
+    cover = np.ones_like(near)
+    behind, far = np.zeros_like(light), np.full_like(near, NOTHING)
+    share_rows(len(vergence), partial(_part, image, vergence, light, near, cover, behind, far))
+    return light, near, cover, behind, far
+
+
+@_compiled
+def _jumps(vergence, i, j):  # type: ignore[no-untyped-def]
+    """By how much the nearest and the farthest neighbour differ from a pixel."""
+    height, width = vergence.shape
+    up, down = np.float32(0), np.float32(0)
+    for a in range(max(i - 1, 0), min(i + 2, height)):
+        for b in range(max(j - 1, 0), min(j + 2, width)):
+            jump = vergence[a, b] - vergence[i, j]
+            up, down = max(up, jump), max(down, -jump)
+    return up, down
+
+
+@_compiled
+def _part(image, vergence, light, near, cover, behind, far, first, last):  # type: ignore[no-untyped-def]
+    height, width, channels = image.shape
+    sums = np.empty((2, channels), np.float32)
+    for i in range(first, last):
+        for j in range(width):
+            up, down = _jumps(vergence, i, j)
+            jump = max(up, down)
+            if jump <= LEAST:
+                continue
+            here = vergence[i, j]
+            other = here + up if up > down else here - down
+            # Mean light of both surfaces, of pixels that no outline crosses, and its variance.
+            sums[:] = 0
+            count0, count1, squares = np.float32(0), np.float32(0), np.float32(0)
+            for a in range(max(i - BESIDE, 0), min(i + BESIDE + 1, height)):
+                for b in range(max(j - BESIDE, 0), min(j + BESIDE + 1, width)):
+                    own, its = abs(vergence[a, b] - here), abs(vergence[a, b] - other)
+                    if min(own, its) > jump / 4:
+                        continue
+                    above, below = _jumps(vergence, a, b)
+                    if max(above, below) > LEAST:
+                        continue
+                    side = 0 if own < its else 1
+                    if side == 0:
+                        count0 += 1
+                    else:
+                        count1 += 1
+                    for c in range(channels):
+                        sums[side, c] += image[a, b, c]
+                        squares += image[a, b, c] ** 2
+            if count0 == 0 or count1 == 0:
+                continue
+            along, apart = np.float32(0), np.float32(0)
+            for c in range(channels):
+                sums[0, c] /= count0
+                sums[1, c] /= count1
+                squares -= count0 * sums[0, c] ** 2 + count1 * sums[1, c] ** 2
+                step = sums[1, c] - sums[0, c]
+                along += step * (image[i, j, c] - sums[0, c])
+                apart += step * step
+            noise = max(squares, np.float32(0)) / max(count0 + count1 - 2, np.float32(1))
+            share = (along + noise * np.float32(MEAN / VARIANCE)) / (
+                apart + noise / np.float32(VARIANCE) + np.float32(1e-20)
+            )
+            share = min(max(share, np.float32(0)), np.float32(MOST))
+            share *= min((jump - np.float32(LEAST)) / np.float32(CLEAR - LEAST), np.float32(1))
+            if up > down:
+                near[i, j], far[i, j], cover[i, j] = other, here, share
+            else:
+                far[i, j], cover[i, j] = other, 1 - share
+            # What is left over is texture: of either surface by its share.
+            own = (1 - share) / ((1 - share) ** 2 + share**2)
+            its = share / ((1 - share) ** 2 + share**2)
+            for c in range(channels):
+                left = image[i, j, c] - (1 - share) * sums[0, c] - share * sums[1, c]
+                if up > down:
+                    behind[i, j, c], light[i, j, c] = sums[0, c] + own * left, sums[1, c] + its * left
+                else:
+                    behind[i, j, c], light[i, j, c] = sums[1, c] + its * left, sums[0, c] + own * left

@@ -1,0 +1,96 @@
+"""No seam at outlines: against what a lens makes of two planes, and against rays through a lens over whole scenes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from focalgradient.eye import Cones, Eye
+from focalgradient.render import blur_picture
+from focalgradient.stimuli.depth_rating import Pupil
+
+PIXEL = 1e-3
+
+
+def blurred(light: np.ndarray, vergence: np.ndarray, focus: float) -> np.ndarray:
+    """A picture through an aperture of which a dioptre is a pixel."""
+    return blur_picture(light, 1 / (vergence + 5), Pupil(2 * PIXEL, focus + 5), pixel_angle=PIXEL)
+
+
+def covered(edge: np.ndarray) -> np.ndarray:
+    """Share of a disc of radius 1 on the near side of a straight edge at these distances from its middle."""
+    edge = np.clip(edge, -1, 1)
+    return (np.arccos(edge) - edge * np.sqrt(1 - edge**2)) / np.pi
+
+
+@pytest.mark.parametrize("focus", [0.0, 2.0, 5.0, 8.0, 10.0, 16.0, -6.0])
+def test_a_straight_edge_covers_the_lens_as_geometry_says(focus: float) -> None:
+    """A near plane of light 1 before a far one of light 0: what is seen is the share of the lens that it covers."""
+    vergence = np.zeros((80, 120))
+    vergence[:, :60] = 10
+    seen = blurred((vergence > 0).astype(float), vergence, focus)[40]
+    fine = (np.arange(1200) + 0.5) / 10 - 0.5 - 59.5
+    radius = max(abs(10 - focus), 1e-6)
+    expected = covered(fine / radius).reshape(120, 10).mean(axis=1)
+    assert np.abs(seen - expected).max() < 0.03  # 0.025 where both planes are blurred by 2 pixels
+
+
+@pytest.mark.parametrize("focus", [-4.0, 0.0, 4.0])
+def test_what_is_hidden_fades_with_the_jump(focus: float) -> None:
+    """A step of depth that begins at 0: along it nothing changes faster than the depth does."""
+    jump = np.linspace(0, 6, 160)[:, None]
+    vergence = np.where(np.arange(96) < 48, jump, 0.0)
+    light = np.where(np.arange(96) < 48, 1.0, 0.3) * np.ones((160, 1))
+    seen = blurred(light, vergence, focus)[20:-20]
+    assert np.abs(np.diff(seen, axis=0)).max() < 0.035  # 0.7 of light: 5 %; it was 25 % at the former threshold
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**31), st.floats(-10, 20))
+def test_light_stays_within_the_range_of_the_picture(seed: int, focus: float) -> None:
+    random = np.random.default_rng(seed)
+    vergence = random.uniform(0, 15, (6, 7)).repeat(9, axis=0).repeat(9, axis=1)
+    light = random.uniform(0.2, 0.8, vergence.shape)
+    seen = blurred(light, vergence, focus)
+    assert np.isfinite(seen).all()
+    assert seen.min() > 0
+    assert seen.max() < 1.2
+
+
+def test_the_same_picture_comes_again_to_the_bit() -> None:
+    random = np.random.default_rng(1)
+    vergence = random.uniform(0, 12, (9, 9)).repeat(16, axis=0).repeat(16, axis=1)
+    light = random.random(vergence.shape)
+    assert np.array_equal(blurred(light, vergence, 5.0), blurred(light, vergence, 5.0))
+
+
+def test_an_edge_of_an_eye_has_no_seam() -> None:
+    """A near plane that leaves a far one slowly, by waves: no step where the jump begins."""
+    minute = np.radians(1 / 60)
+    cones = Cones.of(Eye(0.005, 2.0), "L+M", wavelengths=3)
+    vergence = np.where(np.arange(64) < 32, 1.0 + np.linspace(0, 0.9, 96)[:, None], 1.0)
+    light = np.where(np.arange(64) < 32, 0.8, 0.3) * np.ones((96, 1))
+    seen = blur_picture(light, 1 / vergence, cones, pixel_angle=minute)[16:-16]
+    assert np.abs(np.diff(seen, axis=0)).max() < 0.03
+
+
+@pytest.mark.parametrize(("number", "rays"), [(23, 256), pytest.param(3, 1024, marks=pytest.mark.slow)])
+def test_against_rays_through_a_lens(number: int, rays: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A card that leans on a wall; balls that stand on a floor: no place is sharper than its blur allows."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "benchmarks")
+    import lens_rays
+    import seams
+
+    scene = lens_rays.scenes()[number]
+    picture, vergence = lens_rays.picture_of(scene)
+    seen = lens_rays.seen_through_lens(scene, rays=rays)
+    made = seams.blurred(scene, picture, vergence)
+    found = seams.compared(scene, made, vergence, seen, np.ones(seen.shape, bool))
+    assert found.median < 1.1
+    assert found.worst < (6 if number == 23 else 10)
+    assert found.gradient < 1.15
+    assert found.local < 1.7
