@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +69,9 @@ SINGLE, DISTANCE = "blurred", "distance.npy"
 SETTINGS = "settings.json"
 """Of the frames in a folder: those that are there are kept only where they were made alike."""
 
+LIGHTS = 3
+"""Lights of a display, each blurred in one focus, where their spectra are not known."""
+
 CLIPPED = 1e-3
 """Share of values beyond the display's white above which a warning says so."""
 
@@ -103,7 +107,7 @@ def _focus(context: click.Context, option: click.Parameter, given: tuple[float, 
     "--wavelengths",
     type=click.IntRange(3, 81),
     metavar="N",
-    help="With --chromatic: parts of a display's light, each in its own focus; take 9 or more.  [default: 3 lights]",
+    help="With --chromatic: parts of a display's light, each in its own focus.  [default: by pupil and distances]",
 )
 @click.option(
     "--to-show",
@@ -306,18 +310,21 @@ class _Job:
             )
         refuse_slips(distances.metres, self.optics, angle, self.options["depth_unit"])
         check_frame(angle, shown.light.shape)
-        lights = (self.options["wavelengths"] or 3) if self.options["chromatic"] else 1
-        pictures = to_come * len(self.focus) * lights
+        parts = [
+            self._parts(optics, np.append(distances.metres, [metres] * self.options["to_show"]), angle)
+            for metres, optics in zip(self.focus, self.optics, strict=True)
+        ]
+        pictures = to_come * sum(parts)
         announce(SECONDS_PER_MEGAPIXEL * 1e-6 * distances.metres.size * pictures, f"{pictures} blurred pictures")
         writers: dict[str, Any] = {}
         largest, residuals = [], []
-        for number, (metres, optics) in enumerate(zip(self.focus, self.optics, strict=True)):
+        for number, (metres, optics, lights) in enumerate(zip(self.focus, self.optics, parts, strict=True)):
             part = _share_of(say, number, len(self.focus))
             if self.options["to_show"]:
-                light, residual = self._to_show(shown.light, distances.metres, optics, metres, angle, part)
+                light, residual = self._to_show(shown.light, distances.metres, optics, metres, angle, lights, part)
                 residuals.append(residual)
             else:
-                light = self._seen(shown.light, distances.metres, optics, angle, part)
+                light = self._seen(shown.light, distances.metres, optics, angle, lights, part)
             largest.append(_largest(optics, distances.metres, angle))
             writers[f"{self.stem}-{metres}m.png"] = self._png(light)
             writers[f"{self.stem}-{metres}m.npy"] = partial(_save, light)
@@ -333,46 +340,60 @@ class _Job:
             "distance_m": [low, high],
             "share_of_holes_filled": distances.filled,
             "largest_blur_px": largest,
+            **({"wavelengths": parts} if self.options["chromatic"] else {}),
             **({"residuals": residuals} if residuals else {}),
         }
         return writers, facts
 
+    def _parts(self, optics: Optics, metres: Any, angle: float) -> int:
+        """How many parts of the light are blurred, each in its own focus."""
+        if not self.options["chromatic"]:
+            return 1
+        if self.options["wavelengths"] is not None:
+            return int(self.options["wavelengths"])
+        if find_spec("colour") is None:
+            warnings.warn(
+                "colour-science is not installed, so that red, green and blue are each blurred in one focus, which is "
+                "in error by up to 0.1 of white: install focalgradient[eye].",
+                FocalGradientWarning,
+                stacklevel=2,
+            )
+            return LIGHTS
+        from focalgradient.eye import parts_needed
+
+        eye: Any = optics
+        return parts_needed(metres, eye, pixel_angle=angle)
+
     def _seen(
-        self, light: Any, metres: Any, optics: Optics, angle: float, tell: Progress
+        self, light: Any, metres: Any, optics: Optics, angle: float, parts: int, tell: Progress
     ) -> np.ndarray[Any, np.dtype[np.float32]]:
         from focalgradient.render import blur_picture
 
         if not self.options["chromatic"]:
             return blur_picture(light, metres, optics, pixel_angle=angle, psf=self.shape, progress=tell)
-        from focalgradient.stimuli.depth_rating import LIGHTS
-
         eye: Any = optics
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
-        if self.options["wavelengths"] is not None:
+        if self.options["wavelengths"] is not None or find_spec("colour") is not None:
             from focalgradient.eye import retinal_image
 
-            parts = self.options["wavelengths"]
             return retinal_image(colours, metres, eye, pixel_angle=angle, wavelengths=parts, progress=tell)
+        from focalgradient.stimuli import depth_rating
+
         seen = [
             blur_picture(
-                colours[..., n],
-                metres,
-                eye.in_light(nm),
-                pixel_angle=angle,
-                progress=_share_of(tell, n, 3),
+                colours[..., n], metres, eye.in_light(nm), pixel_angle=angle, progress=_share_of(tell, n, LIGHTS)
             )
-            for n, nm in enumerate(LIGHTS)
+            for n, nm in enumerate(depth_rating.LIGHTS)
         ]
         return np.stack(seen, axis=-1)
 
     def _to_show(
-        self, light: Any, metres: Any, eye: Any, screen: float, angle: float, tell: Progress
+        self, light: Any, metres: Any, eye: Any, screen: float, angle: float, parts: int, tell: Progress
     ) -> tuple[Any, dict[str, list[float]]]:
         """What a display at `screen` (m) must show, and what is left by it and by simpler pictures."""
         from focalgradient.eye import chromatic_stimulus
 
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
-        parts = self.options["wavelengths"] or 9
         white = self.options["white"]
         found = chromatic_stimulus(
             colours / white, metres, eye, screen=screen, pixel_angle=angle, wavelengths=parts, progress=tell

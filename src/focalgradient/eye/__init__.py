@@ -29,7 +29,7 @@ from focalgradient.eye.photons import Photons
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
-from focalgradient.eye.retinal_image import retinal_image
+from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.score import score
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
@@ -86,6 +86,7 @@ __all__ = [
     "optical_transfer",
     "osa_index",
     "osa_order",
+    "parts_needed",
     "point_spread",
     "pupil_transfer",
     "read_zernike",

@@ -17,7 +17,7 @@ from scipy import fft
 from focalgradient.errors import check_number
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.retinal_image import caught_by_cones, parts_of_light
+from focalgradient.eye.retinal_image import caught_by_cones, parts_needed, parts_of_light
 from focalgradient.eye.transfer import blur_transfer
 from focalgradient.progress import Progress
 
@@ -60,7 +60,7 @@ def chromatic_stimulus(
     *,
     screen: float,
     pixel_angle: float,
-    wavelengths: int = 9,
+    wavelengths: int | None = None,
     primaries: str = PRIMARIES,
     progress: Progress | None = None,
 ) -> ChromaticStimulus:
@@ -79,7 +79,7 @@ def chromatic_stimulus(
     pixel_angle
         Angle in radians that one pixel subtends.
     wavelengths
-        Parts of the spectrum, each in its own focus (see `retinal_image`).
+        Parts of the spectrum, each in its own focus (see `retinal_image`); None is as many as pupil and distances need.
     primaries
         The display's name in colour-science.
     progress
@@ -108,6 +108,9 @@ def chromatic_stimulus(
     """
     check_number("screen", screen, "metres", positive=True)
     say = progress or (lambda share, words: None)
+    if wavelengths is None:
+        distances = np.append(np.asarray(distance, dtype=float), screen)
+        wavelengths = parts_needed(distances, eye, pixel_angle=pixel_angle, primaries=primaries)
     wanted, by_primary = caught_by_cones(
         picture,
         distance,

@@ -1,8 +1,9 @@
 """A picture with its depth, seen through a lens or an eye.
 
 A point at vergence V of the pinhole picture lands on a disc of radius r = (A/2) |Vf - V| about its own pixel, or on
-the point spread function that the optics themselves have there. Near things blur over far ones, far things do not
-bleed onto near ones (`spread`), and what an outline hides is completed from the surface behind it (`hidden`).
+the point spread function that the optics themselves have there. Near things blur over far ones and far things do not
+bleed onto near ones: each point counts by the part of the lens that sees it (`spread`, `visibility`). What an outline
+hides is completed from the surface behind it (`hidden`); a pixel that it crosses is parted (`mixed`).
 """
 
 from __future__ import annotations
@@ -86,7 +87,8 @@ def blur(
     -----
     Light is kept. Beyond the frame the picture is taken to go on mirrored: within a blur's radius of the frame's rim
     the result rests on that. Against ray casting (`benchmarks/blurred_pictures.py`) it is right to 0.5 % of the mean
-    away from outlines and to 3 % within two radii of blur from them, where the light that is hidden is not known.
+    away from outlines. Within 3 pixels of them the error's median is 0.6 % (`benchmarks/seams.py`: 30 scenes, 0.3 to
+    1.6 %); its 99th percentile is 8 %, and 4 % where it does not matter what is hidden, which is not known.
 
     Examples
     --------
