@@ -23,10 +23,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 from lens_rays import MARGIN, Ball, Layered, Sheet, picture_of, scenes, seen_through_lens
 from numpy.typing import NDArray
-from PIL import Image
 from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
 
 from focalgradient.render import blur_picture
@@ -142,7 +142,7 @@ def table(numbers: list[int], pictures: Path | None) -> list[dict[str, float]]:
         values = [float(take([row[key] for row in rows])) for key in rows[0]]
         print(f"{name:28} {values[0]:7.2f} {values[1]:6.2f} {values[2]:6.2f} {values[3]:9.3f} {values[4]:6.2f}")
     if pictures is not None:
-        Image.fromarray((255 * np.clip(np.vstack(shown), 0, 1) ** 0.45).astype(np.uint8)).save(pictures)
+        cv2.imwrite(str(pictures), (255 * np.clip(np.vstack(shown), 0, 1) ** 0.45).astype(np.uint8))
     return rows
 
 
