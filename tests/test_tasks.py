@@ -190,6 +190,10 @@ def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monk
     data = tmp_path / "data"
     done = command(tmp_path, "simulate", file, "--observers", 2, "--seed", 1, "--out", data, "--workers", 2)
     assert done.returncode == 0, done.stderr
+    for words in (("validate", data), ("report", data, "--out", tmp_path / "report")):
+        done = command(tmp_path, *words)
+        assert done.returncode in (1, 2)
+        assert "is of a task 'edgeblur' that is not known here: install its package" in done.stdout + done.stderr
     monkeypatch.setenv(FILES, str(file))
     done = command(tmp_path, "validate", data)
     assert done.returncode == 0, done.stdout

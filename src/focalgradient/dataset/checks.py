@@ -35,7 +35,7 @@ from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.dataset.withdrawal import withdrawals
 from focalgradient.errors import InputError
 from focalgradient.parallel import in_order
-from focalgradient.tasks import is_task
+from focalgradient.tasks import is_task, unknown_task
 
 __all__ = ["VALIDATOR", "Findings", "bids_problems", "checking", "checking_bids", "validate"]
 
@@ -111,7 +111,9 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     of_files = set(sessions_of(root))
     for path in journals(root):
         files = _named(root, path)
-        if files is None or files.journal != path:
+        if files is not None and not is_task(files.task):
+            checked.problems.append(f"{path} is of a task {unknown_task(files.task)}")
+        elif files is None or files.journal != path:
             checked.problems.append(f"{path} does not lie where its name says: put it back where it was.")
         else:
             of_files.add(files)
@@ -152,7 +154,7 @@ def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
 def _named(root: Path, path: Path) -> Files | None:
     """The session that a journal's name gives."""
     match = NAME.fullmatch(path.with_suffix(".tsv").name)
-    return Files(root, match[3], match[1], match[2]) if match and is_task(match[3]) else None
+    return Files(root, match[3], match[1], match[2]) if match else None
 
 
 class _Checked:

@@ -75,7 +75,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_reports import holds_reports
-from focalgradient.tasks import task_named, task_names
+from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 from focalgradient.tasks.registry import OURS
 
 __all__ = [
@@ -295,6 +295,9 @@ def _of_dataset(
     if not found.parts:
         if refused:
             raise refused[0]
+        for path in sorted(root.glob("sub-*/**/*_beh.tsv")):
+            if not is_task(name := path.stem.rpartition("_task-")[2].removesuffix("_beh")):
+                raise InputError(f"{path} is of a task {unknown_task(name)}")
         raise InputError(
             f"{root} holds neither depth ratings nor reports on the cube nor blur thresholds nor answers to a task of "
             "your own: there is nothing to report."

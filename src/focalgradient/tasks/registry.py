@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from focalgradient.errors import InputError, described
 from focalgradient.tasks.base import Task
 
-__all__ = ["FILES", "GROUP", "OURS", "is_task", "load_file", "register", "task_named", "task_names"]
+__all__ = ["FILES", "GROUP", "OURS", "is_task", "load_file", "register", "task_named", "task_names", "unknown_task"]
 
 GROUP = "focalgradient.tasks"
 """Group of entry points by which an installed package declares tasks: name of the task = "module:Class"."""
@@ -136,6 +136,15 @@ def task_names() -> tuple[str, ...]:
 def is_task(name: Any) -> bool:
     """Return whether there is a task of that label."""
     return isinstance(name, str) and (name in _REGISTERED or name in OURS or name in _declared())
+
+
+def unknown_task(name: str) -> str:
+    """Say what to do about a task of recorded data that is not known here, after "a task".
+
+    >>> unknown_task("mine")
+    "'mine' that is not known here: install its package, or name its Python file in FOCALGRADIENT_TASKS."
+    """
+    return f"{name!r} that is not known here: install its package, or name its Python file in {FILES}."
 
 
 def task_named(name: str) -> Task:
