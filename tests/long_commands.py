@@ -80,6 +80,7 @@ COMMANDS: dict[str, Long] = {
     "stimuli necker": Long(("stimuli", "necker", *SMALL, *ONE)),
     "stimuli depth-rating": Long(("stimuli", "depth-rating", *PICTURES, "--pixel-pitch", "3000", *ONE)),
     "stimuli import": Long(("stimuli", "import", "own", "--table", "own/pictures.csv", "--pixel-pitch", "3000")),
+    "stimuli texture-border": Long(("stimuli", "texture-border", "--width-deg", "20"), "stimulus.json"),
     "demo": Long(("demo",)),
     "serve --export": Long(
         ("serve", "study.toml", "--export", "study", "--participants", "3"), None, "study", once=True

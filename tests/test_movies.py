@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import focalgradient as fg
 from focalgradient import InputError
 from focalgradient.display import Display
+from focalgradient.stimuli import frames, slanted_plane
 from focalgradient.video import Source, read_movie, save_movie
 
 
@@ -53,6 +54,20 @@ def test_light_is_encoded_for_the_display(tmp_path: Path) -> None:
         np.testing.assert_array_equal(next(read_movie(path)), display.encode(light))
 
 
+def test_a_sweep_of_focus_is_a_movie(tmp_path: Path) -> None:
+    """Frames of a series and of a stimulus, as light, come back as the display shows them."""
+    one = slanted_plane(width_deg=2, height_deg=1.5)
+    series = fg.FocusSeries.of(one.sharp, one.depth_m, fg.Lens(0.016, 4.0, 0.57), pixel_angle=one.pixel_angle)
+    foci = np.linspace(series.vergences[0], series.vergences[-1], 5)
+    path = fg.save_movie((series.at(focus) for focus in foci), tmp_path / "series.mkv", rate=60)
+    for frame, focus in zip(fg.read_movie(path), foci, strict=True):
+        np.testing.assert_array_equal(frame, series.encoded(focus))
+    drawn = list(frames(slanted_plane, "focus_m", (0.5, 0.6), width_deg=2, height_deg=1.5))
+    assert np.abs(drawn[0] - drawn[1]).max() > 0.01
+    path = fg.save_movie(drawn, tmp_path / "plane.mkv", rate=60)
+    np.testing.assert_array_equal(list(fg.read_movie(path)), Display().encode(drawn))
+
+
 @pytest.mark.parametrize("ending", [".mp4", ".mov", ".mkv", ".avi", ".webm"])
 def test_compressed_movies_err_by_some_steps(tmp_path: Path, ending: str) -> None:
     """Smooth pictures, as blurred ones are: in the mean less than 2 steps of 8 bits."""
@@ -66,14 +81,14 @@ def test_compressed_movies_err_by_some_steps(tmp_path: Path, ending: str) -> Non
 def test_frames_are_taken_one_at_a_time(tmp_path: Path) -> None:
     """200 frames of 0.25 MB: never more than some are in memory."""
 
-    def frames() -> Iterator[np.ndarray]:
+    def given_frames() -> Iterator[np.ndarray]:
         for number in range(200):
             yield np.full((500, 500), number % 256, np.uint8)
 
     told: list[float] = []
     tracemalloc.start()
     path = save_movie(
-        frames(), tmp_path / "long.mkv", rate=60, count=200, progress=lambda share, words: told.append(share)
+        given_frames(), tmp_path / "long.mkv", rate=60, count=200, progress=lambda share, words: told.append(share)
     )
     counted = sum(1 for _ in read_movie(path))
     peak = tracemalloc.get_traced_memory()[1]
@@ -86,7 +101,7 @@ def test_frames_are_taken_one_at_a_time(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError, InputError("no")])
 def test_what_is_cut_off_leaves_what_was_there(tmp_path: Path, error: BaseException) -> None:
-    def frames() -> Iterator[np.ndarray]:
+    def given_frames() -> Iterator[np.ndarray]:
         yield from noise("uint8", (64, 64), 20)
         raise error
 
@@ -95,7 +110,7 @@ def test_what_is_cut_off_leaves_what_was_there(tmp_path: Path, error: BaseExcept
         if before:
             path.write_bytes(before)
         with pytest.raises(error if isinstance(error, type) else type(error)):
-            save_movie(frames(), path, rate=60)
+            save_movie(given_frames(), path, rate=60)
         assert [one.name for one in tmp_path.iterdir()] == ["movie.mkv"] * bool(before)
         assert not before or path.read_bytes() == before
 

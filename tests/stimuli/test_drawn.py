@@ -15,6 +15,7 @@ from scipy.ndimage import convolve, gaussian_filter, map_coordinates
 from scipy.stats import norm, qmc
 
 from focalgradient import InputError, Lens
+from focalgradient.eye import Eye
 from focalgradient.stimuli import (
     PAPERS,
     Stimulus,
@@ -279,6 +280,14 @@ def test_a_slanted_plane_is_what_rays_through_the_pupil_see(slant: float, tilt: 
     error = (seen - one.picture)[inside] / 0.5
     assert error.std() < 0.006
     assert np.abs(error).max() < 0.04
+
+
+@pytest.mark.parametrize("optics", [Lens(0.05, 8.0, 0.5), Eye(0.005, 1.8)], ids=["lens", "eye"])
+def test_surfaces_are_seen_through_a_lens_or_an_eye(optics: Any) -> None:
+    one = corrugated_plane(optics=optics, width_deg=6, height_deg=4)
+    radius = optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - 1 / one.depth_m)
+    np.testing.assert_allclose(one.blur_arcmin, radius / 2 / ARCMIN, rtol=1e-9, atol=1e-12)
+    assert one.picture.std() < one.sharp.std()
 
 
 def test_a_corrugated_plane_has_the_relief_that_was_set() -> None:
