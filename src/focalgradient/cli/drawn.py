@@ -30,7 +30,7 @@ FILES = ("picture.png", "picture.npy", "sharp.npy", "depth.npy", "blur.npy", "ma
 ABOUT = f"""\
 DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur (shares
 of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions; {SUMMARY} has every
-parameter, what was controlled and the source. Takes about a second, and some for large pictures.
+parameter, what was controlled and the source. Takes about a second; for a picture that fills a screen, up to 20 s.
 """
 
 
@@ -240,7 +240,7 @@ def replica(paper: str, condition: str | None, out: Path, **screen: Any) -> None
     unknown condition is answered by the list of those known. Parameters that the paper's abstract or its authors' page
     does not state are ours: stimulus.json lists those stated. Pixels are those of the display.
 
-    Writes the files of 'focalgradient stimuli texture-border'. Takes about a second, and some for large pictures.
+    Writes the files of 'focalgradient stimuli texture-border'. Takes about a second, and up to 20 s for large pictures.
 
     \b
     Example:

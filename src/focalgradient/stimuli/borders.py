@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.special import ndtr
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import (
     blurred,
@@ -27,6 +27,7 @@ from focalgradient.stimuli.stimulus import (
     Region,
     Shape,
     Stimulus,
+    check_amount,
     check_choice,
     check_light,
     depth_of_blur,
@@ -120,7 +121,7 @@ def texture_border(
     parameters = dict(locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
     check_light(mean, contrast, seed, HIGHEST)
-    check_number("slope", slope, "powers of spatial frequency", least=0)
+    check_amount("slope", slope, "powers of spatial frequency", least=0)
     check_choice("border", border, ("straight", "sinusoidal"))
     check_choice("psf", psf, ("gaussian", "disc"))
     names = check_equalise(equalise)
@@ -144,8 +145,8 @@ def texture_border(
     bend = 0.0
     if border == "sinusoidal":
         for name, value in (("amplitude_deg", amplitude_deg), ("period_deg", period_deg)):
-            check_number(name, value, "degrees", positive=True)
-        check_number("phase_deg", phase_deg, "degrees")
+            check_amount(name, value, "degrees", positive=True)
+        check_amount("phase_deg", phase_deg, "degrees")
         bend = amplitude_deg * pixels_per_degree
     angle = 2 * math.pi / (period_deg * pixels_per_degree) if bend else 0.0
     factor = fineness(edge)
@@ -299,9 +300,9 @@ def blurred_edge(
     check_choice("psf", psf, ("gaussian", "disc"))
     check_choice("side", side, ("beyond", "nearer"))
     check_choice("polarity", polarity, ("bright left", "bright right"))
-    check_number("orientation_deg", orientation_deg, "degrees")
+    check_amount("orientation_deg", orientation_deg, "degrees")
     frame.blur("pedestal_arcmin", pedestal_arcmin)
-    check_number("increment_arcmin", increment_arcmin, "arcmin")
+    check_amount("increment_arcmin", increment_arcmin, "arcmin")
     if increment_arcmin < -pedestal_arcmin:
         raise InputError(
             f"increment_arcmin is {increment_arcmin:g}, but the pedestal is {pedestal_arcmin:g}: give an increment of "

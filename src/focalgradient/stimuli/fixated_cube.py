@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K
 from focalgradient.render import necker_frame
 from focalgradient.render.wireframe import Gradient, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import EDGES, Direction
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, measured
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_amount, check_choice, measured
 
 __all__ = ["fixated_cube"]
 
@@ -84,11 +84,11 @@ def fixated_cube(
     check_choice("fixation", fixation, ("nearest", "farthest", "centre"))
     check_choice("gradient", gradient, ("none", "rigid", "nonrigid"))
     for name in ("turn", "tilt_deg"):
-        check_number(name, parameters[name], "turns" if name == "turn" else "degrees")
+        check_amount(name, parameters[name], "turns" if name == "turn" else "degrees")
     for name in ("edge_deg", "line_arcmin", "perspective", "distance_m"):
-        check_number(name, parameters[name], "its unit", positive=True)
-    check_number("line_light", line_light, "shares of white", positive=True)
-    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+        check_amount(name, parameters[name], "its unit", positive=True)
+    check_amount("line_light", line_light, "shares of white", positive=True)
+    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
     cube = NeckerCube(
         size=math.radians(edge_deg),
         perspective=perspective,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from focalgradient.errors import InputError, check_list, check_number
+from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import check_equalise, equalised, reach_of
 from focalgradient.stimuli.stimulus import (
@@ -19,6 +19,7 @@ from focalgradient.stimuli.stimulus import (
     Frame,
     Shape,
     Stimulus,
+    check_amount,
     check_choice,
     check_light,
     depth_of_blur,
@@ -176,10 +177,10 @@ def dead_leaves(
 
 
 def _check_sizes(smallest: Any, largest: Any, exponent: Any, aspect: Any, frame: Frame) -> None:
-    check_number("smallest_deg", smallest, "degrees", positive=True)
-    check_number("largest_deg", largest, "degrees", positive=True)
-    check_number("exponent", exponent, "powers of the radius", least=0)
-    check_number("aspect", aspect, "long axis / short axis", least=1)
+    check_amount("smallest_deg", smallest, "degrees", positive=True)
+    check_amount("largest_deg", largest, "degrees", positive=True)
+    check_amount("exponent", exponent, "powers of the radius", least=0)
+    check_amount("aspect", aspect, "long axis / short axis", least=1)
     if aspect > 10:
         raise InputError(f"aspect is {aspect:g}, but must be 1 to 10.")
     if smallest > largest:

@@ -19,6 +19,7 @@ __all__ = [
     "Region",
     "Shape",
     "Stimulus",
+    "check_amount",
     "check_choice",
     "check_light",
     "depth_of_blur",
@@ -38,6 +39,9 @@ LARGEST = 4096
 
 LINE_PEAK = math.exp(-0.5)
 """Steepest gradient of a Gaussian line of unit peak, times its standard deviation."""
+
+SMALLEST, GREATEST = 1e-6, 1e6
+"""Size of a quantity that is not 0: far beyond what eyes and displays have, and what follows stays within precision."""
 
 NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
 """Steepest gradient of a unit step blurred by a Gaussian, times its standard deviation."""
@@ -112,8 +116,8 @@ class Frame:
 
     def __post_init__(self) -> None:
         for name in ("width_deg", "height_deg"):
-            check_number(name, getattr(self, name), "degrees", positive=True)
-        check_number("pixels_per_degree", self.pixels_per_degree, "pixels per degree", positive=True)
+            check_amount(name, getattr(self, name), "degrees", positive=True)
+        check_amount("pixels_per_degree", self.pixels_per_degree, "pixels per degree", positive=True)
         height, width = self.shape
         if min(height, width) < 8 or max(height, width) > LARGEST:
             raise InputError(
@@ -139,7 +143,7 @@ class Frame:
 
     def blur(self, name: str, arcmin: Any) -> float:
         """Standard deviation in pixels of the blur called `name`, refused unless the picture has room for it."""
-        check_number(name, arcmin, "arcmin", least=0)
+        check_amount(name, arcmin, "arcmin", least=0)
         if self.pixels(arcmin) > max(self.shape) / 4:
             raise InputError(
                 f"{name} is {arcmin:g} arcmin, {self.pixels(arcmin):.3g} pixels, but the picture has "
@@ -153,11 +157,23 @@ class Frame:
         return height[:, None], width[None]
 
 
+def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, positive: bool = False) -> None:
+    """Refuse what `check_number` does, and what is so small or large that what follows from it overflows.
+
+    >>> check_amount("pupil_mm", 1e-300, "millimetres", positive=True)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: pupil_mm is 1e-300, but must be 1e-06 to 1e+06 in size: give it in millimetres.
+    """
+    check_number(name, value, unit, least=least, positive=positive)
+    if value != 0 and not SMALLEST <= abs(value) <= GREATEST:
+        raise InputError(f"{name} is {value:g}, but must be {SMALLEST:g} to {GREATEST:g} in size: give it in {unit}.")
+
+
 def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
     """Refuse a mean luminance, an RMS contrast whose `peak` multiples leave 0 to 1, or a seed that is none."""
     check_seed(seed)
-    check_number("mean", mean, "shares of white", positive=True)
-    check_number("contrast", contrast, "standard deviation / mean", least=0)
+    check_amount("mean", mean, "shares of white", positive=True)
+    check_amount("contrast", contrast, "standard deviation / mean", least=0)
     if mean * (1 + peak * contrast) > 1 + 1e-9 or peak * contrast > 1 + 1e-9:
         most = min(1 / peak, (1 / mean - 1) / peak)
         raise InputError(
@@ -196,8 +212,8 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     >>> round(depth_of_blur(3.4377, "beyond", focus_m=0.5, pupil_mm=4).item(), 4)  # 1 mrad: 1 D
     1.0
     """
-    check_number("focus_m", focus_m, "metres", positive=True)
-    check_number("pupil_mm", pupil_mm, "millimetres", positive=True)
+    check_amount("focus_m", focus_m, "metres", positive=True)
+    check_amount("pupil_mm", pupil_mm, "millimetres", positive=True)
     if pupil_mm > 100:
         raise InputError(f"pupil_mm is {pupil_mm:g}, but an eye's pupil has 1 to 10: give its diameter in millimetres.")
     blur = np.asarray(blur_arcmin, float)

@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number, check_seed
+from focalgradient.errors import InputError, check_finite, check_seed
 from focalgradient.optics import Optics, check_optics
 from focalgradient.render import blur_picture
 from focalgradient.scenes.fractal import fractal
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_choice, check_light, measured
+from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_amount, check_choice, check_light, measured
 from focalgradient.stimuli.town import draw_town
 
 __all__ = ["corrugated_plane", "miniature", "slanted_plane"]
@@ -101,11 +101,11 @@ def slanted_plane(
     ([0.532, 0.472], [0.619, 0.619])
     """
     parameters = dict(locals())
-    check_number("slant_deg", slant_deg, "degrees", least=0)
-    check_number("tilt_deg", tilt_deg, "degrees")
+    check_amount("slant_deg", slant_deg, "degrees", least=0)
+    check_amount("tilt_deg", tilt_deg, "degrees")
     if slant_deg >= 90:
         raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 is seen edge on.")
-    check_number("distance_m", distance_m, "metres", positive=True)
+    check_amount("distance_m", distance_m, "metres", positive=True)
     slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
 
     def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -188,11 +188,11 @@ def corrugated_plane(
     0.6
     """
     parameters = dict(locals())
-    check_number("amplitude_m", amplitude_m, "metres", least=0)
-    check_number("cycles_per_degree", cycles_per_degree, "cycles per degree", positive=True)
+    check_amount("amplitude_m", amplitude_m, "metres", least=0)
+    check_amount("cycles_per_degree", cycles_per_degree, "cycles per degree", positive=True)
     for name in ("orientation_deg", "phase_deg"):
-        check_number(name, parameters[name], "degrees")
-    check_number("distance_m", distance_m, "metres", positive=True)
+        check_amount(name, parameters[name], "degrees")
+    check_amount("distance_m", distance_m, "metres", positive=True)
     if amplitude_m >= 0.9 * distance_m:
         raise InputError(f"amplitude_m is {amplitude_m:g}, but must be below 0.9 of distance_m, {distance_m:g}.")
     turn = math.radians(orientation_deg)
@@ -268,8 +268,8 @@ def _optics(optics: Any, focus_m: Any, pupil_mm: Any) -> Optics:
     if optics is not None:
         check_optics(optics)
         return optics
-    check_number("focus_m", focus_m, "metres", positive=True)
-    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+    check_amount("focus_m", focus_m, "metres", positive=True)
+    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
     return Pupil(pupil_mm / 1000, 1 / focus_m)
 
 
@@ -374,8 +374,8 @@ def miniature(
     """
     parameters = {name: value for name, value in locals().items() if name not in ("picture", "depth_m")}
     for name in ("simulated_distance_m", "true_distance_m"):
-        check_number(name, parameters[name], "metres", positive=True)
-    check_number("pupil_mm", pupil_mm, "millimetres", least=0)
+        check_amount(name, parameters[name], "metres", positive=True)
+    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
     check_choice("gradient", gradient, ("consistent", "vertical", "horizontal"))
     check_seed(seed)
     names = check_equalise(equalise)
@@ -395,7 +395,7 @@ def miniature(
             )
         if not (metres > 0).all() or sharp.min() < 0 or sharp.max() > 1:
             raise InputError("picture must hold light of 0 to 1, and depth_m positive distances: scale or mend them.")
-        check_number("width_deg", width_deg, "degrees", positive=True)
+        check_amount("width_deg", width_deg, "degrees", positive=True)
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
     scale = true_distance_m / simulated_distance_m
     optics = Pupil(pupil_mm / 1000 * scale, 1 / true_distance_m)

@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import blurred, reach_of
 from focalgradient.stimuli.leaves import dead_leaves
-from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_choice, depth_of_blur, measured
+from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_amount, check_choice, depth_of_blur, measured
 
 __all__ = ["wide_field"]
 
@@ -95,17 +95,17 @@ def wide_field(
     ((168, 168), 0.25)
     """
     parameters = dict(locals())
-    check_number("window_deg", window_deg, "degrees", positive=True)
+    check_amount("window_deg", window_deg, "degrees", positive=True)
     if window_deg > 120:
         raise InputError(f"window_deg is {window_deg:g}, but a flat screen shows 120 degrees at most.")
-    check_number("pixels_per_degree", pixels_per_degree, "pixels per degree", positive=True)
+    check_amount("pixels_per_degree", pixels_per_degree, "pixels per degree", positive=True)
     flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # degrees of the middle's pixels
     check_choice("side", side, ("beyond", "nearer"))
     frame = Frame(flat, flat, pixels_per_degree)
     check_choice("quadrant", quadrant, tuple(QUADRANTS))
-    check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
-    check_number("annulus_deg", annulus_deg, "degrees", positive=True)
-    check_number("transition_deg", transition_deg, "degrees", positive=True)
+    check_amount("eccentricity_deg", eccentricity_deg, "degrees", least=0)
+    check_amount("annulus_deg", annulus_deg, "degrees", positive=True)
+    check_amount("transition_deg", transition_deg, "degrees", positive=True)
     if eccentricity_deg + annulus_deg / 2 + transition_deg > window_deg / 2:
         raise InputError(
             f"eccentricity_deg is {eccentricity_deg:g}, with which the annulus leaves the window of {window_deg:g} "
@@ -115,7 +115,7 @@ def wide_field(
     cosine = math.cos(math.radians(eccentricity_deg))
     stretch = cosine**-1.5  # a pixel subtends cos^2 along the radius and cos across it, in shares of the middle's
     blurs = [float(pedestal_arcmin), float(pedestal_arcmin) + float(increment_arcmin)]
-    check_number("increment_arcmin", increment_arcmin, "arcmin", least=0)
+    check_amount("increment_arcmin", increment_arcmin, "arcmin", least=0)
     sds = [stretch * frame.blur("pedestal_arcmin + increment_arcmin", blur) for blur in blurs]
     depths = depth_of_blur([0.0, *blurs], side, focus_m=focus_m, pupil_mm=pupil_mm)
     leaves = dead_leaves(
