@@ -16,7 +16,7 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
-from focalgradient.psf import Capability
+from focalgradient.psf import Capability, Psf, check_transfer
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -118,6 +118,8 @@ def methods_for(psf: BlurSource | str) -> list[MethodName]:
 
 def check_blur(method: MethodName, psf: BlurSource) -> None:
     """Raise `InputError` where a method needs what a blur does not provide, naming both and what else can be done."""
+    if isinstance(psf, Psf):
+        check_transfer(psf)
     blur = psf if isinstance(psf, OpticsBlur) else psf.name
     for need in METHODS[method].needs or ():
         if need not in psf.provides:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_finite
 from focalgradient.psf.annulus import Annulus
 from focalgradient.psf.blend import Blend, blend_transfer
-from focalgradient.psf.check import check_psf
+from focalgradient.psf.check import check_psf, check_transfer
 from focalgradient.psf.disc import DISC_K, Disc, disc_transfer
 from focalgradient.psf.gaussian import Gaussian, gaussian_transfer
 from focalgradient.psf.pixel import pixel_transfer
@@ -34,6 +34,7 @@ __all__ = [
     "PsfName",
     "blend_transfer",
     "check_psf",
+    "check_transfer",
     "disc_transfer",
     "gaussian_transfer",
     "names",

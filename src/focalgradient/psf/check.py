@@ -11,7 +11,7 @@ from focalgradient.errors import InputError
 from focalgradient.psf.registry import psf_of
 from focalgradient.psf.shape import Psf
 
-__all__ = ["check_psf"]
+__all__ = ["check_psf", "check_transfer"]
 
 ERROR = 1e-3
 """Error that a transfer, or an edge response, may have: shapes read off tables pass."""
@@ -23,6 +23,9 @@ LARGE, LEFT = 1000.0, 0.05
 """Blur radius of which almost nothing must be left at 0.25 to 0.5 cycles a unit, and what may be."""
 
 DIRECTIONS: NDArray[np.float64] = np.pi * np.arange(12) / 12
+
+DIRECTED: NDArray[np.float64] = np.linspace(0.02, 1.5, 80)
+"""Radial frequencies, in cycles a radius, at which directions are compared."""
 
 EDGE_BLUR, EDGE_TO, EDGE_STEPS = 0.1, 4.0, 1 / 64
 """Sigma of the Gaussian that both edge responses are smoothed by, the farthest position, and the frequencies' spacing,
@@ -72,6 +75,17 @@ def check_psf(psf: Psf | str) -> None:
         raise InputError(f"{shape} fails: {'; '.join(failures)}.")
 
 
+def check_transfer(psf: Psf) -> None:
+    """Check quickly what no use of a shape can do without, and raise an error that states what is wrong.
+
+    The form of its transfer, unit gain at frequency 0, and directions that are alike where it states so: part of
+    `check_psf`, which `recover_depth` asks for.
+    """
+    failures = list(_of_form(psf)) or [*_of_gain(psf), *_of_directions(psf, _on_circle(psf, DIRECTED, 1.0))]
+    if failures:
+        raise InputError(f"{psf} fails: {'; '.join(failures)}: see focalgradient.psf.check_psf.")
+
+
 def _on_circle(shape: Psf, radial: NDArray[np.float64], radius: float) -> NDArray[np.complex128]:
     """Transfer at radial frequencies in all `DIRECTIONS`: directions x frequencies."""
     y, x = np.sin(DIRECTIONS)[:, None] * radial, np.cos(DIRECTIONS)[:, None] * radial
@@ -92,13 +106,26 @@ def _of_form(shape: Psf) -> Iterator[str]:
             yield f"{name} gives values that are not finite"
 
 
-def _of_limits(shape: Psf) -> Iterator[str]:
-    """What is wrong at frequency 0, radius 0 and a large radius, and with the size of the transfer."""
+def _of_gain(shape: Psf) -> Iterator[str]:
+    """What is wrong at frequency 0."""
     for radius in RADII:
         zero = np.asarray(shape.optical_transfer(0.0, 0.0, radius)).item()
         if not abs(zero - 1) <= ERROR:
             yield f"the transfer is {_shown(zero)} at frequency 0, but must be 1 (the light is kept)"
             break
+
+
+def _of_directions(shape: Psf, circle: NDArray[np.complex128]) -> Iterator[str]:
+    """Whether the transfer at radius 1 and `DIRECTED` differs between directions, though the shape states not."""
+    if shape.isotropic:
+        uneven = max(np.abs(circle - shape.transfer(DIRECTED, 1.0)).max(), np.abs(circle.imag).max())
+        if uneven > ERROR:
+            yield f"it states isotropic = True, but its transfer differs by {uneven:.2g} between directions"
+
+
+def _of_limits(shape: Psf) -> Iterator[str]:
+    """What is wrong at radius 0 and a large radius, and with the size of the transfer."""
+    yield from _of_gain(shape)
     radial = np.linspace(0.01, 0.5, 40)
     none = np.abs(_on_circle(shape, radial, 0.0) - 1).max()
     if none > ERROR:
@@ -113,15 +140,12 @@ def _of_limits(shape: Psf) -> Iterator[str]:
 
 def _of_statements(shape: Psf) -> Iterator[str]:
     """What the transfer contradicts: real light, freedom of scale, and what the shape states of itself."""
-    radial = np.linspace(0.02, 1.5, 80)
+    radial = DIRECTED
     circle = _on_circle(shape, radial, 1.0)
     turned = np.abs(_on_circle(shape, -radial, 1.0) - circle.conj()).max()
     if turned > ERROR:
         yield f"the transfer at -f is not the conjugate of that at f (by {turned:.2g}), as of any real light"
-    if shape.isotropic:
-        uneven = max(np.abs(circle - shape.transfer(radial, 1.0)).max(), np.abs(circle.imag).max())
-        if uneven > ERROR:
-            yield f"it states isotropic = True, but its transfer differs by {uneven:.2g} between directions"
+    yield from _of_directions(shape, circle)
     if shape.symmetric and np.abs(circle.imag).max() > ERROR:
         yield f"it states symmetric = True, but its transfer has an imaginary part of {np.abs(circle.imag).max():.2g}"
     if not shape.ends_sharply and circle.real.min() < -ERROR:

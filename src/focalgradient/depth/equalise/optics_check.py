@@ -73,7 +73,7 @@ def judge_optics(
     slips: dict[str, tuple[Search, Psf]] = {}
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
-            slips[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far), shape
+            slips[name] = Search.over(optics, search.pixel_angle, settings.near, settings.far, shape), shape
     given, part = settings.given_noise(len(problem.views)), problem.registered.most_textured_crop(NOISE_SIDE)
 
     def noise_of(model: tuple[Search, Psf]) -> list[float]:
