@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from focalgradient.errors import InputError
 from focalgradient.eye import Cones, Eye
 from focalgradient.render import blur_picture
+from focalgradient.stimuli.controls import refuse_seams, sharpest
 from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 1e-3
@@ -94,3 +96,25 @@ def test_against_rays_through_a_lens(number: int, rays: int, monkeypatch: pytest
     assert found.worst < (6 if number == 23 else 10)
     assert found.gradient < 1.15
     assert found.local < 1.7
+
+
+@pytest.mark.parametrize("focus", [2.0, 9.0])
+def test_the_control_of_stimuli_finds_a_seam_and_none_in_a_blurred_picture(focus: float) -> None:
+    """A ball's foot on a floor; the same with a step of one tenth of the light where the blur is 5 pixels or more."""
+    random = np.random.default_rng(3)
+    down, right = np.mgrid[:96, :96] - 48.0
+    floor = 3 + 0.06 * (down + 48)
+    vergence = np.where(np.hypot(down, right) < 30, 9 - 4 * (np.hypot(down, right) / 30) ** 2, floor)
+    light = random.uniform(0.3, 0.6, (24, 24)).repeat(4, axis=0).repeat(4, axis=1)
+    optics = Pupil(2 * PIXEL, focus + 5)
+    seen = blurred(light, vergence, focus).astype(float)
+    found = sharpest(seen, light, 1 / (vergence + 5), [optics], PIXEL)
+    assert found["sharpest"] < 1.15
+    refuse_seams({"ball": {"pictures": {"f4-near": found}}})
+    blur = np.abs(vergence - focus)
+    row, column = np.argwhere(blur[20:-20, 20:-20] > 4)[0] + 20
+    seen[row:, column:] += 0.1
+    found = sharpest(seen, light, 1 / (vergence + 5), [optics], PIXEL)
+    assert found["sharpest"] > 1.15
+    with pytest.raises(InputError, match="ball/f4-near has a seam"):
+        refuse_seams({"ball": {"pictures": {"f4-near": found}}})

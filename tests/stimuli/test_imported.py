@@ -77,7 +77,7 @@ def blurred_series(folder: Path, focus: float) -> Path:
 def test_spectra_and_shifts_are_measured_where_the_field_is_known(photos: Path, tmp_path: Path) -> None:
     table = blurred_series(photos, 1.0)
     controls = import_pictures(photos, table, tmp_path / "right", field=np.radians(10)).manifest["controls"]
-    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}
     assert all(one["met"] for name, one in controls.items() if name != "scenes"), controls
     table = blurred_series(photos, 1.6)
     wrong = import_pictures(photos, table, tmp_path / "wrong", field=np.radians(10)).manifest["controls"]

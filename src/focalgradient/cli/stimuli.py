@@ -49,6 +49,7 @@ CONTROLS = {
     "shift_px": "Shift: {:.2g} px",
     "spectrum_percent": "Amplitude in an octave, from what blur predicts: {:.2g} %",
     "noise_steps": "Noise: {:.2g} steps of 8 bits",
+    "sharpest": "Sharpest place: {:.2g} times what its blur allows",
 }
 
 

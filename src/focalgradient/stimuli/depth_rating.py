@@ -29,7 +29,7 @@ from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
-from focalgradient.stimuli.controls import Sharp, against_prediction, judged
+from focalgradient.stimuli.controls import Sharp, against_prediction, judged, refuse_seams, sharpest
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
 from focalgradient.stimuli.sheet import sheet_png
@@ -139,6 +139,7 @@ def make_depth_rating(
         }
         _make_scenes(folder, recipes, display, executor, say)
         measured = folder.content["controls"]["scenes"]
+        refuse_seams(measured)
         folder.content["controls"] |= judged(
             [one for scene in measured.values() for stem, one in scene["pictures"].items() if stem != "pinhole"]
         )
@@ -317,6 +318,12 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             assert sharp_mean is not None
             measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
             measured |= against_prediction(luminance, residual / white, sharp, optics)
+            finer = len(sharp.depth) // len(luminance)
+            measured |= sharpest(
+                *(luminance, sharp.light @ np.array(LUMINANCE), sharp.depth, optics, sharp.pixel_angle),
+                finer=finer,
+                noise=noise,
+            )
         yield _Made(stem, files, measured, entry, white)
 
 

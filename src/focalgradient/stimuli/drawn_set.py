@@ -16,7 +16,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
 from focalgradient.progress import Progress
-from focalgradient.stimuli.controls import judged
+from focalgradient.stimuli.controls import judged, refuse_seams
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import StimulusSet, display_json, npy, png, read_set, stored_distance
@@ -26,9 +26,6 @@ __all__ = ["make_from_stimuli"]
 
 FOCUS = "focus"
 """What the set calls the object that is fixated: whatever is in focus."""
-
-SHARPEST = 1.15
-"""Largest gradient, over what the blur allows, that is called controlled: what rays through a lens leave of ours."""
 
 PIXELS_PERCENT = 1.0
 """Difference of pixels per degree, of the stimulus and of the display, up to which blur is right in visual angle."""
@@ -101,9 +98,8 @@ def make_from_stimuli(
         measured = [
             scene["pictures"][stem_of(aperture, FOCUS)] for scene in folder.content["controls"]["scenes"].values()
         ]
-        worst = max(one["sharpest"] for one in measured)
+        refuse_seams(folder.content["controls"]["scenes"])
         folder.content["controls"] |= judged(measured)
-        folder.content["controls"]["sharpest"] = {"worst": worst, "limit": SHARPEST, "met": worst <= SHARPEST}
         folder.put({})
         folder.finish()
     say(1.0, "finished")

@@ -27,7 +27,7 @@ from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged
+from focalgradient.stimuli.controls import against_discs, judged, refuse_seams, sharpest
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
@@ -412,6 +412,7 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
             blurred = read_array(out / one["linear"], "a picture of the set") @ weights
             stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
             known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)
+            known[stem] |= sharpest(blurred, light, distance, [optics], pixel_angle)
 
 
 def _compare(content: dict[str, Any]) -> None:
@@ -421,6 +422,7 @@ def _compare(content: dict[str, Any]) -> None:
         for one in scene["pictures"].values():
             if sharp and sharp[0]["mean_luminance"] > 0 and one is not sharp[0]:
                 one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp[0]["mean_luminance"] - 1)
+    refuse_seams(content["controls"]["scenes"])
     content["controls"] |= judged(
         [one for scene in content["controls"]["scenes"].values() for one in scene["pictures"].values()]
     )

@@ -22,7 +22,7 @@ from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged
+from focalgradient.stimuli.controls import against_discs, judged, refuse_seams, sharpest
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
@@ -112,6 +112,7 @@ def make_from_photographs(
                 say((before + done) / len(photographs), words)
 
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
+        refuse_seams(folder.content["controls"]["scenes"])
         measured = folder.content["controls"]["scenes"].values()
         folder.content["controls"] |= judged(
             [one for scene in measured for stem, one in scene["pictures"].items() if stem != "pinhole"]
@@ -174,16 +175,17 @@ class _Condition:
     pixel_angle: float
 
 
-def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, float]]:
+def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """The light of the picture, and what was measured in it."""
     sharp, distance, optics, weights = condition.sharp, condition.distance, condition.optics, np.array(LUMINANCE)
     blurred = sharp
     if optics.aperture_diameter > 0:
         blurred = blur_picture(sharp, distance, optics, pixel_angle=condition.pixel_angle)
     light = np.maximum(blurred, 0).astype(np.float32)
-    measured = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
+    measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
     if optics.aperture_diameter > 0:
         measured |= against_discs(light @ weights, sharp @ weights, distance, optics, condition.pixel_angle)
+        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], condition.pixel_angle)
     return light, measured
 
 
