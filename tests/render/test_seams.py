@@ -116,5 +116,5 @@ def test_the_control_of_stimuli_finds_a_seam_and_none_in_a_blurred_picture(focus
     seen[row:, column:] += 0.1
     found = sharpest(seen, light, 1 / (vergence + 5), [optics], PIXEL)
     assert found["sharpest"] > 1.15
-    with pytest.raises(InputError, match="ball/f4-near has a seam"):
+    with pytest.raises(InputError, match="ball/f4-near is sharper than its blur allows"):
         refuse_seams({"ball": {"pictures": {"f4-near": found}}})

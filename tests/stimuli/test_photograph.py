@@ -49,7 +49,8 @@ def test_each_condition_is_the_photograph_through_that_lens(made: StimulusSet) -
 
 def test_controls_are_measured_and_met(made: StimulusSet) -> None:
     controls = made.manifest["controls"]
-    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}
+    assert controls["sharpest"]["met"]
     assert controls["shift_px"]["met"]
     assert controls["spectrum_percent"]["met"]
     for one in controls["scenes"]["wall"]["pictures"].values():

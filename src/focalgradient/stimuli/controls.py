@@ -278,9 +278,9 @@ def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
             if one.get("sharpest", 0.0) > LIMITS["sharpest"]:
                 column, row = one.get("sharpest_px", ("?", "?"))
                 raise InputError(
-                    f"{name}/{stem} has a seam: at column {column}, row {row} it is {one['sharpest']:.3g} times as "
-                    f"sharp as its blur allows (limit {LIMITS['sharpest']:g}): check that picture, depth and focus "
-                    "belong together, and make it again."
+                    f"{name}/{stem} is sharper than its blur allows, {one['sharpest']:.3g} times at column {column}, "
+                    f"row {row} (limit {LIMITS['sharpest']:g}): check that picture, depth and focus belong together, "
+                    "and make it again."
                 )
 
 
