@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.special import ndtr
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import (
     blurred,
@@ -302,7 +302,7 @@ def blurred_edge(
     check_choice("polarity", polarity, ("bright left", "bright right"))
     check_amount("orientation_deg", orientation_deg, "degrees")
     frame.blur("pedestal_arcmin", pedestal_arcmin)
-    check_amount("increment_arcmin", increment_arcmin, "arcmin")
+    check_number("increment_arcmin", increment_arcmin, "arcmin")
     if increment_arcmin < -pedestal_arcmin:
         raise InputError(
             f"increment_arcmin is {increment_arcmin:g}, but the pedestal is {pedestal_arcmin:g}: give an increment of "

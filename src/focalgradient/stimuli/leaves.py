@@ -9,7 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.signal import fftconvolve
+from scipy.special import ndtr
 
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
@@ -42,6 +44,9 @@ SEEN = 0.01
 
 LOOK = 20
 """Leaves, at least, after which it is looked at what is still to be covered."""
+
+FINE_PX = 1.5
+"""Blur (px) below which the width of a kernel is searched, so that its variance is right."""
 
 FINER = 8
 """Places along a side of a pixel at which a kernel is added up."""
@@ -225,6 +230,29 @@ def _leaves(
         )
 
 
+def _kernel(width: float, psf: Shape) -> NDArray[np.float64]:
+    """Light of a blurred point in each pixel around its own, of which it fills the square; positive."""
+    reach = reach_of(width)
+    fine = ((np.arange(-reach, reach + 1)[:, None] + (np.arange(FINER) + 0.5) / FINER - 0.5) / width).ravel()
+    if psf == "gaussian":
+        line = np.diff(ndtr(np.append(fine - 0.5 / FINER / width, fine[-1] + 0.5 / FINER / width)))
+        kernel = np.outer(line, line)
+    else:
+        kernel = np.clip((2 - np.hypot(fine[:, None], fine)) * FINER * width + 0.5, 0, 1)
+    side = 2 * reach + 1
+    kernel = kernel.reshape(side, FINER, side, FINER).sum(axis=(1, 3))
+    total = float(kernel.sum())
+    if total == 0:  # finer than the places at which it is added up
+        kernel[reach, reach] = total = 1.0
+    return kernel / total
+
+
+def _variance(kernel: NDArray[np.float64]) -> float:
+    """Variance along an axis in px^2."""
+    place = np.arange(len(kernel)) - len(kernel) // 2
+    return float(kernel.sum(axis=0) @ place**2)
+
+
 @dataclass(frozen=True, slots=True)
 class _Spread:
     """A blur: its standard deviation (px), how far it reaches (px), and its kernel, None for none."""
@@ -238,18 +266,11 @@ class _Spread:
         """Make the kernel: light of a pixel's square, blurred; positive, and of the stated standard deviation."""
         if sd == 0:
             return cls(0.0, 1, None)
-        reach = reach_of(sd)
-        width = math.sqrt(max(sd**2 - PIXEL_VARIANCE, 0.25 / FINER**2))  # the pixel's own square does the rest
-        fine = ((np.arange(-reach, reach + 1)[:, None] + (np.arange(FINER) + 0.5) / FINER - 0.5) / width).ravel()
-        if psf == "gaussian":
-            line = np.exp(-(fine**2) / 2)
-            kernel = np.outer(line, line)
-        else:
-            edge = FINER * width  # fine pixels in a standard deviation
-            kernel = np.clip((2 - np.hypot(fine[:, None], fine)) * edge + 0.5, 0, 1)
-        side = 2 * reach + 1
-        kernel = kernel.reshape(side, FINER, side, FINER).sum(axis=(1, 3))
-        return cls(sd, reach, kernel / kernel.sum())
+        # A pixel's own square adds to the variance: by 1 / 12 px^2 to a wide blur, by less to a fine one.
+        width = math.sqrt(max(sd**2 - PIXEL_VARIANCE, 0.0))
+        if sd < FINE_PX:
+            width = float(brentq(lambda width: _variance(_kernel(width, psf)) - sd**2, 1e-3, 2 * sd + 0.5))
+        return cls(sd, reach_of(width), _kernel(width, psf))
 
     def __call__(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
         """Blur a part of a picture that is dark within the reach of its rim."""

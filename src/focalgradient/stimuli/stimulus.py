@@ -142,14 +142,14 @@ class Frame:
         return arcmin * ARCMIN / self.pixel_angle
 
     def blur(self, name: str, arcmin: Any) -> float:
-        """Standard deviation in pixels of the blur called `name`, refused unless the picture has room for it."""
-        check_amount(name, arcmin, "arcmin", least=0)
+        """Standard deviation in pixels of the blur called `name`, refused where the picture has no room for it."""
+        check_number(name, arcmin, "arcmin", least=0)
         if self.pixels(arcmin) > max(self.shape) / 4:
             raise InputError(
                 f"{name} is {arcmin:g} arcmin, {self.pixels(arcmin):.3g} pixels, but the picture has "
                 f"{self.shape[1]} x {self.shape[0]}: give at most a quarter of its larger side."
             )
-        return self.pixels(arcmin)
+        return self.pixels(arcmin) if self.pixels(arcmin) > SMALLEST else 0.0
 
     def grid(self, rim: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Places in pixels from the middle of the pixels and of `rim` more on all sides: down, H x 1; right, 1 x W."""
@@ -165,8 +165,9 @@ def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, 
     focalgradient.errors.InputError: pupil_mm is 1e-300, but must be 1e-06 to 1e+06 in size: give it in millimetres.
     """
     check_number(name, value, unit, least=least, positive=positive)
-    if value != 0 and not SMALLEST <= abs(value) <= GREATEST:
-        raise InputError(f"{name} is {value:g}, but must be {SMALLEST:g} to {GREATEST:g} in size: give it in {unit}.")
+    if abs(value) > GREATEST or (positive and value < SMALLEST):
+        least_size = f"{SMALLEST:g} to " if positive else "at most "
+        raise InputError(f"{name} is {value:g}, but must be {least_size}{GREATEST:g} in size: give it in {unit}.")
 
 
 def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
@@ -273,11 +274,13 @@ def sharpness(
     if span == 0:
         return 0.0
     least = minimum_filter(np.asarray(blur_px, float), 7, mode="nearest")
-    peak = LINE_PEAK if lines else DISC_PEAK if shape == "disc" else NORMAL_PEAK
+    # A disc finer than a pixel blurs the pixels as any shape of its standard deviation does.
+    step = np.where(least < 1, NORMAL_PEAK, DISC_PEAK) if shape == "disc" else NORMAL_PEAK
+    peak = LINE_PEAK if lines else step
     allowed = span * np.minimum(1.0, peak / np.sqrt(least**2 + PIXEL_VARIANCE))
     across = [np.abs(np.diff(light, axis=axis)) for axis in (0, 1)]
     bounds = [np.maximum(allowed[1:], allowed[:-1]), np.maximum(allowed[:, 1:], allowed[:, :-1])]
-    return max(float((step / bound).max()) for step, bound in zip(across, bounds, strict=True))
+    return max(float((one / bound).max()) for one, bound in zip(across, bounds, strict=True))
 
 
 def measured(

@@ -115,7 +115,7 @@ def wide_field(
     cosine = math.cos(math.radians(eccentricity_deg))
     stretch = cosine**-1.5  # a pixel subtends cos^2 along the radius and cos across it, in shares of the middle's
     blurs = [float(pedestal_arcmin), float(pedestal_arcmin) + float(increment_arcmin)]
-    check_amount("increment_arcmin", increment_arcmin, "arcmin", least=0)
+    frame.blur("increment_arcmin", increment_arcmin)
     sds = [stretch * frame.blur("pedestal_arcmin + increment_arcmin", blur) for blur in blurs]
     depths = depth_of_blur([0.0, *blurs], side, focus_m=focus_m, pupil_mm=pupil_mm)
     leaves = dead_leaves(
