@@ -110,7 +110,8 @@ def test_bounds_and_pairs_know_shapes() -> None:
     assert pair_blur(pair, [16, 4], Annulus(0.4)).radius == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("distance", [0.65, pytest.param(1.2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("distance", [0.65, 1.2])
 def test_a_sheet_gives_the_blur_of_a_pentagon_on_either_side_of_focus(distance: float) -> None:
     shape = Polygon(5, 0.2)
     expected = float(FROM_ONE_FOCUS[1].blur_radius(distance)) / 3.2e-4
