@@ -22,16 +22,14 @@ SIDE = 64
 
 
 def picture(colours: bool = True) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """A photograph's spectrum, before it a black and white card, on a floor that recedes."""
+    """A photograph's spectrum, with a black and white pattern, on a floor that recedes."""
     random = np.random.default_rng(4)
     waves = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
     waves[0, 0] = 1
     noise = np.fft.irfft2(np.fft.rfft2(random.normal(size=(3, SIDE, SIDE))) / waves, (SIDE, SIDE))
     light = np.clip(0.25 * np.exp(0.7 * noise / noise.std()), 0, 1).transpose(1, 2, 0)
     vergence = np.linspace(0.4, 1.2, SIDE)[:, None] * np.ones(SIDE)
-    card = (slice(16, 44), slice(12, 40))
-    vergence[card] = 1.6
-    light[card] = np.where(np.add.outer(np.arange(28), np.arange(28)) // 5 % 2, 0.9, 0.02)[..., None]
+    light[16:44, 12:40] = np.where(np.add.outer(np.arange(28), np.arange(28)) // 5 % 2, 0.9, 0.02)[..., None]
     return light.astype(np.float32) if colours else light[..., 0].astype(np.float32), 1 / vergence
 
 
@@ -47,12 +45,24 @@ def made() -> FocusSeries:
 def test_at_any_focus_the_mixture_is_within_three_steps_of_blurring(made: FocusSeries) -> None:
     assert made.error[0] <= 1
     assert made.error[1] <= 3
-    foci = np.random.default_rng(7).uniform(0.4, 1.6, 12).tolist()
+    foci = np.random.default_rng(7).uniform(0.4, 1.2, 12).tolist()
     for focus in foci:
         blurred = Display().encode(blur_picture(*picture(), lens(focus), pixel_angle=ANGLE)).astype(int)
         apart = np.abs(made.encoded(focus) - blurred)
         assert np.median(apart) <= 1
         assert apart.max() <= 3
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default:mixing two planes")
+def test_where_outlines_jump_the_stated_error_is_the_true_one() -> None:
+    light, far = picture()
+    far[16:44, 12:40] = 0.6
+    found = FocusSeries.of(light, far, lens(), pixel_angle=ANGLE)
+    assert found.error[0] <= 1
+    for focus in np.random.default_rng(8).uniform(0.4, 1.6, 12).tolist():
+        blurred = Display().encode(blur_picture(light, far, lens(focus), pixel_angle=ANGLE)).astype(int)
+        assert np.abs(found.encoded(focus) - blurred).max() <= 1 + 1.5 * max(found.error[1], 2)
 
 
 def test_a_looser_bound_takes_fewer_planes(made: FocusSeries) -> None:
@@ -75,7 +85,7 @@ def test_the_memory_is_stated_before_it_is_made() -> None:
 
 
 def test_a_map_of_focus_shows_at_each_pixel_the_picture_of_its_focus(made: FocusSeries) -> None:
-    wanted = np.linspace(0.3, 1.8, SIDE) * np.ones((SIDE, 1))  # beyond the ends: the ends
+    wanted = np.linspace(0.3, 1.4, SIDE) * np.ones((SIDE, 1))  # beyond the ends: the ends
     found = made.at(wanted)
     for column in (0, 20, 41, 63):
         np.testing.assert_allclose(found[:, column], made.at(wanted[0, column])[:, column], atol=1e-6)

@@ -392,7 +392,9 @@ def _blurred(
 ) -> NDArray[np.float32]:
     focused = refocused(optics, vergence)
     if wavelengths is None:
-        return blur_picture(light, far, focused, pixel_angle=pixel_angle)
+        blurred = blur_picture(light, far, focused, pixel_angle=pixel_angle)
+        # What overshoots black or white, where the picture does not, is not worth textures of 16 bits.
+        return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
     from focalgradient.eye import retinal_image
 
     colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
