@@ -232,7 +232,7 @@ APERTURES_BEFORE = (
     "error 8 %, < 2 sd 0 to 0.09, nothing said",
     "'not quite a disc', rotation left in",
 )
-"""What the lines of 2.4 gave before rival models were compared, over several scenes of both kinds of pairs."""
+"""What the lines of 2.4 gave before alternative models were compared, over several scenes of both kinds of pairs."""
 
 BEFORE: dict[str, str] = {
     "2.2.2": "< 2 sd 0.86 to 0.91",
@@ -243,4 +243,4 @@ BEFORE: dict[str, str] = {
     "2.2.8": "68 % valid, < 2 sd 0.75",
     **{f"2.4.{number}": before for number, before in enumerate(2 * APERTURES_BEFORE, 1)},
 }
-"""What each line gave before each view's noise was estimated and rival models were compared."""
+"""What each line gave before each view's noise was estimated and alternative models were compared."""

@@ -389,7 +389,7 @@ BAD = {
     "one photograph": (
         None,
         ("a.png", "--out", "out"),
-        r"only a\.png is given, but depth needs a settings file, whose",
+        r"a\.png is one file, but depth needs 2 or more photographs, or a settings file whose name ends in \.toml",
     ),
     "options with settings": (None, (*SETTINGS, "--f-number", "8"), r"--f-number cannot go with views\.toml"),
     "flag with settings": (None, (*SETTINGS, "--telecentric"), r"--telecentric cannot go with views\.toml"),

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.depth.equalise.alternatives import judge_alternatives
 from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.likelihood import (
@@ -27,7 +28,6 @@ from focalgradient.depth.equalise.optics_check import judge_optics
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import zone_reach
 from focalgradient.depth.equalise.outlines import Outlines, curvature_variance, find_outlines, may_jump, overlap
-from focalgradient.depth.equalise.rivals import judge_rivals
 from focalgradient.depth.equalise.robust import Part, Robust, read_again, robust_depth
 from focalgradient.depth.equalise.signal import EXPLAINED, informative_nodes, left_on_blank, outside_range, why_rejected
 from focalgradient.depth.equalise.split_band import SplitBand, split_band_test
@@ -85,11 +85,11 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.9, "estimating depth")
     equalised, nodes, agrees, split, noise_sd = frame.equalised, frame.nodes, frame.agrees, frame.split, frame.noise_sd
     shape = settings.psf if isinstance(settings.psf, Psf) else None
-    rival = None
+    alternative = None
     # A displacement, which the user is warned about, looks like other blur.
     if gains is None and not registered.warnings and blurs.frequencies.down is None:
-        rival = judge_rivals(problem, blurs, noise_sd, isinstance(shape, Disc))
-    tau = split.tau if rival is None else max(split.tau, min(rival.change, LARGEST_TAU))
+        alternative = judge_alternatives(problem, blurs, noise_sd, isinstance(shape, Disc))
+    tau = split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
     if gains is not None:
         moved = np.interp(nodes.level, np.arange(search.levels), common_error(gains, blurs))
         nodes = replace(nodes, sd=np.hypot(nodes.sd, moved))
@@ -123,7 +123,7 @@ def estimate(problem: Problem) -> Estimate:
         named, is_better = texts, False
         if shape is not None and not named:
             shapes, texts, is_better = judge_shape(split, problem, shape, noise_sd, 1.0)
-        larger = [rival.text] if rival is not None and rival.change >= DOUBTFUL else []
+        larger = [alternative.text] if alternative is not None and alternative.change >= DOUBTFUL else []
         if named:
             texts = [*named, *larger]
         elif not is_better:
@@ -145,7 +145,7 @@ def estimate(problem: Problem) -> Estimate:
             "split_band": split.stated(),
             **({"fit_by_shape": shapes} if shapes else {}),
             **({"fit_by_optics": slips} if slips else {}),
-            **({} if rival is None else {"likelier": asdict(rival)}),
+            **({} if alternative is None else {"likelier": asdict(alternative)}),
             "share_of_texture_explained": explained,
             **({"outlines": [] if ends is None else curves(ends.side)} if settings.outlines else {}),
             "share_disagreeing": float(1 - agrees.mean()),

@@ -1,8 +1,8 @@
-"""Rival models of the views: another shape of blur, or one view softer than its optics make it.
+"""Alternative models of the views: another shape of blur, or one view softer than its optics make it.
 
 A mirror lens blurs by an annulus; denoising, enlarging or a little motion soften one view, and sharpening the other
 does about the same. Each changes depth, and little is left of the views that the disc's noise estimate would
-not absorb. So the views are compared by these rival models, too, for the same noise at the same places. Where one
+not absorb. So the views are compared by these alternative models, too, for the same noise at the same places. Where one
 explains the views clearly better than the model asked for (Vuong 1989), it is named, and what depth would change by is
 added to the model error. Depth stays that of the model asked for.
 """
@@ -24,7 +24,7 @@ from focalgradient.depth.noise import NOISE_SIDE
 from focalgradient.depth.search import Blurs
 from focalgradient.psf import Annulus
 
-__all__ = ["Rival", "judge_rivals"]
+__all__ = ["Alternative", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
 """Diameters of an annulus's hole, over that of its rim: mirror lenses have about these."""
@@ -33,12 +33,12 @@ SOFTER = (0.25, 0.4, 0.6, 0.9)
 """Standard deviations in pixels of the Gaussian by which a view is softer than its optics make it."""
 
 CLEARLY = 3.5
-"""Mean difference of the log likelihoods, over its standard error, from which a rival is taken: 60 right models (walls
-and slants, two and three views, noise of .004 to .03, equal and not) gave 2.5 at most, rings for discs 4 to 37."""
+"""Mean difference of the log likelihoods, over its standard error, from which an alternative is taken: 60 right models
+(walls and slants, two and three views, noise of .004 to .03, equal and not) gave 2.5 at most, rings for discs 4 to 37."""
 
 WORTHWHILE = 5.0
-"""Mean difference of the log likelihoods of a window from which a rival is taken: where models hardly differ, as on a
-wall that two foci blur alike, even 3.4 is clear by its standard error; views that were changed gave 8 to 250."""
+"""Mean difference of the log likelihoods of a window from which an alternative is taken: where models hardly differ, as
+on a wall that two foci blur alike, even 3.4 is clear by its standard error; views that were changed gave 8 to 250."""
 
 SHARE = 0.75
 """Quantile, over the frame, of what depth would change by as a share of the blur, that is added to the model error."""
@@ -51,7 +51,7 @@ LEAST_NODES = 30
 
 
 @dataclass(frozen=True, slots=True)
-class Rival:
+class Alternative:
     """A model that explains the views better than the one asked for."""
 
     cause: str  # what makes such views, in words
@@ -67,10 +67,10 @@ class Rival:
         )
 
 
-def judge_rivals(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], discs: bool) -> Rival | None:
-    """The rival that explains the views clearly better than `blurs` do, if one does.
+def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], discs: bool) -> Alternative | None:
+    """The alternative that explains the views clearly better than `blurs` do, if one does.
 
-    `discs` is whether the blur asked for is a disc, so that a ring is a rival.
+    `discs` is whether the blur asked for is a disc, so that a ring is an alternative.
     """
     part = problem.registered.most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
@@ -92,7 +92,7 @@ def judge_rivals(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], disc
     pixels = np.abs(np.gradient(blurs.radius, axis=1)).max()  # of blur to a level
     windows = use.sum() * equalised.step**2 / equalised.window_size()
     best = None
-    for cause, models in _rivals(blurs, discs):
+    for cause, models in _alternatives(blurs, discs):
         before = 0.0
         for model in models:  # ever stronger, while that explains more
             cost, other, _ = costs(model)
@@ -105,14 +105,14 @@ def judge_rivals(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], disc
                 break
             before = mean
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
-            found = Rival(cause, clarity, float(np.quantile(change, SHARE)))
+            found = Alternative(cause, clarity, float(np.quantile(change, SHARE)))
             surely = mean * (1 - CLEARLY / clarity)  # the lower bound of what is gained
             if best is None or surely > best[0]:
                 best = surely, found
     return None if best is None else best[1]
 
 
-def _rivals(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
+def _alternatives(own: Blurs, discs: bool) -> list[tuple[str, list[Blurs]]]:
     """Causes, with what each makes of the views' blur from weak to strong."""
     found = []
     if discs:
