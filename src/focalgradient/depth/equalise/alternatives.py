@@ -34,7 +34,8 @@ SOFTER = (0.25, 0.4, 0.6, 0.9)
 
 CLEARLY = 3.5
 """Mean difference of the log likelihoods, over its standard error, from which an alternative is taken: 60 right models
-(walls and slants, two and three views, noise of .004 to .03, equal and not) gave 2.5 at most, rings for discs 4 to 37."""
+(walls and slants, two and three views, noise of .004 to .03, equal and not) gave at most 2.5, rings for discs 4 to
+37."""
 
 WORTHWHILE = 5.0
 """Mean difference of the log likelihoods of a window from which an alternative is taken: where models hardly differ, as
