@@ -70,6 +70,17 @@ def test_the_same_picture_comes_again_to_the_bit() -> None:
     assert np.array_equal(blurred(light, vergence, 5.0), blurred(light, vergence, 5.0))
 
 
+def test_a_picture_changes_evenly_with_focus() -> None:
+    """A card before a wall, both with texture: no step of focus changes a pixel much more than the others do."""
+    random = np.random.default_rng(2)
+    light = random.uniform(0.2, 0.8, (24, 24)).repeat(2, axis=0).repeat(2, axis=1)
+    vergence = np.full(light.shape, 5.0)
+    vergence[12:36, 12:30] = 8.3
+    seen = np.stack([blurred(light, vergence, 5.0 + far) for far in np.arange(0.8, 2.3, 1 / 16)])
+    steps = np.abs(np.diff(seen, axis=0)).max(axis=(1, 2))
+    assert steps.max() < 2 * np.median(steps)
+
+
 def test_an_edge_of_an_eye_has_no_seam() -> None:
     """A near plane that leaves a far one slowly, by waves: no step where the jump begins."""
     minute = np.radians(1 / 60)
