@@ -187,7 +187,8 @@ def _scatter(  # type: ignore[no-untyped-def]
             blur = here - focus
             alike = np.float32(1)  # share of the lens that sees the point, where all parts are taken alike
             if not visible or over[i, j]:
-                split = min(max((abs(blur) - np.float32(SPLIT[0])) / np.float32(SPLIT[1] - SPLIT[0]), 0), 1)
+                split = (abs(blur) - np.float32(SPLIT[0])) / np.float32(SPLIT[1] - SPLIT[0])
+                split = min(max(split, np.float32(0)), np.float32(1))
                 whole = True
                 for by_parts in range(2):
                     if (split if by_parts else 1 - split) <= 0:
