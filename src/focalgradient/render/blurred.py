@@ -20,7 +20,7 @@ from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.render.hidden import NOTHING, nearest_behind, surfaces
-from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of
+from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of, lens_radius
 from focalgradient.render.mixed import parted
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
@@ -42,6 +42,9 @@ FINE_STEP, FEW = 1 / 32, 64
 
 SKIRT = 12
 """Pixels, and half the disc's radius, to which such a function is followed beyond the disc."""
+
+SHOWS = 3.0, 5.0
+"""Radius of the disc in pixels from which a function begins to show how wide the lens is, and shows it wholly."""
 
 FAINT = 1e-6
 """Share of its light below which a pixel of a point spread function is left out."""
@@ -263,7 +266,12 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
         transfer = own.optical_transfer(down, right, vergence)
         picture = np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge]
         pictures.append(np.where(np.abs(picture) > FAINT, picture, 0))
-    return kernels_of(steps, pictures)
+    largest = int(np.abs(steps).argmax())
+    radius = abs(float(steps[largest]))
+    # A small disc is all diffraction, and does not show the lens.
+    shows = min(max((radius - SHOWS[0]) / (SHOWS[1] - SHOWS[0]), 0.0), 1.0)
+    lens = 1.0 if shows == 0 else 1 + shows * (lens_radius(pictures[largest], radius) - 1)
+    return kernels_of(steps, pictures, lens)
 
 
 def _checked(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from focalgradient.psf import Psf
-from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernels_of
+from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernels_of, lens_radius
 
 __all__ = ["shape_kernels"]
 
@@ -26,6 +26,9 @@ FAINT = 1e-4
 
 FINE_STEP, FEW = 1 / 32, 64
 """Pixels between blur radii, the nearest being wrong by half, where there are only a few distinct ones."""
+
+MEASURED = 12.0
+"""Radius in pixels at which a shape shows how wide the lens is: a pixel is a twelfth of it."""
 
 STEP, GROWTH = 0.05, 0.02
 """The same where there are many: pixels, or a share of the radius, whichever is more."""
@@ -55,7 +58,7 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned)
+    return kernels_of(steps, turned, lens_radius(_picture(psf, MEASURED), MEASURED))
 
 
 def _picture(psf: Psf, radius: float) -> NDArray[np.float64]:

@@ -45,9 +45,6 @@ NONE = 1e-3
 RIM = 1.0
 """Cells of the lens's grid beyond its rim from which nearer surfaces still cover a part of it."""
 
-MEASURED, WITHIN, WIDEST = 4.0, 0.98, 2.0
-"""Pixels of blur from which a kernel shows how wide the lens is; the share of its light within that; and the most."""
-
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 FloatImage = NDArray[np.float32]
@@ -108,7 +105,7 @@ def spread(
     visible = layers[0]
     height, width = visible.vergence.shape
     channels = visible.light.shape[2]
-    lens = _lens_radius(kernels)
+    lens = kernels.lens
     steep = np.float32(lens) * visible.vergence
     over = binary_dilation(ceiling(steep) > steep, np.ones((3, 3), bool))
     sheets = tuple((layer.vergence, layer.cover, layer.gradient_y, layer.gradient_x) for layer in layers)
@@ -147,22 +144,6 @@ def spread(
     return np.divide(
         inside[..., 1:], weight, out=visible.light[pad : height - pad, pad : width - pad].copy(), where=weight > NONE
     )
-
-
-def _lens_radius(kernels: Kernels) -> float:
-    """Radius to which the lens passes light, as its kernels show, over that of its disc: 1.4 for a Gaussian."""
-    number = int(np.abs(kernels.at).argmax())
-    radius = abs(float(kernels.at[number]))
-    if radius < MEASURED:
-        return 1.0
-    reach = int(kernels.reach[number])
-    side, line = 2 * reach + 1, 2 * reach + 1 + LANES
-    values = np.abs(kernels.values[kernels.start[number] :][: side * line].reshape(side, line)[:, :side])
-    away = np.hypot(*(np.indices(values.shape) - reach)).ravel()
-    order = np.argsort(away)
-    light = np.cumsum(values.ravel()[order])
-    widest = float(away[order][np.searchsorted(light, WITHIN * light[-1])])
-    return min(max(widest / radius, 1.0), WIDEST)
 
 
 @_compiled
