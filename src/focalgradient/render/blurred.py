@@ -25,7 +25,7 @@ from focalgradient.render.mixed import parted
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.render.shaped import shape_kernels
-from focalgradient.render.spread import layer_of, spread
+from focalgradient.render.spread import layer_of, rim_of, spread
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
@@ -134,7 +134,7 @@ def blur_picture(
     image, far, scale = _checked(picture, distance, optics, pixel_angle)
     vergence, focus = (scale / far).astype(np.float32), scale * optics.focus_vergence
     kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle, None if psf is None else psf_of(psf))
-    pad = int(kernels.reach.max()) + 1
+    pad = rim_of(kernels)
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
     vergence = np.pad(vergence, rim, mode="symmetric")
@@ -202,7 +202,7 @@ def blur_scene(
         return np.asarray(light, np.float32), seen[0][1]
 
     inside = (scale / pinhole(None, 0, 1)[1]).astype(np.float32)
-    pad = int(_kernels(optics, inside, scale, pixel_angle)[0].reach.max()) + 1
+    pad = rim_of(_kernels(optics, inside, scale, pixel_angle)[0])
     light, far = pinhole(None, pad, samples)
     vergence = (scale / far).astype(np.float32)
     kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle)

@@ -24,9 +24,9 @@ from scipy.ndimage import binary_dilation
 from focalgradient.parallel import share_rows
 from focalgradient.render.hidden import NOTHING, ceiling
 from focalgradient.render.kernels import LANES, Kernels
-from focalgradient.render.visibility import LENS, SHARE, highest, sees_all
+from focalgradient.render.visibility import CELL, LENS, SHARE, highest, sees_all
 
-__all__ = ["Layer", "layer_of", "spread"]
+__all__ = ["Layer", "layer_of", "rim_of", "spread"]
 
 BLOCK = 64
 """Side in pixels of the blocks of points that threads share: what a block sums up then fits into a cache."""
@@ -93,6 +93,14 @@ def _flatter(a, b):  # type: ignore[no-untyped-def]
         return np.float32(0)
     least = a if abs(a) < abs(b) else b
     return min(max(least, -np.float32(STEEPEST)), np.float32(STEEPEST))
+
+
+def rim_of(kernels: Kernels) -> int:
+    """Pixels of rim that `spread` needs: whole cells, as what is hidden is looked for by cells.
+
+    Where they began elsewhere, another of several equally near surfaces would be found: pictures jumped with focus.
+    """
+    return CELL * -(-(int(kernels.reach.max()) + 1) // CELL)
 
 
 def spread(
