@@ -54,7 +54,7 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
     assert read_dataset("three-simulated").depth_rating["fixation"].nunique() == 3
     assert read_set("three").scene("yard").target("tree").position_px == (20, 20)
     controls = read_set("blurred").manifest["controls"]
-    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent"}
+    assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}
     assert controls["shift_px"]["met"]
     assert "f/2" in Path("blurred-report", "report.md").read_text(encoding="utf-8")
     own, design = read_set("own"), load_design(Path("design.toml"))

@@ -59,7 +59,10 @@ SLIPS: dict[str, tuple[Callable[[], object], str]] = {
     "frequency": (lambda: transfer(math.nan, 1.0, "disc"), "frequency holds NaN"),
     "radius": (lambda: transfer(0.1, [1.0, math.nan], "disc"), "radius holds negative or undefined values"),
     "negative radius": (lambda: transfer(0.1, -1.0, "gaussian"), "radius holds negative or undefined values"),
-    "k": (lambda: transfer(0.1, 1.0, "gaussian", k=math.nan), "k is nan, but must be a positive finite number"),
+    "k": (
+        lambda: transfer(0.1, 1.0, "gaussian", k=math.nan),
+        "k is nan, but must be a positive number, sigma / disc radius",
+    ),
     "frequency of cones": (lambda: Cones.of(EYE, "S").transfer(math.nan, 1.0), "frequency holds NaN"),
     "wall": (lambda: band_views(math.nan, EYE, *FRAME), "scene is nan"),
 }

@@ -120,22 +120,18 @@ class Psf(ABC):
     `sd_per_radius` is otherwise measured on the transfer. `focalgradient.psf.check_psf` tells whether a new shape is
     consistent.
 
-    Attributes
-    ----------
-    name, description
-        The name that results, files and messages use (by default the class's), and one sentence.
-    isotropic
-        Whether blur is alike in all directions; by default where `transfer` is given.
-    symmetric
-        Whether the shape is its own mirror image through the middle, so that its transfer is real; by default where it
-        is isotropic.
-    ends_sharply
-        Whether light ends at a rim, so that the transfer changes sign; detail beyond its second zero is then not
-        compared.
-    absorbs_pixel
-        Whether the shape, averaged over a pixel, is the same shape, only wider: true of a Gaussian.
-    scale_parameter
-        Name of the parameter that is `sd_per_radius` itself, which a calibration along edges measures.
+    Notes
+    -----
+    A subclass may state:
+
+    - ``name``, ``description``: the name that results, files and messages use (by default the class's), and a sentence;
+    - ``isotropic``: whether blur is alike in all directions; by default where `transfer` is given;
+    - ``symmetric``: whether the shape is its own mirror image through the middle, so that its transfer is real; by
+      default where it is isotropic;
+    - ``ends_sharply``: whether light ends at a rim, so that the transfer changes sign; detail beyond its second zero is
+      then not compared;
+    - ``absorbs_pixel``: whether the shape, averaged over a pixel, is the same shape, only wider: true of a Gaussian;
+    - ``scale_parameter``: the parameter that is `sd_per_radius` itself, which a calibration along edges measures.
 
     Examples
     --------

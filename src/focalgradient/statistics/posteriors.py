@@ -145,6 +145,7 @@ class BayesResult:
 
     Examples
     --------
+    >>> from focalgradient.scales import Ratios
     >>> alone = {"nearest": NotComputed("one subject only")}
     >>> result = BayesResult(Ratios(), 1.2, "log_rating ~ amount", RATIO_PRIORS, alone, "4 chains", {})
     >>> result, result.summary()
