@@ -130,4 +130,6 @@ def _become(job: dict[str, Any], error: int) -> None:
 
 
 if __name__ == "__main__":
-    serve(socket.socket(fileno=int(sys.argv[1])))
+    given_link = socket.socket(fileno=int(sys.argv[1]))
+    given_link.setblocking(True)  # a default timeout of the tests' process, as PsychoPy sets one, came with it
+    serve(given_link)
