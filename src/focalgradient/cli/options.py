@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -31,6 +31,7 @@ __all__ = [
     "SCREEN",
     "SERVER",
     "STORE",
+    "added",
     "depth_file_options",
     "display_of",
     "display_options",
@@ -157,7 +158,7 @@ def gamma_of(word: str) -> Any:
 
 def display_options(command: Command) -> Command:
     """Add what is known of the display, of which `display_of` makes a `Display`."""
-    return _added(command, _DISPLAY)
+    return added(command, _DISPLAY)
 
 
 def display_of(
@@ -184,7 +185,7 @@ def display_of(
 
 def depth_file_options(command: Command) -> Command:
     """Add what the values of a depth file are, as `read_depth_file` takes them."""
-    return _added(command, _DEPTH_FILE)
+    return added(command, _DEPTH_FILE)
 
 
 def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) -> Distances:
@@ -204,7 +205,7 @@ def read_depth_file(path: Path, options: Mapping[str, Any], pixel_angle: float) 
 
 def limit_options(command: Command) -> Command:
     """Add where depth is sought: ``near``, ``far``."""
-    return _added(command, _LIMITS)
+    return added(command, _LIMITS)
 
 
 def focal_length_option(command: Command) -> Command:
@@ -219,10 +220,11 @@ def picture_encoding_option(command: Command) -> Command:
 
 def optics_options(command: Command) -> Command:
     """Add the optics where no settings file gives them, as `photographs.from_exif` takes them."""
-    return _added(command, _OPTICS)
+    return added(command, _OPTICS)
 
 
-def _added(command: Command, options: list[Callable[[Command], Command]]) -> Command:
+def added(command: Command, options: Sequence[Callable[[Any], Any]]) -> Command:
+    """Add options to a command, in their order."""
     for option in reversed(options):
         command = option(command)
     return command
@@ -230,7 +232,7 @@ def _added(command: Command, options: list[Callable[[Command], Command]]) -> Com
 
 def shared_options(command: Command) -> Command:
     """Add how the work is shared: ``workers``, None where the command chooses, and ``scheduler``."""
-    return _added(command, _SHARED)
+    return added(command, _SHARED)
 
 
 def shared_work(

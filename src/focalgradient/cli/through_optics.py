@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from focalgradient.cli.blur_eye import eye_of
-from focalgradient.cli.options import DIAMETER, OPENEST, positive, read_depth_file
+from focalgradient.cli.options import DIAMETER, OPENEST, added, positive, read_depth_file
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable
 from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch
@@ -82,16 +82,12 @@ _PIXEL = [
 
 def lens_or_eye_options(command: Command) -> Command:
     """Add a lens or an eye, of which `optics_of` makes optics."""
-    for option in reversed(_LENS_OR_EYE):
-        command = option(command)
-    return command
+    return added(command, _LENS_OR_EYE)
 
 
 def pixel_options(command: Command) -> Command:
     """Add the size of a pixel, as `pixel_angle_of` takes it."""
-    for option in reversed(_PIXEL):
-        command = option(command)
-    return command
+    return added(command, _PIXEL)
 
 
 def optics_of(options: dict[str, Any], vergence: float) -> Optics:

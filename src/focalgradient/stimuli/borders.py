@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
-from scipy.special import ndtr
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Side
+from focalgradient.psf import psf_of
 from focalgradient.stimuli.layers import (
     blurred,
     check_equalise,
@@ -354,7 +354,5 @@ def _edge(place: NDArray[np.float64], normal: tuple[float, float], sd: float, ps
 
 def _edge_spread(place: NDArray[np.float64], psf: Shape) -> NDArray[np.float64]:
     """Light of a unit edge, blurred by a standard deviation of 1, at a place beyond it."""
-    if psf == "gaussian":
-        return np.asarray(ndtr(place))
-    half = np.clip(place / 2, -1, 1)  # of the disc's radius
-    return 0.5 + (np.arcsin(half) + half * np.sqrt(1 - half**2)) / math.pi
+    shape = psf_of(psf)
+    return shape.edge_response(place, 1 / shape.sd_per_radius)
