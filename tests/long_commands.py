@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from dataclasses import dataclass
@@ -18,6 +19,9 @@ from recorded import record_necker, record_ratings  # noqa: E402
 from two_views import TOML, picture, write  # noqa: E402
 
 from focalgradient import Lens  # noqa: E402
+from focalgradient.display import Display  # noqa: E402
+from focalgradient.stimuli import blurred_edge  # noqa: E402
+from focalgradient.stimuli.drawn_files import SUMMARY, stimulus_files  # noqa: E402
 
 OPTICS = ("--focal-length", "25", "--pixel-pitch", "8", "--f-number", "16", "--f-number", "5.6")
 OPTICS += ("--focus-distance", "0.85")
@@ -80,6 +84,7 @@ COMMANDS: dict[str, Long] = {
     "stimuli necker": Long(("stimuli", "necker", *SMALL, *ONE)),
     "stimuli depth-rating": Long(("stimuli", "depth-rating", *PICTURES, "--pixel-pitch", "3000", *ONE)),
     "stimuli import": Long(("stimuli", "import", "own", "--table", "own/pictures.csv", "--pixel-pitch", "3000")),
+    "stimuli set": Long(("stimuli", "set", "drawn")),
     "stimuli texture-border": Long(("stimuli", "texture-border", "--width-deg", "20"), "stimulus.json"),
     "demo": Long(("demo",)),
     "serve --export": Long(
@@ -124,6 +129,10 @@ def prepare(folder: Path) -> None:
     for name, design in (("necker", NECKER), ("rating", RATING), ("threshold", THRESHOLD)):
         (folder / f"{name}.toml").write_text(design)
     _own_pictures(folder / "own")
+    drawn, summary = stimulus_files(blurred_edge(width_deg=1, height_deg=1, pixels_per_degree=35.95), Display())
+    (folder / "drawn").mkdir()
+    for name, data in {**drawn, SUMMARY: json.dumps(summary).encode()}.items():
+        (folder / "drawn" / name).write_bytes(data)
     _data_sets(folder)
     (folder / "study.toml").write_text(participant.NECKER)
     (folder / "answers").mkdir()

@@ -97,6 +97,43 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path, arguments: list[str], s
     assert not (tmp_path / "made").exists()
 
 
+def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
+    """Pictures are those that were drawn, to the last of the 8 bits; a file that was changed since is refused."""
+    size = ("--screen-width", 40, "--pupil-mm", 6, "--width-deg", 3, "--height-deg", 2)
+    shape = ("--psf", "polygon", "--blades", 5)
+    assert run("slanted-plane", "--out", tmp_path / "plane", *size).exit_code == 0
+    assert run("texture-border", "--out", tmp_path / "border", *shape, *size).exit_code == 0
+    folders = tmp_path / "plane", tmp_path / "border"
+    result = run("set", *folders, "--out", tmp_path / "made", "--json")
+    assert result.exit_code == 0, result.stderr
+    assert json.loads(result.stdout)["controls"]["sharpest"]["met"]
+    made = stimuli.read_set(tmp_path / "made")
+    assert made.scenes == ("plane", "border")
+    assert made.display == Display.of_width(0.40)
+    for name in made.scenes:
+        drawn = np.asarray(Image.open(tmp_path / name / "picture.png"))
+        np.testing.assert_array_equal(made.pixels(made.picture(name, "f/8.333", "focus"))[..., 0], drawn)
+    assert made.manifest["parameters"]["stimuli"]["border"]["parameters"]["psf"]["blades"] == 5
+    one, display = stimuli.read_stimulus(tmp_path / "border")
+    again = stimuli.texture_border(**one.parameters)
+    np.testing.assert_allclose(again.picture, one.picture, atol=1e-7)
+    assert display == made.display
+
+    assert run("slanted-plane", "--out", tmp_path / "far", *size, "--distance", 1).exit_code == 0
+    np.save(tmp_path / "border" / "picture.npy", np.zeros(one.shape, np.float32))
+    for given, out, said in (
+        ((folders[0], tmp_path / "far"), "other", "far is drawn for another display than plane"),
+        ((folders[0], folders[0]), "other", "two folders are named 'plane'"),
+        ((folders[1],), "other", "border/picture.npy is not what"),
+        ((tmp_path,), "other", "stimulus.json cannot be read"),
+        ((folders[0],), "plane", "lies in --out"),
+    ):
+        result = run("set", *given, "--out", tmp_path / out)
+        assert result.exit_code == 2
+        assert said in result.stderr
+        assert result.stderr.count("\n") == 1
+
+
 def test_files_of_others_are_kept(tmp_path: Path) -> None:
     (tmp_path / "picture.png").write_bytes(b"mine")
     result = run("blurred-edge", "--out", tmp_path)

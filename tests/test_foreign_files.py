@@ -12,7 +12,7 @@ from long_commands import COMMANDS, prepare
 
 from focalgradient.cli import main
 
-QUICK = ("depth", "frames", "calibrate", "calibrate --sheet", "stream", "blur", "power necker", "report")
+QUICK = ("depth", "frames", "calibrate", "calibrate --sheet", "stream", "blur", "power necker", "report", "stimuli set")
 """Commands that take some seconds at most with what `prepare` makes."""
 
 SLOW = ("eye", "eye --accommodate", "power depth-rating", "stimuli necker", "stimuli depth-rating", "stimuli import")

@@ -76,6 +76,7 @@ LINES = (
     "stimuli fixated-cube --edge-deg 0.8 --width-deg 3 --height-deg 3 --pixels-per-degree 24 --out out",
     "stimuli wide-field --screen 200x200 --pixel-pitch 3000 --out out",
     "stimuli replica mather2002 --screen 160x120 --pixel-pitch 3000 --out out",
+    "stimuli set drawn --out out",
     "stimuli necker --gradient none --size 64 --edge 3 --speed 3 --workers 1 --out out",
     "stimuli depth-rating --seed 1 --scenes 1 --size 64 --samples 2 --engine cast --pixel-pitch 3000 --workers 1 "
     "--out out",

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from focalgradient.errors import InputError
 from focalgradient.eye import Cones, Eye
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.controls import refuse_seams, sharpest
+from focalgradient.stimuli.controls import refuse_seams
 from focalgradient.stimuli.depth_rating import Pupil
+from focalgradient.stimuli.sharpness import sharpest
 
 PIXEL = 1e-3
 

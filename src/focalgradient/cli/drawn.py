@@ -14,8 +14,10 @@ import click
 
 from focalgradient.cli.options import display_of, display_options, options_named
 from focalgradient.cli.program import force_option, json_option, show, summary_json, warnings_given, writable, write_set
+from focalgradient.cli.shapes import ShapedCommand, shape_options
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.psf import Psf
 
 if TYPE_CHECKING:
     from focalgradient.display import Display
@@ -26,11 +28,13 @@ __all__ = ["DRAWN"]
 SUMMARY = "stimulus.json"
 
 FILES = ("picture.png", "picture.npy", "sharp.npy", "depth.npy", "blur.npy", "masks.npz", SUMMARY)
+"""What `focalgradient.stimuli.drawn_files` makes, here without NumPy."""
 
 ABOUT = f"""\
 DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur (shares
 of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions; {SUMMARY} has every
 parameter, what was controlled and the source. Takes about a second; for a picture that fills a screen, up to 20 s.
+'focalgradient stimuli set' makes a set for judging depth of such folders.
 """
 
 
@@ -49,7 +53,7 @@ def _listed(kind: Callable[[str], Any]) -> Callable[[click.Context, click.Parame
     return split
 
 
-class _Drawn(click.Command):
+class _Drawn(ShapedCommand):
     """The command of one function of `focalgradient.stimuli`, which is loaded when its options are needed."""
 
     def __init__(self, name: str, short_help: str) -> None:
@@ -89,6 +93,8 @@ class _Drawn(click.Command):
 
     def _draw(self, out: Path, **given: Any) -> None:
         display = display_of(**{name: given.pop(name) for name in _SCREEN})
+        if "psf" in given:
+            given["psf"] = given["psf"].shape()
         known = inspect.signature(self.function).parameters
         if "pixels_per_degree" in known and given["pixels_per_degree"] is None:
             given["pixels_per_degree"] = display.pixels_per_degree
@@ -100,48 +106,15 @@ class _Drawn(click.Command):
 
 def _write(out: Path, display: Display, names: Mapping[str, str], draw: Callable[[], Stimulus]) -> None:
     """Draw a stimulus and write it."""
-    import io
-
-    import numpy as np
-
     writable(out, FILES)
-    from focalgradient.stimuli.sets import display_json, npy, png
+    from focalgradient.stimuli.drawn_files import stimulus_files
 
     with warnings_given(), options_named(names):
         one = draw()
-    height, width = one.shape
-    if width > display.size_px[0] or height > display.size_px[1]:
-        raise InputError(
-            f"the picture has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-            "give a smaller picture, or the display that shows it."
-        )
-    masks = io.BytesIO()
-    np.savez_compressed(masks, **{name.replace(" ", "_"): mask for name, mask in one.masks.items()})  # type: ignore[arg-type]
-    known = np.isfinite(one.depth_m)
-    depth = [float(one.depth_m[known].min()), float(one.depth_m[known].max())] if known.any() else None
-    summary: dict[str, Any] = {
-        "name": one.name,
-        "source": list(one.source),
-        "picture_px": [width, height],
-        "pixel_angle_arcmin": 60 * np.degrees(one.pixel_angle),
-        "blur_arcmin": [float(one.blur_arcmin.min()), float(one.blur_arcmin.max())],
-        "depth_m": depth,
-        "controlled": one.controlled,
-    }
-    parameters = {name: value for name, value in one.parameters.items() if name != "optics"}
-    write_set(
-        out,
-        {
-            "picture.png": png(display.encode(one.picture)),
-            "picture.npy": npy(one.picture.astype(np.float32)),
-            "sharp.npy": npy(one.sharp.astype(np.float32)),
-            "depth.npy": npy(one.depth_m.astype(np.float32)),
-            "blur.npy": npy(one.blur_arcmin.astype(np.float32)),
-            "masks.npz": masks.getvalue(),
-            SUMMARY: summary_json({**summary, "parameters": parameters, "display": display_json(display)}),
-        },
-        SUMMARY,
-    )
+    files, summary = stimulus_files(one, display)
+    write_set(out, {**files, SUMMARY: summary_json(summary)}, SUMMARY)
+    width, height = summary["picture_px"]
+    depth = summary["depth_m"]
     low, high = summary["blur_arcmin"]
     show(
         {**summary, "written": printable(out)},
@@ -159,6 +132,10 @@ def _options(function: Callable[..., Any]) -> list[click.Parameter]:
     hints = get_type_hints(function)
     made: list[click.Parameter] = []
     for name, parameter in inspect.signature(function).parameters.items():
+        if Psf in get_args(hints[name]):
+            shaped = click.command()(shape_options(f"{texts[name].partition(',')[0]}.", parameter.default)(_nothing))
+            made += shaped.params
+            continue
         kind, optional = _kind(hints[name])
         if kind is None:
             continue
@@ -183,6 +160,10 @@ def _options(function: Callable[..., Any]) -> list[click.Parameter]:
             )
         )
     return made
+
+
+def _nothing() -> None:
+    """Bear the options of a shape until they are moved to a command."""
 
 
 def _option(name: str) -> str:

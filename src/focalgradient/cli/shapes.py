@@ -68,11 +68,13 @@ class ShapeAsked:
 
 
 class ShapedCommand(click.Command):
-    """A command with the options of `shape_options`, whose function gets them as one `ShapeAsked` called psf."""
+    """A command that may have the options of `shape_options`: its function gets them as one `ShapeAsked` called psf."""
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return the parameters, with those of the shapes that other installed packages add."""
         given = super().get_params(ctx)
+        if all(one.name != "psf" for one in given):
+            return given
         opts = {opt for one in given for opt in one.opts}
         own = {one.name for one in given}
         more = [one for one in _parameter_options(set(names()) - set(SHAPES), opts) if one.name not in own]
@@ -81,6 +83,8 @@ class ShapedCommand(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Gather the shape's parameters, and run."""
+        if "psf" not in ctx.params:
+            return super().invoke(ctx)
         given = {name: ctx.params.pop(name) for name in list(ctx.params) if name.startswith(PREFIX)}
         values = {name.removeprefix(PREFIX): value for name, value in given.items() if value is not None}
         ctx.params["psf"] = ShapeAsked(ctx.params["psf"], values)

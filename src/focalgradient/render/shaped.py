@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from focalgradient.psf import Psf
 from focalgradient.render.kernels import EVEN, FITTED_TO, STEPS, Kernels, kernels_of, lens_radius
 
-__all__ = ["shape_kernels"]
+__all__ = ["shape_kernels", "shape_picture"]
 
 FITTED = 8.0
 """Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels has a
@@ -53,16 +53,16 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
             (steps >= signed.min() - 2 * STEP - GROWTH * largest)
             & (steps <= signed.max() + GROWTH * largest + 2 * STEP)
         ]
-    upright = {radius: _picture(psf, radius) for radius in dict.fromkeys(np.abs(steps).tolist())}
+    upright = {radius: shape_picture(psf, radius) for radius in dict.fromkeys(np.abs(steps).tolist())}
     turned = [
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned, lens_radius(_picture(psf, MEASURED), MEASURED))
+    return kernels_of(steps, turned, lens_radius(shape_picture(psf, MEASURED), MEASURED))
 
 
-def _picture(psf: Psf, radius: float) -> NDArray[np.float64]:
-    """A shape of `radius` pixels, as shown beyond focus, as a square, odd picture."""
+def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
+    """Return a shape of `radius` pixels, as shown beyond focus, as a square, odd picture: positive, of sum 1."""
     if radius < 0.01:
         return np.ones((1, 1))
     even = _interpolated(psf, radius)

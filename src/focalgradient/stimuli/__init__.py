@@ -6,6 +6,7 @@ A function draws a `Stimulus` (its picture, true depth and true blur); ``make_..
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
 from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
+from focalgradient.stimuli.drawn_files import read_stimulus
 from focalgradient.stimuli.drawn_set import make_from_stimuli
 from focalgradient.stimuli.films import frames
 from focalgradient.stimuli.fixated_cube import fixated_cube
@@ -14,7 +15,8 @@ from focalgradient.stimuli.leaves import dead_leaves
 from focalgradient.stimuli.papers import PAPERS, Paper, replica
 from focalgradient.stimuli.photograph import make_from_photographs
 from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSet, Target, read_set
-from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur, sharpness
+from focalgradient.stimuli.sharpness import sharpness
+from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane
 from focalgradient.stimuli.wide_field import wide_field
 
@@ -44,6 +46,7 @@ __all__ = [
     "miniature",
     "read_necker",
     "read_set",
+    "read_stimulus",
     "replica",
     "sharpness",
     "slanted_plane",

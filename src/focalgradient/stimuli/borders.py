@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,8 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Side
-from focalgradient.psf import psf_of
+from focalgradient.psf import Psf, PsfName
+from focalgradient.psf.profile import edge_profile
 from focalgradient.stimuli.layers import (
     blurred,
     check_equalise,
@@ -25,11 +26,11 @@ from focalgradient.stimuli.layers import (
 from focalgradient.stimuli.stimulus import (
     Frame,
     Region,
-    Shape,
     Stimulus,
     check_amount,
     check_choice,
     check_light,
+    check_shape,
     depth_of_blur,
     measured,
 )
@@ -63,7 +64,7 @@ def texture_border(
     contrast: float = 0.2,
     slope: float = 1.0,
     equalise: Sequence[str] = (),
-    psf: Shape = "gaussian",
+    psf: Psf | PsfName = "gaussian",
     focus_m: float = 0.57,
     pupil_mm: float = 4.0,
     seed: int = 0,
@@ -96,7 +97,7 @@ def texture_border(
         What is made alike on both sides: "luminance" (mean), "contrast" (RMS, to that of the sharp texture) and
         "spectrum" (both textures get the amplitude spectrum of the more blurred one: the border alone differs).
     psf
-        Shape of the blur.
+        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
         Of the eye by which blur is turned into depth: the near side lies nearer than the focus, the far side beyond.
     seed
@@ -123,7 +124,7 @@ def texture_border(
     check_light(mean, contrast, seed, HIGHEST)
     check_amount("slope", slope, "powers of spatial frequency", least=0)
     check_choice("border", border, ("straight", "sinusoidal"))
-    check_choice("psf", psf, ("gaussian", "disc"))
+    shape = check_shape(psf, parameters)
     names = check_equalise(equalise)
     sides = {"left": left_blur_arcmin, "right": right_blur_arcmin}
     blur = {side: frame.blur(f"{side}_blur_arcmin", arcmin) for side, arcmin in sides.items()}
@@ -153,16 +154,17 @@ def texture_border(
     left = _left_of(canvas, factor, bend, angle, math.radians(phase_deg))
     whole = left.reshape(canvas[0], factor, canvas[1], factor).mean(axis=(1, 3))
     masks = {"left": whole[inside] >= 0.5, "right": whole[inside] < 0.5}
+    kinds: dict[str, tuple[Psf, Side]] = {near: (shape, "nearer"), far: (shape, "beyond")}
     textures = {side: noise(frame.shape, [seed, number], slope) for number, side in enumerate(masks)}
     lights = {
-        side: mean * (1 + contrast * _texture(texture, blur[side], max(blur.values()), psf, names, masks[side]))
+        side: mean * (1 + contrast * _texture(texture, blur[side], max(blur.values()), kinds[side], names, masks[side]))
         for side, texture in textures.items()
     }
-    covered = coverage(left if near == "left" else 1 - left, factor, edge, psf)
+    covered = coverage(left if near == "left" else 1 - left, factor, edge, shape, "nearer")
     light = np.pad(lights[near], rim, mode="wrap")
     if own_edge and edge > 0 and not names:
         whole_near = np.pad(mean * (1 + contrast * textures[near]), rim, mode="wrap")
-        light = _ending(whole_near, light, whole if near == "left" else 1 - whole, edge, psf)
+        light = _ending(whole_near, light, whole if near == "left" else 1 - whole, edge, shape)
     covered, whole = covered[inside], whole[inside]
     picture = np.clip(covered * light[inside] + (1 - covered) * lights[far], 0, 1)
 
@@ -189,24 +191,29 @@ def texture_border(
             "equalised": list(names),
             "near": near,
             "occlusion_agrees_with_blur": edge == blur[near],
-            **measured(picture, sharp, allowed, masks, psf),
+            **measured(picture, sharp, allowed, masks, shape),
         },
         ("mather1996", "marshall1996", "mather2002"),
     )
 
 
 def _texture(
-    texture: NDArray[np.float64], sd: float, most: float, psf: Shape, equalise: tuple[str, ...], side: Region
+    texture: NDArray[np.float64],
+    sd: float,
+    most: float,
+    shape: tuple[Psf, Side],
+    equalise: tuple[str, ...],
+    own: Region,
 ) -> NDArray[np.float64]:
     """A texture with its blur, in standard deviations of the sharp one, equalised over its own side where asked."""
-    light = blurred(texture, sd, psf)
+    light = blurred(texture, sd, *shape)
     if "spectrum" in equalise:
-        light = same_spectrum(light, blurred(texture, most, psf))
-    own = light[side]
-    if "contrast" in equalise and own.std() > 0:
-        light = own.mean() + (light - own.mean()) * (1.0 / own.std())
+        light = same_spectrum(light, blurred(texture, most, *shape))
+    part = light[own]
+    if "contrast" in equalise and part.std() > 0:
+        light = part.mean() + (light - part.mean()) * (1.0 / part.std())
     if "luminance" in equalise:
-        light = light - light[side].mean()
+        light = light - light[own].mean()
     if np.abs(light).max() > HIGHEST:
         raise InputError(
             f"equalise takes the blurred texture to {np.abs(light).max():.3g} standard deviations of the sharp one, "
@@ -228,11 +235,11 @@ def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, ph
 
 
 def _ending(
-    texture: NDArray[np.float64], light: NDArray[np.float64], mask: NDArray[np.float64], sd: float, psf: Shape
+    texture: NDArray[np.float64], light: NDArray[np.float64], mask: NDArray[np.float64], sd: float, psf: Psf
 ) -> NDArray[np.float64]:
     """Light of the near surface over its blurred coverage: a surface that ends at the border has no light beyond it."""
-    share = blurred(mask, sd, psf)
-    own = blurred(texture * mask, sd, psf) / np.maximum(share, FAINT)
+    share = blurred(mask, sd, psf, "nearer")
+    own = blurred(texture * mask, sd, psf, "nearer") / np.maximum(share, FAINT)
     return np.where(share > FAINT, np.clip(own, texture.min(), texture.max()), light)
 
 
@@ -247,7 +254,7 @@ def blurred_edge(
     pixels_per_degree: float = 60.0,
     mean: float = 0.5,
     contrast: float = 0.5,
-    psf: Shape = "gaussian",
+    psf: Psf | PsfName = "gaussian",
     focus_m: float = 0.57,
     pupil_mm: float = 4.0,
     side: Side = "beyond",
@@ -270,7 +277,7 @@ def blurred_edge(
     mean, contrast
         Mean of the two luminances in shares of white, and their Michelson contrast.
     psf
-        Shape of the blur.
+        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
         Of the eye by which blur is turned into depth.
     side
@@ -297,7 +304,7 @@ def blurred_edge(
     parameters = dict(locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
     check_light(mean, contrast, 0, 1.0)
-    check_choice("psf", psf, ("gaussian", "disc"))
+    shape = check_shape(psf, parameters)
     check_choice("side", side, ("beyond", "nearer"))
     check_choice("polarity", polarity, ("bright left", "bright right"))
     check_amount("orientation_deg", orientation_deg, "degrees")
@@ -313,9 +320,15 @@ def blurred_edge(
     turned = math.radians(orientation_deg)
     normal = math.cos(turned), math.sin(turned)
     sign = 1 if polarity == "bright right" else -1
+    # Nearer than focus a shape is turned by half a turn.
+    rising = turned + math.pi * ((sign < 0) != (side == "nearer"))
+    profile = edge_profile(shape, rising)
     rows, columns = frame.grid()
     place = sign * (columns * normal[0] + rows * normal[1])
-    share, sharp = (_edge(place, (sign * normal[1], sign * normal[0]), width, psf) for width in (sd, 0.0))
+    share, sharp = (
+        _edge(place, (sign * normal[1], sign * normal[0]), radius, profile)
+        for radius in (float(shape.radius_of(sd)), 0.0)
+    )
     low, high = mean * (1 - contrast), mean * (1 + contrast)
     picture, sharp = (low + (high - low) * part for part in (share, sharp))
     masks = {"bright": place > 0, "dark": place <= 0}
@@ -332,27 +345,26 @@ def blurred_edge(
         {
             "equalised": [],
             "blur_arcmin": arcmin,
-            **measured(picture, sharp, blur_map * frame.pixels(1.0), masks, psf),
+            **measured(picture, sharp, blur_map * frame.pixels(1.0), masks, shape),
         },
         ("watson2011",),
     )
 
 
-def _edge(place: NDArray[np.float64], normal: tuple[float, float], sd: float, psf: Shape) -> NDArray[np.float64]:
+def _edge(
+    place: NDArray[np.float64],
+    normal: tuple[float, float],
+    radius: float,
+    profile: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> NDArray[np.float64]:
     """Share of the bright side in each pixel, whose middle lies at `place` (px) beyond an edge: `normal` (y, x)."""
     share = np.zeros(place.shape)
     for dy, wy in zip(NODES / 2, WEIGHTS / 2, strict=True):
-        if sd == 0:  # exact along a row: the piece of it beyond the edge
+        if radius == 0:  # exact along a row: the piece of it beyond the edge
             along = abs(normal[1])
             at = place + dy * normal[0]
             share += wy * (np.clip(at / along + 0.5, 0, 1) if along > 1e-9 else (at > 0) + 0.5 * (at == 0))
             continue
         for dx, wx in zip(NODES / 2, WEIGHTS / 2, strict=True):
-            share += wy * wx * _edge_spread((place + dy * normal[0] + dx * normal[1]) / sd, psf)
+            share += wy * wx * profile((place + dy * normal[0] + dx * normal[1]) / radius)
     return share
-
-
-def _edge_spread(place: NDArray[np.float64], psf: Shape) -> NDArray[np.float64]:
-    """Light of a unit edge, blurred by a standard deviation of 1, at a place beyond it."""
-    shape = psf_of(psf)
-    return shape.edge_response(place, 1 / shape.sd_per_radius)

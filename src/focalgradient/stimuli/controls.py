@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, minimum_filter
+from scipy.ndimage import maximum_filter
 from scipy.special import j1
 
 from focalgradient.errors import InputError
@@ -22,7 +22,7 @@ from focalgradient.optics import Optics
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
 
-__all__ = ["LIMITS", "Sharp", "against_discs", "against_prediction", "judged", "refuse_seams", "sharpest", "spectrum"]
+__all__ = ["LIMITS", "Sharp", "against_discs", "against_prediction", "judged", "refuse_seams", "spectrum"]
 
 LIMITS = {
     "mean_luminance_percent": 0.5,
@@ -34,9 +34,6 @@ LIMITS = {
 """What is called controlled: change of the mean luminance from the pinhole picture; shift against the prediction;
 difference of amplitude from the prediction, in each octave of spatial frequency; noise of the rendering, in steps of
 the display's 8 bits; and the largest gradient over the largest that the blur of its surroundings allows."""
-
-SLACK = 0.75
-"""Pixels of radius by which blur may be less than stated: what the square of a pixel and its one depth leave open."""
 
 EDGE = 0.05  # dioptres between neighbouring pixels, from which on one thing is in front of another
 FEWEST = 4  # cycles in the part of the picture that is looked at, below which an octave is not looked at
@@ -194,78 +191,6 @@ def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArr
             transfer = np.where(x > 0, 2 * j1(x) / np.where(x > 0, x, 1), 1.0)
             made += weight * np.fft.irfft2(waves * transfer, wide.shape)[pad:-pad, pad:-pad]
     return made
-
-
-def sharpest(
-    light: NDArray[np.floating],
-    sharp: NDArray[np.floating],
-    distance: NDArray[np.floating],
-    optics: Sequence[Optics],
-    pixel_angle: float,
-    *,
-    finer: int = 1,
-    noise: float = 0.0,
-) -> dict[str, Any]:
-    """Largest gradient of a picture over the largest that blur allows there, and where.
-
-    A place that points of `sharp` between lo and hi reach by discs of radius r or more changes by 2 (hi - lo) / (pi r)
-    from one pixel to the next, at most, and never by more than hi - lo.
-
-    Parameters
-    ----------
-    light
-        Luminance of the picture, H x W.
-    sharp, distance
-        Luminance of the pinhole picture, and distances in metres, with `finer` times as many pixels each way.
-    optics
-        Through which the picture is seen: one for all light, or one for each colour.
-    pixel_angle
-        Of the pinhole picture, in radians.
-    finer
-        Pixels of the pinhole picture to one of the picture, each way.
-    noise
-        Standard deviation of the picture's noise, of which a gradient of 6 is allowed.
-
-    Returns
-    -------
-    dict
-        ``sharpest``: the ratio; ``sharpest_px``: column and row.
-
-    >>> from focalgradient import Lens
-    >>> step = np.where(np.arange(64) < 32, 0.2, 0.8) * np.ones((64, 1))
-    >>> lens = Lens(0.05, 2.5, 1.0)  # a radius of 5 pixels at 2 m
-    >>> found = sharpest(step, step, np.full((64, 64), 2.0), [lens], 1e-3)  # not blurred at all
-    >>> round(found["sharpest"], 1), found["sharpest_px"]
-    (6.7, [31, 0])
-    """
-    vergence = 1 / np.asarray(distance, float)
-    radii = [lens.aperture_diameter / 2 * np.abs(lens.focus_vergence - vergence) / pixel_angle for lens in optics]
-    radius, widest = np.minimum.reduce(radii), np.maximum.reduce(radii)
-    highest, lowest = np.full(sharp.shape, -np.inf), np.full(sharp.shape, np.inf)
-    least = np.full(sharp.shape, np.inf)
-    reach = 1.0
-    within = -1.0
-    while within < widest.max():
-        level = (widest > within) & (widest <= reach)
-        if level.any():
-            side = 2 * (math.ceil(reach) + 1) + 1
-            highest = np.maximum(highest, maximum_filter(np.where(level, sharp, -np.inf), side))
-            lowest = np.minimum(lowest, minimum_filter(np.where(level, sharp, np.inf), side))
-            least = np.minimum(least, minimum_filter(np.where(level, radius, np.inf), side))
-        within, reach = reach, 2 * reach
-    rows, columns = light.shape
-    blocks = [one.reshape(rows, finer, columns, finer) for one in (highest, lowest, least)]
-    span = blocks[0].max(axis=(1, 3)) - blocks[1].min(axis=(1, 3))
-    disc = np.maximum(blocks[2].min(axis=(1, 3)) / finer - SLACK, 0.1)
-    allowed = span * np.minimum(1, 2 / (math.pi * disc)) + 6 * noise + 1e-6 * float(np.abs(light).max())
-    worst, place = 0.0, (0, 0)
-    for axis in (0, 1):
-        change = np.abs(np.diff(light, axis=axis))
-        ratio = change / np.maximum(*(np.delete(allowed, end, axis) for end in (0, -1)))
-        at = np.unravel_index(int(ratio.argmax()), ratio.shape)
-        if ratio[at] > worst:
-            worst, place = float(ratio[at]), (int(at[1]), int(at[0]))
-    return {"sharpest": worst, "sharpest_px": list(place)}
 
 
 def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:

@@ -29,9 +29,10 @@ from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
-from focalgradient.stimuli.controls import Sharp, against_prediction, judged, refuse_seams, sharpest
+from focalgradient.stimuli.controls import Sharp, against_prediction, judged, refuse_seams
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
+from focalgradient.stimuli.sharpness import sharpest
 from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]

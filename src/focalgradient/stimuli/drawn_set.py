@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -20,7 +21,7 @@ from focalgradient.stimuli.controls import judged, refuse_seams
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import StimulusSet, display_json, npy, png, read_set, stored_distance
-from focalgradient.stimuli.stimulus import Stimulus
+from focalgradient.stimuli.stimulus import Stimulus, check_amount
 
 __all__ = ["make_from_stimuli"]
 
@@ -115,8 +116,9 @@ def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[i
         plain_name(name, "the name of a scene")
         if not isinstance(one, Stimulus):
             raise InputError(f"{name} is no Stimulus: give what a function such as slanted_plane returns.")
+        check_amount(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan), "millimetres", positive=True)
         pupils = [each.parameters.get("pupil_mm") for each in (first, one)]
-        if one.shape != first.shape or pupils[0] != pupils[1] or not pupils[1]:
+        if one.shape != first.shape or pupils[0] != pupils[1]:
             raise InputError(
                 f"{name} has {one.shape[1]} x {one.shape[0]} pixels and a pupil of {pupils[1]} mm, but the first has "
                 f"{first.shape[1]} x {first.shape[0]} and {pupils[0]} mm: draw all of one size and with one pupil."
@@ -141,7 +143,7 @@ def _about(one: Stimulus) -> dict[str, Any]:
     plain = {
         key: list(value) if isinstance(value, tuple) else value
         for key, value in one.parameters.items()
-        if value is None or isinstance(value, bool | int | float | str | tuple | list)
+        if value is None or isinstance(value, bool | int | float | str | tuple | list | dict)
     }
     arrays = b"".join(np.ascontiguousarray(array).tobytes() for array in (one.picture, one.sharp, one.depth_m))
     return {
@@ -165,7 +167,7 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
     per_px = np.degrees(one.pixel_angle) * 60
     mean = float(one.sharp.mean())
-    pictures: dict[str, dict[str, float]] = {}
+    pictures: dict[str, dict[str, Any]] = {}
     for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
         stem = stem_of(shown, FOCUS)
         colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
@@ -187,6 +189,7 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     pictures[stem_of(aperture, FOCUS)] |= {
         "mean_luminance_percent": 100 * (float(one.picture.mean()) / mean - 1) if mean > 0 else 0.0,
         "sharpest": float(one.controlled["sharpest"]),
+        "sharpest_px": one.controlled["sharpest_px"],
     }
     folder.content["controls"]["scenes"][name] = {"pictures": pictures}
     folder.content["scenes"][name] = {

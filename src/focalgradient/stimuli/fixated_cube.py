@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.psf import DISC_K
+from focalgradient.psf import DISC_K, Gaussian
 from focalgradient.render import necker_frame
 from focalgradient.render.wireframe import Gradient, blur_at
 from focalgradient.scenes import NeckerCube
@@ -141,7 +141,7 @@ def fixated_cube(
             "focus_m": focus_m,
             "fixation_px": [float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
             "blur_agrees_with_depth": gradient == "rigid",
-            **measured(picture, sharp, np.hypot(blur * ARCMIN / pixel, own), masks, lines=True),
+            **measured(picture, sharp, np.hypot(blur * ARCMIN / pixel, own), masks, Gaussian(), lines=True),
         },
         ("pastukhov",),
     )

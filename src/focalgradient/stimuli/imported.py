@@ -27,11 +27,12 @@ from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged, refuse_seams, sharpest
+from focalgradient.stimuli.controls import against_discs, judged, refuse_seams
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
+from focalgradient.stimuli.sharpness import sharpest
 
 __all__ = ["import_pictures"]
 

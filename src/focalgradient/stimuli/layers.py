@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from focalgradient.errors import InputError, check_list
-from focalgradient.psf import transfer
-from focalgradient.stimuli.stimulus import Shape
+from focalgradient.optics import Side
+from focalgradient.psf import Psf
 
 __all__ = [
     "CLIP",
@@ -50,24 +50,27 @@ def reach_of(sd_px: float) -> int:
     return math.ceil(REACH * sd_px) + 2
 
 
-def blurred(image: NDArray[np.floating], sd_px: float, shape: Shape = "gaussian") -> NDArray[np.float64]:
+def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "beyond") -> NDArray[np.float64]:
     """Blur a picture, taken as periodic, by its exact transfer at every frequency of the grid; light is kept.
 
+    >>> from focalgradient.psf import Gaussian
     >>> wave = np.cos(2 * np.pi * 0.125 * np.arange(16)) * np.ones((16, 1))
-    >>> bool(np.isclose(blurred(wave, 2.0)[0, 0], np.exp(-2 * (np.pi * 2.0 * 0.125) ** 2)))
+    >>> bool(np.isclose(blurred(wave, 2.0, Gaussian())[0, 0], np.exp(-2 * (np.pi * 2.0 * 0.125) ** 2)))
     True
     """
     light: NDArray[np.float64] = np.asarray(image, np.float64)
     if sd_px == 0:
         return light
     rows, columns = light.shape
-    frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
-    return fft.irfft2(fft.rfft2(light) * transfer(frequency, 2 * sd_px, shape), s=light.shape)
+    otf = psf.optical_transfer(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None], psf.radius_of(sd_px))
+    return fft.irfft2(fft.rfft2(light) * (np.conj(otf) if side == "nearer" else otf), s=light.shape)
 
 
-def coverage(fine: NDArray[np.floating], factor: int, sd_px: float, shape: Shape) -> NDArray[np.float64]:
+def coverage(
+    fine: NDArray[np.floating], factor: int, sd_px: float, psf: Psf, side: Side = "beyond"
+) -> NDArray[np.float64]:
     """Blurred coverage of pixels, from coverage on a grid that is finer by `factor`; within 0 to 1."""
-    spread = np.clip(blurred(fine, sd_px * factor, shape), 0, 1)
+    spread = np.clip(blurred(fine, sd_px * factor, psf, side), 0, 1)
     rows, columns = fine.shape
     return spread.reshape(rows // factor, factor, columns // factor, factor).mean(axis=(1, 3))
 

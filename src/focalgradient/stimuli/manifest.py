@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 
 from focalgradient.tables import Table
 
-__all__ = ["Manifest"]
+__all__ = ["Manifest", "StimulusRecord", "StoredDisplay"]
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Known = float | None
@@ -50,7 +50,9 @@ class _Picture(_Entry):
     further: dict[str, str] = Field({}, description="a table of texts")
 
 
-class _Display(_Entry):
+class StoredDisplay(_Entry):
+    """The display that pictures are made for."""
+
     size_px: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(description="two whole numbers of pixels")
     pixel_pitch_mm: float = Field(description="a number of millimetres")
     distance_m: float = Field(description="a number of metres")
@@ -62,12 +64,34 @@ class _Display(_Entry):
 class Manifest(_Entry):
     """The manifest of a set of pictures for depth rating."""
 
-    tables: ClassVar[dict[str, type[Table]]] = {"display": _Display, "scenes": _Scene, "pictures": _Picture}
+    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "scenes": _Scene, "pictures": _Picture}
 
     set: Literal["depth-rating"] = Field(description='"depth-rating"')
-    display: _Display = Field(description="a table of the display")
+    display: StoredDisplay = Field(description="a table of the display")
     scenes: dict[str, _Scene] = Field(description="a table of scenes, by their names")
     pictures: list[_Picture] = Field(description="a list of pictures")
     files: dict[str, str] = Field(description="each file's SHA-256, by its name")
     parameters: dict[str, Any] = Field({}, description="a table of parameters")
     controls: dict[str, Any] = Field({}, description="a table of what was measured")
+
+
+class _Controlled(Table):
+    model_config = ConfigDict(extra="allow")
+
+    sharpest: float = Field(ge=0, description="a number of 0 or more")
+    sharpest_px: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(description="two whole numbers")
+
+
+class StimulusRecord(_Entry):
+    """The record of a drawn stimulus that stands beside its arrays."""
+
+    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "controlled": _Controlled}
+
+    name: str = Field(description="the name of the function that drew it")
+    source: list[str] = Field(description="a list of keys of the bibliography")
+    pixel_angle_arcmin: float = Field(gt=0, description="a positive number of arcmin")
+    controlled: _Controlled = Field(description="a table of what was measured")
+    parameters: dict[str, Any] = Field(description="a table of parameters")
+    masks: list[str] = Field(description="a list of names")
+    display: StoredDisplay = Field(description="a table of the display")
+    sha256: dict[str, str] = Field(description="each file's SHA-256, by its name")

@@ -22,11 +22,12 @@ from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged, refuse_seams, sharpest
+from focalgradient.stimuli.controls import against_discs, judged, refuse_seams
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
+from focalgradient.stimuli.sharpness import sharpest
 from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["make_from_photographs"]

@@ -18,7 +18,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.stimuli.folder import MANIFEST
-from focalgradient.stimuli.manifest import Manifest
+from focalgradient.stimuli.manifest import Manifest, StoredDisplay
 from focalgradient.tables import check_table
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "npy",
     "png",
     "read_set",
+    "stored_display",
     "stored_distance",
 ]
 
@@ -263,7 +264,7 @@ def read_set(folder: str | Path) -> StimulusSet:
     if not isinstance(manifest, dict) or manifest.get("set") != "depth-rating":
         raise InputError(f"{path} is no manifest of pictures for depth rating: {remedy}.")
     checked = check_table(str(path), manifest, Manifest)
-    display = _display(checked)
+    display = stored_display(checked.display)
     where = f"{path}: a file's name"
     pictures = tuple(
         Picture(
@@ -333,8 +334,8 @@ def stored_distance(distance: NDArray[np.floating], name: str) -> NDArray[np.flo
     return distance.astype(np.float32)
 
 
-def _display(manifest: Manifest) -> Display:
-    shown = manifest.display
+def stored_display(shown: StoredDisplay) -> Display:
+    """Return the display that a checked table states: the inverse of `display_json`."""
     width, height = shown.size_px
     gamma = (*shown.gamma,) if isinstance(shown.gamma, list) else shown.gamma
     return Display(

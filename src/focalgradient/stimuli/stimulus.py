@@ -5,30 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_number, check_seed, described
 from focalgradient.optics import Side, distance_of_blur
+from focalgradient.psf import Psf, PsfName, psf_from, psf_of
+from focalgradient.stimuli.sharpness import sharpest_place
 
 __all__ = [
-    "PIXEL_VARIANCE",
     "Frame",
     "Region",
-    "Shape",
     "Stimulus",
     "check_amount",
     "check_choice",
     "check_light",
+    "check_shape",
     "depth_of_blur",
     "measured",
-    "sharpness",
 ]
-
-Shape = Literal["gaussian", "disc"]
-"""Shape of blur: both are given by their standard deviation; a disc's radius is twice that."""
 
 Region = NDArray[np.bool_]
 
@@ -37,20 +34,8 @@ ARCMIN = math.radians(1 / 60)
 LARGEST = 4096
 """Pixels along a side up to which pictures are made: their transforms stay within 2 GB."""
 
-LINE_PEAK = math.exp(-0.5)
-"""Steepest gradient of a Gaussian line of unit peak, times its standard deviation."""
-
 SMALLEST, GREATEST = 1e-6, 1e6
 """Size of a quantity that is not 0: far beyond what eyes and displays have, and what follows stays within precision."""
-
-NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
-"""Steepest gradient of a unit step blurred by a Gaussian, times its standard deviation."""
-
-DISC_PEAK = 1 / math.pi
-"""The same of a disc, whose radius is twice its standard deviation: 2 / (pi radius)."""
-
-PIXEL_VARIANCE = 1 / 12
-"""Variance (px^2) of a pixel's own square."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +63,7 @@ class Stimulus:
     controlled
         What was equalised and what was measured: ``equalised``; ``mean_luminance`` and ``rms_contrast`` of the picture
         and of each region; ``range``; ``sharpest``, the largest gradient over the largest that the blur allows (see
-        `sharpness`); ``occlusion_agrees_with_blur``, where something occludes.
+        `sharpness`), and ``sharpest_px``, its column and row; ``occlusion_agrees_with_blur``, where something occludes.
     source
         Papers that use it, by their keys in the bibliography.
     """
@@ -183,6 +168,13 @@ def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
         )
 
 
+def check_shape(psf: Psf | PsfName, parameters: dict[str, Any]) -> Psf:
+    """Return the shape of blur that a function was given; `parameters` get it as plain values, which are taken, too."""
+    shape = psf_from(psf) if isinstance(psf, dict) else psf_of(psf)
+    parameters["psf"] = psf if isinstance(psf, str) else {"shape": shape.name, **shape.stated()}
+    return shape
+
+
 def check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
     """Refuse a `value` that is none of those `known`."""
     if value not in known:
@@ -229,66 +221,12 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     return distance
 
 
-def sharpness(
-    picture: NDArray[np.floating],
-    blur_px: NDArray[np.floating],
-    shape: Shape = "gaussian",
-    *,
-    span: float | None = None,
-    lines: bool = False,
-) -> float:
-    """Largest gradient of a picture over the largest that its blur allows.
-
-    The blur allows that of a step as high as the whole range of light, blurred by the least blur within three pixels:
-    range x 0.399 / sd for a Gaussian and x 0.318 / sd for a disc, the pixel's own square included; and never more than
-    the range from a pixel to the next.
-
-    Parameters
-    ----------
-    picture
-        Linear luminance, H x W.
-    blur_px
-        Standard deviation of the blur of what each pixel shows, H x W.
-    shape
-        Of the blur.
-    span
-        Range of light without the blur; None: that of the picture.
-    lines
-        Whether the picture consists of Gaussian lines, not of edges: then 0.607 / sd is allowed.
-
-    Returns
-    -------
-    float
-        At most 1 where nothing is sharper than its blur; 0 for a uniform picture.
-
-    Examples
-    --------
-    >>> step = np.where(np.arange(32) < 16, 0.0, 1.0) * np.ones((32, 1))
-    >>> sharpness(step, np.zeros((32, 32))), round(sharpness(step, np.full((32, 32), 4.0)))
-    (1.0, 10)
-    """
-    from scipy.ndimage import minimum_filter
-
-    light = np.asarray(picture, float)
-    span = max(float(np.ptp(light)), span or 0.0)
-    if span == 0:
-        return 0.0
-    least = minimum_filter(np.asarray(blur_px, float), 7, mode="nearest")
-    # A disc finer than a pixel blurs the pixels as any shape of its standard deviation does.
-    step = np.where(least < 1, NORMAL_PEAK, DISC_PEAK) if shape == "disc" else NORMAL_PEAK
-    peak = LINE_PEAK if lines else step
-    allowed = span * np.minimum(1.0, peak / np.sqrt(least**2 + PIXEL_VARIANCE))
-    across = [np.abs(np.diff(light, axis=axis)) for axis in (0, 1)]
-    bounds = [np.maximum(allowed[1:], allowed[:-1]), np.maximum(allowed[:, 1:], allowed[:, :-1])]
-    return max(float((one / bound).max()) for one, bound in zip(across, bounds, strict=True))
-
-
 def measured(
     picture: NDArray[np.float64],
     sharp: NDArray[np.float64],
     blur_px: NDArray[np.float64],
     masks: Mapping[str, Region],
-    shape: Shape = "gaussian",
+    psf: Psf,
     *,
     lines: bool = False,
 ) -> dict[str, Any]:
@@ -301,5 +239,5 @@ def measured(
             name: float(picture[regions[name]].std() / mean) if mean > 0 else 0.0 for name, mean in means.items()
         },
         "range": [float(picture.min()), float(picture.max())],
-        "sharpest": sharpness(picture, blur_px, shape, span=float(np.ptp(sharp)), lines=lines),
+        **sharpest_place(picture, blur_px, psf, span=float(np.ptp(sharp)), lines=lines),
     }

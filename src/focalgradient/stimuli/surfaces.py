@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_seed
 from focalgradient.optics import Optics, check_optics
+from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
 from focalgradient.scenes.fractal import fractal
 from focalgradient.stimuli.depth_rating import Pupil
@@ -221,7 +222,8 @@ def _surface(
     optics = _optics(parameters["optics"], parameters["focus_m"] or distance_m, parameters["pupil_mm"])
     down, right = (frame.pixel_angle * axis for axis in frame.grid())
     metres = depth(down, right) + 0 * down * right
-    rim = _rim(optics, metres, frame)
+    widest = _widest(optics, metres, frame, "", "a smaller pupil, less depth, or a larger picture")
+    rim = math.ceil(1.5 * widest) + 4  # pixels from beyond the picture that are blurred into it
     height, width = frame.shape
     down, right = (frame.pixel_angle * axis for axis in frame.grid(rim))
     metres = depth(down, right) + 0 * down * right
@@ -258,7 +260,7 @@ def _record(
     controlled = {
         "equalised": list(equalise),
         **stated,
-        **measured(picture, sharp, blur * ARCMIN / frame.pixel_angle, masks, "disc"),
+        **measured(picture, sharp, blur * ARCMIN / frame.pixel_angle, masks, Disc()),
     }
     return Stimulus(name, picture, sharp, metres, blur, masks, frame.pixel_angle, parameters, controlled, source)
 
@@ -278,15 +280,15 @@ def _blur_map(optics: Optics, metres: NDArray[np.float64]) -> NDArray[np.float64
     return optics.aperture_diameter / 4 * np.abs(optics.focus_vergence - 1 / metres) / ARCMIN
 
 
-def _rim(optics: Optics, metres: NDArray[np.float64], frame: Frame) -> int:
-    """Pixels from beyond the picture that are blurred into it, refused where that is more than the picture."""
+def _widest(optics: Optics, metres: NDArray[np.float64], frame: Frame, cause: str, remedy: str) -> float:
+    """Largest blur radius in pixels, refused where it is more than a quarter of the picture."""
     widest = 2 * float(_blur_map(optics, metres).max()) * ARCMIN / frame.pixel_angle
     if widest > max(frame.shape) / 4:
         raise InputError(
-            f"blur has a radius of {widest:.3g} pixels, but the picture {frame.shape[1]} x {frame.shape[0]}: give a "
-            "smaller pupil, less depth, or a larger picture."
+            f"{cause}blur has a radius of {widest:.3g} pixels, but the picture {frame.shape[1]} x {frame.shape[0]}: "
+            f"give {remedy}."
         )
-    return math.ceil(1.5 * widest) + 4
+    return widest
 
 
 def _texture(
@@ -407,12 +409,8 @@ def miniature(
         far, near = _plane_ends(vergence, axis, ends)
         line = np.linspace(far, near, frame.shape[axis])
         shown_at = 1 / np.maximum(np.broadcast_to(line[:, None] if axis == 0 else line[None], frame.shape), 1e-12)
-    widest = 2 * float(_blur_map(optics, shown_at).max()) * ARCMIN / frame.pixel_angle
-    if widest > max(frame.shape) / 4:
-        raise InputError(
-            f"simulated_distance_m is {simulated_distance_m:g}, with which blur has a radius of {widest:.3g} pixels, "
-            f"but the picture {frame.shape[1]} x {frame.shape[0]}: give a larger distance or a smaller pupil_mm."
-        )
+    cause = f"simulated_distance_m is {simulated_distance_m:g}, with which "
+    _widest(optics, shown_at, frame, cause, "a larger distance or a smaller pupil_mm")
     blurred = np.asarray(blur_picture(sharp, shown_at, optics, pixel_angle=frame.pixel_angle), float)
     shown = equalised(np.clip(blurred, 0, 1), sharp, names, float(sharp.mean()))
     return _record(

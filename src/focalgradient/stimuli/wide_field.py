@@ -10,9 +10,18 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Side
+from focalgradient.psf import Psf, PsfName
 from focalgradient.stimuli.layers import blurred, reach_of
 from focalgradient.stimuli.leaves import dead_leaves
-from focalgradient.stimuli.stimulus import Frame, Shape, Stimulus, check_amount, check_choice, depth_of_blur, measured
+from focalgradient.stimuli.stimulus import (
+    Frame,
+    Stimulus,
+    check_amount,
+    check_choice,
+    check_shape,
+    depth_of_blur,
+    measured,
+)
 
 __all__ = ["wide_field"]
 
@@ -38,7 +47,7 @@ def wide_field(
     pixels_per_degree: float = 16.0,
     mean: float = 0.5,
     contrast: float = 0.5,
-    psf: Shape = "gaussian",
+    psf: Psf | PsfName = "gaussian",
     focus_m: float = 0.4,
     pupil_mm: float = 6.0,
     side: Side = "beyond",
@@ -70,7 +79,7 @@ def wide_field(
     mean, contrast
         Of the leaves' luminances: mean in shares of white, standard deviation / mean.
     psf
-        Shape of the blur.
+        Shape of the blur, such as ``focalgradient.psf.Polygon(blades=5)``, or its name.
     focus_m, pupil_mm
         Of the eye by which blur is turned into depth.
     side
@@ -95,6 +104,7 @@ def wide_field(
     ((168, 168), 0.25)
     """
     parameters = dict(locals())
+    shape = check_shape(psf, parameters)
     check_amount("window_deg", window_deg, "degrees", positive=True)
     if window_deg > 120:
         raise InputError(f"window_deg is {window_deg:g}, but a flat screen shows 120 degrees at most.")
@@ -145,7 +155,7 @@ def wide_field(
     pad = reach_of(max(sds))
     wide = np.pad(leaves, pad, mode="symmetric")
     inside = slice(pad, pad + frame.shape[0]), slice(pad, pad + frame.shape[1])
-    low, high = (blurred(wide, sd, psf)[inside] for sd in sds)
+    low, high = (blurred(wide, sd, shape, side)[inside] for sd in sds)
     mixed = (1 - annulus) * leaves + annulus * ((1 - quarter) * low + quarter * high)
     picture = np.clip(mean + window * (mixed - mean), 0, 1)
     ring = annulus >= 0.5
@@ -167,7 +177,7 @@ def wide_field(
         {
             "equalised": [],
             "pixels_per_degree_at_annulus": pixels_per_degree / stretch,
-            **measured(picture, leaves, least, masks, psf),
+            **measured(picture, leaves, least, masks, shape),
         },
         ("maiello2017",),
     )

@@ -1,0 +1,105 @@
+"""A drawn stimulus as files, and back: arrays in linear light, its picture for a display, and ``stimulus.json``."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from focalgradient.display import Display
+from focalgradient.errors import InputError
+from focalgradient.files import parse_json, printable, read_array, read_arrays, read_bytes
+from focalgradient.stimuli.manifest import StimulusRecord
+from focalgradient.stimuli.sets import display_json, npy, png, stored_display
+from focalgradient.stimuli.stimulus import Stimulus
+from focalgradient.tables import check_table
+
+__all__ = ["FILES", "SUMMARY", "read_stimulus", "stimulus_files"]
+
+SUMMARY = "stimulus.json"
+
+ARRAYS = {"picture.npy": "picture", "sharp.npy": "sharp", "depth.npy": "depth_m", "blur.npy": "blur_arcmin"}
+"""Files of the arrays, each with the attribute of `Stimulus` that it holds."""
+
+MASKS = "masks.npz"
+
+FILES = ("picture.png", *ARRAYS, MASKS, SUMMARY)
+
+
+def stimulus_files(one: Stimulus, display: Display) -> tuple[dict[str, bytes], dict[str, Any]]:
+    """Return the content of each file but `SUMMARY`, and what that states, as plain values.
+
+    Raises
+    ------
+    InputError
+        If the picture does not fit the display.
+    """
+    height, width = one.shape
+    if width > display.size_px[0] or height > display.size_px[1]:
+        raise InputError(
+            f"the picture has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
+            "give a smaller picture, or the display that shows it."
+        )
+    masks = io.BytesIO()
+    named = {name.replace(" ", "_"): mask for name, mask in one.masks.items()}
+    np.savez_compressed(masks, **named)  # type: ignore[arg-type]
+    known = np.isfinite(one.depth_m)
+    files = {name: npy(getattr(one, attribute).astype(np.float32)) for name, attribute in ARRAYS.items()}
+    files |= {"picture.png": png(display.encode(one.picture)), MASKS: masks.getvalue()}
+    summary: dict[str, Any] = {
+        "name": one.name,
+        "source": list(one.source),
+        "picture_px": [width, height],
+        "pixel_angle_arcmin": 60 * np.degrees(one.pixel_angle),
+        "blur_arcmin": [float(one.blur_arcmin.min()), float(one.blur_arcmin.max())],
+        "depth_m": [float(one.depth_m[known].min()), float(one.depth_m[known].max())] if known.any() else None,
+        "controlled": one.controlled,
+        "parameters": {name: value for name, value in one.parameters.items() if name != "optics"},
+        "masks": list(named),
+        "display": display_json(display),
+        "sha256": {name: hashlib.sha256(data).hexdigest() for name, data in files.items() if name in ARRAYS},
+    }
+    return files, summary
+
+
+def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
+    """Return the stimulus that ``focalgradient stimuli NAME`` wrote into a folder, and the display it is drawn for.
+
+    Parameters
+    ----------
+    folder
+        With `stimulus.json`; its arrays have the precision of 32-bit numbers.
+
+    Raises
+    ------
+    InputError
+        If there is none, or a file was changed since.
+    """
+    folder = Path(folder)
+    path, what = folder / SUMMARY, "a drawn stimulus's record"
+    record = check_table(printable(path), parse_json(read_bytes(path, what), printable(path), what), StimulusRecord)
+    for name in ARRAYS:
+        if hashlib.sha256(read_bytes(folder / name, "a file of a stimulus")).hexdigest() != record.sha256.get(name):
+            raise InputError(
+                f"{printable(folder / name)} is not what {printable(path)} states, so that nothing is known of its "
+                "sharpness: draw the stimulus again, or take pictures of your own with 'focalgradient stimuli import'."
+            )
+    arrays = {attribute: np.asarray(read_array(folder / name), float) for name, attribute in ARRAYS.items()}
+    if len({array.shape for array in arrays.values()}) > 1 or arrays["picture"].ndim != 2:
+        raise InputError(f"the arrays in {printable(folder)} differ in shape: draw the stimulus again.")
+    masks: Mapping[str, NDArray[Any]] = read_arrays(folder / MASKS, record.masks)
+    one = Stimulus(
+        name=record.name,
+        **arrays,
+        masks={name: mask.astype(bool) for name, mask in masks.items()},
+        pixel_angle=float(np.radians(record.pixel_angle_arcmin / 60)),
+        parameters=record.parameters,
+        controlled=record.controlled.model_dump(),
+        source=tuple(record.source),
+    )
+    return one, stored_display(record.display)

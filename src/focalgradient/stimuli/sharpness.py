@@ -1,0 +1,174 @@
+"""The sharpest place of a picture: its largest gradient over the largest that blur allows.
+
+One measure for all sets. Blur of standard deviation sd allows the slope of a step as high as the range of light that
+reaches a place, range x peak / sqrt(sd^2 + 1/12), the pixel's own square included, and never more than the range from
+one pixel to the next. `peak` is the steepest slope of an edge blurred by the shape, times its standard deviation: 0.399
+of a Gaussian, 0.318 of a disc. What reaches a place is given by a drawn stimulus itself (`sharpness`), or found from
+the pinhole picture and its depth (`sharpest`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
+
+from focalgradient.optics import Optics
+from focalgradient.psf import Disc, Psf, PsfName, psf_of
+from focalgradient.psf.profile import steepest_slope
+
+__all__ = ["PIXEL_VARIANCE", "sharpest", "sharpest_place", "sharpness"]
+
+PIXEL_VARIANCE = 1 / 12
+"""Variance (px^2) of a pixel's own square."""
+
+NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
+"""Steepest gradient of a unit step blurred by a Gaussian, times its standard deviation."""
+
+LINE_PEAK = math.exp(-0.5)
+"""Steepest gradient of a Gaussian line of unit peak, times its standard deviation."""
+
+AROUND = 3
+"""Pixels within which the least blur of a drawn stimulus counts."""
+
+SLACK = 0.75
+"""Pixels of radius by which blur may be less than stated: what the square of a pixel and its one depth leave open."""
+
+
+def sharpness(
+    picture: ArrayLike,
+    blur_px: ArrayLike,
+    psf: Psf | PsfName = "gaussian",
+    *,
+    span: float | None = None,
+    lines: bool = False,
+) -> float:
+    """Return the largest gradient of a picture over the largest that its blur allows (see the module).
+
+    Parameters
+    ----------
+    picture
+        Linear luminance, H x W.
+    blur_px
+        Standard deviation of the blur of what each pixel shows, H x W; the least within three pixels counts.
+    psf
+        Shape of the blur, or its name.
+    span
+        Range of light without the blur; None: that of the picture.
+    lines
+        Whether the picture consists of Gaussian lines, not of edges: then 0.607 / sd is allowed.
+
+    Returns
+    -------
+    float
+        At most 1 where nothing is sharper than its blur; 0 for a uniform picture.
+
+    Raises
+    ------
+    InputError
+        If the shape is unknown.
+
+    Examples
+    --------
+    >>> step = np.where(np.arange(32) < 16, 0.0, 1.0) * np.ones((32, 1))
+    >>> sharpness(step, np.zeros((32, 32))), round(sharpness(step, np.full((32, 32), 4.0)))
+    (1.0, 10)
+    """
+    return float(sharpest_place(picture, blur_px, psf, span=span, lines=lines)["sharpest"])
+
+
+def sharpest_place(
+    picture: ArrayLike, blur_px: ArrayLike, psf: Psf | PsfName, *, span: float | None = None, lines: bool = False
+) -> dict[str, Any]:
+    """Return `sharpness` and where it is: ``sharpest``, and ``sharpest_px``, column and row."""
+    light = np.asarray(picture, float)
+    least = minimum_filter(np.asarray(blur_px, float), 2 * AROUND + 1, mode="nearest")
+    highest = max(float(np.ptp(light)), span or 0.0)
+    return _worst(light, highest * _allowed(least, psf_of(psf), lines))
+
+
+def sharpest(
+    light: NDArray[np.floating],
+    sharp: NDArray[np.floating],
+    distance: NDArray[np.floating],
+    optics: Sequence[Optics],
+    pixel_angle: float,
+    *,
+    finer: int = 1,
+    noise: float = 0.0,
+) -> dict[str, Any]:
+    """Return the largest gradient of a picture over the largest that blur allows there, and where.
+
+    Parameters
+    ----------
+    light
+        Luminance of the picture, H x W.
+    sharp, distance
+        Luminance of the pinhole picture, and distances in metres, with `finer` times as many pixels each way.
+    optics
+        Through which the picture is seen: one for all light, or one for each colour. Their blur counts as a disc.
+    pixel_angle
+        Of the pinhole picture, in radians.
+    finer
+        Pixels of the pinhole picture to one of the picture, each way.
+    noise
+        Standard deviation of the picture's noise, of which a gradient of 6 is allowed.
+
+    Returns
+    -------
+    dict
+        ``sharpest``: the ratio; ``sharpest_px``: column and row.
+
+    >>> from focalgradient import Lens
+    >>> step = np.where(np.arange(64) < 32, 0.2, 0.8) * np.ones((64, 1))
+    >>> lens = Lens(0.05, 2.5, 1.0)  # a radius of 5 pixels at 2 m
+    >>> found = sharpest(step, step, np.full((64, 64), 2.0), [lens], 1e-3)  # not blurred at all
+    >>> round(found["sharpest"], 1), found["sharpest_px"]
+    (6.7, [31, 0])
+    """
+    vergence = 1 / np.asarray(distance, float)
+    radii = [lens.aperture_diameter / 2 * np.abs(lens.focus_vergence - vergence) / pixel_angle for lens in optics]
+    radius, widest = np.minimum.reduce(radii), np.maximum.reduce(radii)
+    highest, lowest = np.full(sharp.shape, -np.inf), np.full(sharp.shape, np.inf)
+    least = np.full(sharp.shape, np.inf)
+    reach = 1.0
+    within = -1.0
+    while within < widest.max():
+        level = (widest > within) & (widest <= reach)
+        if level.any():
+            side = 2 * (math.ceil(reach) + 1) + 1
+            highest = np.maximum(highest, maximum_filter(np.where(level, sharp, -np.inf), side))
+            lowest = np.minimum(lowest, minimum_filter(np.where(level, sharp, np.inf), side))
+            least = np.minimum(least, minimum_filter(np.where(level, radius, np.inf), side))
+        within, reach = reach, 2 * reach
+    rows, columns = light.shape
+    blocks = [one.reshape(rows, finer, columns, finer) for one in (highest, lowest, least)]
+    span = blocks[0].max(axis=(1, 3)) - blocks[1].min(axis=(1, 3))
+    shape = Disc()
+    sd = shape.sd(np.maximum(blocks[2].min(axis=(1, 3)) / finer - SLACK, 0))
+    return _worst(light, span * _allowed(sd, shape) + 6 * noise + 1e-6 * float(np.abs(light).max()))
+
+
+def _allowed(sd_px: NDArray[np.float64], psf: Psf, lines: bool = False) -> NDArray[np.float64]:
+    """Largest gradient, in shares of the range of light, that blur of this standard deviation allows."""
+    peak = steepest_slope(psf) * psf.sd_per_radius
+    # Blur finer than a pixel blurs the pixels as any shape of its standard deviation does.
+    slope: Any = LINE_PEAK if lines else np.where(sd_px < 1, max(peak, NORMAL_PEAK), peak)
+    return np.minimum(1.0, slope / np.sqrt(sd_px**2 + PIXEL_VARIANCE))
+
+
+def _worst(light: NDArray[np.floating], allowed: NDArray[np.float64]) -> dict[str, Any]:
+    """The largest change from one pixel to the next over the larger that is allowed in either, and where."""
+    worst, place = 0.0, (0, 0)
+    for axis in (0, 1):
+        change = np.abs(np.diff(light, axis=axis))
+        bound = np.maximum(*(np.delete(allowed, end, axis) for end in (0, -1)))
+        ratio = np.divide(change, bound, out=np.zeros(change.shape), where=change > 0)
+        at = np.unravel_index(int(ratio.argmax()), ratio.shape)
+        if ratio[at] > worst:
+            worst, place = float(ratio[at]), (int(at[1]), int(at[0]))
+    return {"sharpest": worst, "sharpest_px": list(place)}
