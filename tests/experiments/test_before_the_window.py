@@ -58,7 +58,7 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
             "--participant 01 --consent no.txt",
             "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
         ),
-        ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds)"),
+        ("--participant 01 --markers no.py", "--markers no.py gives no function mark(code, name, seconds, trial)"),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
         ("--participant 01 --data set", "set holds files but is no data set: give a new or an empty folder"),
         ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),

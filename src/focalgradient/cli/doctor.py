@@ -86,6 +86,18 @@ class Check:
     metavar="FILE",
     help="The laboratory's markers, as for run: test pulses of code 60 are sent, and timed.",
 )
+@click.option(
+    "--triggers",
+    multiple=True,
+    metavar="PORT",
+    help="A port for triggers, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent, and timed.",
+)
+@click.option(
+    "--codes",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="TOML file with the laboratory's own codes, as for run.",
+)
 @click.option("--card", is_flag=True, help="Measure the screen's size by a bank card held to it.")
 @force_option
 @json_option
@@ -97,6 +109,8 @@ def doctor(
     windowed: bool,
     luminance: Path | None,
     markers: Path | None,
+    triggers: tuple[str, ...],
+    codes: Path | None,
     card: bool,
 ) -> None:
     """Look at what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
@@ -115,6 +129,9 @@ def doctor(
     options += ["--monitor", monitor] if monitor else []
     options += ["--windowed"] if windowed else []
     options += ["--markers", str(markers)] if markers else []
+    for port in triggers:
+        options += ["--triggers", port]
+    options += ["--codes", str(codes)] if codes else []
     options += ["--card"] if card else []
     light: list[Check] = []
     if luminance is not None:

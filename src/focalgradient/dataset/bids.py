@@ -21,6 +21,7 @@ from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.lock import locked
+from focalgradient.dataset.markers import HED_VERSION
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
@@ -182,6 +183,7 @@ def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None
     about = {
         "Name": f"{name} (simulated observers)" if note else name,
         "BIDSVersion": "1.11.1",
+        "HEDVersion": HED_VERSION,
         "DatasetType": "raw",
         "Simulated": kind == "simulated",
         "GeneratedBy": [{"Name": "focalgradient", "Version": ours}],
@@ -332,7 +334,7 @@ def make_table(journal: Path) -> Files:
 
 
 def gaze_of(log: Log, files: Files) -> dict[Path, bytes]:
-    """Files of the gaze that a journal makes: samples and fixations, each with its sidecar; none without gaze."""
+    """Files of gaze and events that a journal makes: samples, fixations and markers, each with its sidecar, if any."""
     screen = screen_of(log.head["apparatus"])
     return {files.beside(end): content for end, content in gaze_files(log.events, screen).items()}
 

@@ -11,11 +11,11 @@ import gzip
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime
 from itertools import pairwise
 from statistics import median
 from typing import Any, NamedTuple
 
+from focalgradient.dataset.marked import marked_files, timed
 from focalgradient.tasks.columns import SITTING as SITTING_COLUMN
 
 __all__ = [
@@ -162,21 +162,10 @@ class Recording(NamedTuple):
     samples: Sequence[Sample]
 
 
-def _timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Mapping[str, Any]]]:
-    """Each event with its sitting, and what carries that sitting's times over to the first's (s)."""
-    sitting, offset = 1, 0.0
-    began = datetime.fromisoformat(events[0]["time"])
-    for event in events:
-        if event["event"] == "resumed":
-            sitting += 1
-            offset = (datetime.fromisoformat(event["time"]) - began).total_seconds()
-        yield sitting, offset, event
-
-
 def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
     """The recordings in a journal, in order."""
     device = math.nan
-    for sitting, offset, event in _timed(events):
+    for sitting, offset, event in timed(events):
         if event["event"] == "note" and event.get("kind") == "eye tracker":
             device = event["pixels_per_degree"]
         elif event["event"] == "note" and event.get("kind") == "gaze":
@@ -186,21 +175,24 @@ def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
 
 
 def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
-    """What the files of a session hold whose journal has these events, by the end of their names; none without gaze.
+    """Return what the files of a session hold whose journal has these events, by the end of their names.
 
-    `screen` is the sidecar's entry ``StimulusPresentation``.
+    Samples and fixations where the gaze was recorded, and the table of all events where that or triggers were; journals
+    of earlier versions give a table of pictures. `screen` is the sidecar's entry ``StimulusPresentation``.
     """
+    marked = marked_files(events, screen)
+    found = {"events.tsv": marked["events.tsv"].encode(), "events.json": _json(marked["events.json"])} if marked else {}
     device = next((event for event in events if event.get("kind") == "eye tracker"), None)
     if device is None:
-        return {}
-    return recording_files(list(_recordings(events)), device) | _shown_files(events, screen)
+        return found
+    return recording_files(list(_recordings(events)), device) | (found or _shown_files(events, screen))
 
 
 def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
     """The table of the pictures that were shown: the samples' timeline, and the screen that their places are on."""
     seconds = float(events[0]["design"].get("picture_s", 0.0))
     lines = ["onset\tduration\ttrial_type\tsitting\ttrial"]
-    for sitting, offset, event in _timed(events):
+    for sitting, offset, event in timed(events):
         if event["event"] == "trial":
             number = event["trial"] if event["phase"] == "main" else 0
             row = (event["onset"] + offset, seconds, "picture", sitting, number)

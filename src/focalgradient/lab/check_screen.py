@@ -13,6 +13,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from statistics import median
 from types import ModuleType
@@ -20,9 +21,9 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
-from focalgradient.lab.experiment import EVENTS
-from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen, read_markers
+from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.lab.running import PART
+from focalgradient.lab.triggers import Port, Triggers, add_triggers, open_triggers
 from focalgradient.luminance import UNEQUAL, read_luminance
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def main() -> int:
     add("--seconds", type=float, default=10.0)
     add("--windowed", action="store_true")
     add("--luminance", type=Path)
-    add("--markers", type=Path)
+    add_triggers(add)
     add("--card", action="store_true")
     options = parser.parse_args()
     try:
@@ -68,7 +69,8 @@ def main() -> int:
         if options.luminance is not None and options.monitor is not None:
             module.store_luminance(options.monitor, read_luminance(options.luminance))
         calibration = None if options.monitor is None else module.calibration_of(options.monitor)
-        print(json.dumps([*_geometry(options, module, calibration), *_window(options, module)]))
+        with closing(open_triggers(options.markers, options.triggers, options.codes)) as triggers:
+            print(json.dumps([*_geometry(options, module, calibration), *_window(options, module, triggers)]))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -100,14 +102,14 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
         yield _check("white", f"{found.white:.1f} cd/m2", True)
 
 
-def _window(options: argparse.Namespace, module: ModuleType) -> Iterator[dict[str, Any]]:
+def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers) -> Iterator[dict[str, Any]]:
     display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
     try:
         yield from _timing(screen, options.seconds)
         yield _device_pixels(screen)
-        if options.markers is not None:
-            yield _pulses(options.markers)
+        for port in triggers.ports:
+            yield _pulses(triggers, port)
         if options.card:
             yield _card(screen, options, module)
         renderer = module.versions()["opengl"]
@@ -182,21 +184,19 @@ def _device_pixels(screen: Screen) -> dict[str, Any]:
     return _check("device pixels", text, real == screen.size, remedy, "the same")
 
 
-def _pulses(path: Path) -> dict[str, Any]:
-    """Send test pulses through a laboratory's own markers, and time them."""
-    mark = read_markers(path)
-    assert mark is not None
-    times = []
+def _pulses(triggers: Triggers, port: Port) -> dict[str, Any]:
+    """Send test pulses to a port, and time them."""
+    code, times = triggers.codes.of("test"), []
     for number in range(PULSES):
         before = time.perf_counter()
         try:
-            mark(EVENTS["test"], "test", PULSE_GAP * number)
+            triggers.send(port, "test", time.monotonic(), PULSE_GAP * number, None)
         except Exception as error:
-            return _check("triggers", f"mark() failed: {error!r}"[:200], False, f"mend {path.name}", "no error")
+            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "mend it", "no error")
         times.append(1e3 * (time.perf_counter() - before))
         time.sleep(PULSE_GAP)
-    text = f"{PULSES} pulses of code {EVENTS['test']} in {median(times):.2f} ms, at worst {max(times):.2f} ms"
-    remedy = f"let mark() of {path.name} return at once: it delays what comes next"
+    text = f"{port.name}: {PULSES} pulses of code {code} in {median(times):.2f} ms, at worst {max(times):.2f} ms"
+    remedy = f"let {port.name} return at once: it delays what comes next"
     return _check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
 
 

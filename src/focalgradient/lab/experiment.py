@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset import Answer
+from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
 from focalgradient.stimuli import Picture, StimulusSet
 
@@ -31,37 +32,7 @@ class Again(Exception):  # noqa: N818  not an error
 
 GREY = -0.004  # of the screen, as 127 of 255: PsychoPy counts from -1 to 1
 
-EVENTS = {
-    "sitting": 1,
-    "form": 2,
-    "consent": 3,
-    "instructions": 4,
-    "ready": 5,
-    "break": 6,
-    "block": 9,
-    "standard": 7,
-    "example": 8,
-    "mark": 10,
-    "picture": 11,
-    "cube": 12,
-    "look": 13,
-    "reference": 14,
-    "mask": 15,
-    "pause": 16,
-    "rest": 17,
-    "focus": 18,
-    "off": 20,
-    "question": 21,
-    "confidence": 22,
-    "feedback": 23,
-    "recorded": 30,
-    "quit?": 40,
-    "keep?": 41,
-    "debriefing": 52,
-    "test": 60,
-    "end": 50,
-    "thanks": 51,
-}
+EVENTS = {name: marker.code for name, marker in MARKERS.items()}
 """Markers: the code of each event, for eye trackers and EEG."""
 
 
@@ -127,6 +98,10 @@ class Sitting:
     events
         Of what has happened since the last trial was recorded: its name, its time on the sitting's clock, and the wall
         clock's time then.
+    shown
+        The condition of the trial that is shown, by name, with its "phase" and "trial"; None outside trials.
+    first
+        Number of the event in `events` with which that trial began.
     failures
         What has gone wrong in a laboratory's own code since then: what, and the error.
     levels
@@ -148,6 +123,8 @@ class Sitting:
     start: float = 0.0
     next: Any = None
     events: list[tuple[str, float, float]] = field(default_factory=list)
+    shown: Mapping[str, Any] | None = None
+    first: int = 0
     failures: list[tuple[str, str]] = field(default_factory=list)
     levels: dict[str, str] = field(default_factory=dict)
     recorded: Sequence[Mapping[str, Any]] = ()
@@ -159,6 +136,15 @@ class Sitting:
     def words(self) -> Words:
         """What is said on the screen."""
         return self.screen.words
+
+    def begin(self, trial: Any) -> None:
+        """Begin a trial: events from now on are marked with its condition."""
+        condition = asdict(trial)
+        self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
+
+    def event(self, name: str) -> None:
+        """Send a marker of one's own now; its name has a code in the file that ``--codes`` gives."""
+        self.screen.on_event(name, self.screen.now())
 
     def since_start(self, time: float) -> float:
         """A time of the screen's clock, on that of the sitting."""

@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import closing
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +23,7 @@ from focalgradient.design.words import load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
-from focalgradient.lab.experiment import EVENTS, Again, Quit
+from focalgradient.lab.experiment import Again, Quit
 from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
@@ -30,9 +32,9 @@ from focalgradient.lab.preparation import (
     Arguments,
     gamma_shown,
     import_screen,
-    read_markers,
 )
 from focalgradient.lab.running import guard
+from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
 
 if TYPE_CHECKING:
@@ -66,7 +68,7 @@ def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Nam
     add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center: size, distance, gamma")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that turns over when focus changes")
     add("--language", default="en", metavar="NAME", help="of the texts: en, de, or a TOML file (default: en)")
-    add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
+    add_triggers(add)
     options = parser.parse_args(given)
     if not 0 < options.seconds <= 3600:
         raise InputError(f"--seconds is {options.seconds:g}, but must be above 0 and up to 3600.")
@@ -92,7 +94,6 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         series = read_series(options.series)
         files = Files(options.data, "gazefocus", options.participant, options.session)
         kind, settings = tracker_settings(options.gaze, options.tracker)
-        hook = read_markers(options.markers)
         load_words(options.language)  # refused before a window opens
         module = import_screen()
         display = _display(options, module)
@@ -104,11 +105,11 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
                 "leave out --windowed."
             )
         about = _about(options, series, kind)
-        journal = _begin(files, options, about)
-        try:
-            return _window(module, options, display, series, (kind, settings), hook, journal)
-        finally:
-            journal.close()
+        with (
+            closing(open_triggers(options.markers, options.triggers, options.codes)) as triggers,
+            closing(_begin(files, options, about)) as journal,
+        ):
+            return _window(module, options, display, series, (kind, settings), triggers, journal)
     except InputError as error:
         print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2
@@ -159,7 +160,7 @@ def _window(
     display: Display,
     series: FocusSeries,
     tracker: tuple[str, dict[str, Any]],
-    hook: Any,
+    triggers: Triggers,
     journal: Journal,
 ) -> int:
     size, words = WINDOW if options.windowed else None, load_words(options.language)
@@ -172,11 +173,10 @@ def _window(
 
     def listen(name: str, time: float) -> None:
         journal.write({"event": "note", "kind": name, "time": time - start})
-        if hook is None:
-            return
-        what = "mark() of --markers"
-        if failed := guard(what, lambda: hook(EVENTS[name], name, time - start), said):
-            journal.write({"event": "note", "kind": "failure", "what": what, "error": failed})
+        for port in triggers.ports:
+            send = partial(triggers.send, port, name, time, time - start, None)
+            if failed := guard(port.name, send, said):
+                journal.write({"event": "note", "kind": "failure", "what": port.name, "error": failed})
 
     screen.on_event = listen
     try:

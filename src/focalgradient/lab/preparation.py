@@ -11,7 +11,7 @@ import importlib.util
 import os
 import platform
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -28,6 +28,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment
 from focalgradient.lab.gaze import add_tracker, tracker_settings
+from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import task_named
@@ -37,12 +38,10 @@ __all__ = [
     "ASSUMED_PITCH",
     "WINDOW",
     "Arguments",
-    "Hook",
     "Prepared",
     "check_session",
     "import_screen",
     "prepare",
-    "read_markers",
 ]
 
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # metres, of a screen that has not been calibrated
@@ -51,8 +50,6 @@ NEAR = 0.01  # by which the degrees of pictures may be wrong
 GAMMA_NEAR = 0.1  # by which a display's measured gamma may differ from the one that pictures were made for
 
 NO_PSYCHOPY = (3, 13)  # the first Python that PsychoPy cannot be installed on, by its own metadata
-
-Hook = Callable[[int, str, float], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +68,8 @@ class Prepared:
         What is said on the screen.
     consent
         Text to agree to, where there is one.
-    hook
-        Is called at each event.
+    triggers
+        Where each event is sent.
     screen
         The module that knows PsychoPy.
     display, calibrated
@@ -87,7 +84,7 @@ class Prepared:
     tracker: tuple[str, dict[str, Any]] | None
     words: Words
     consent: Consent | None
-    hook: Hook | None
+    triggers: Triggers
     screen: ModuleType
     display: Display
     calibrated: bool
@@ -112,12 +109,16 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     stimuli = _stimuli(options, experiment, design)
     words = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
-    hook = read_markers(options.markers)
-    screen = import_screen()
-    display, calibrated, warnings = _display(options, screen, stimuli)
-    experiment.check(design, display, WINDOW if options.windowed else display.size_px)
-    experiment.check_pictures(design, display, stimuli)
-    return Prepared(options, design, stimuli, tracker, words, consent, hook, screen, display, calibrated, warnings)
+    triggers = open_triggers(options.markers, options.triggers, options.codes)
+    try:
+        screen = import_screen()
+        display, calibrated, warnings = _display(options, screen, stimuli)
+        experiment.check(design, display, WINDOW if options.windowed else display.size_px)
+        experiment.check_pictures(design, display, stimuli)
+    except BaseException:
+        triggers.close()
+        raise
+    return Prepared(options, design, stimuli, tracker, words, consent, triggers, screen, display, calibrated, warnings)
 
 
 class Arguments(argparse.ArgumentParser):
@@ -172,7 +173,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--monitor", metavar="NAME", help="the screen's name in PsychoPy's Monitor Center, with its size and distance")
     add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
-    add("--markers", type=Path, metavar="FILE", help="Python file whose function mark(code, name, seconds) is called")
+    add_triggers(add)
     if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
         add("--gaze", choices=("none", "mouse", "tracker"), help="record where one looks, whatever the design says")
         add_tracker(parser)
@@ -247,30 +248,6 @@ def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -
         for scene in design.scenes:
             stimuli.depth(scene)
     return stimuli
-
-
-def read_markers(path: Path | None) -> Hook | None:
-    """Read the function mark(code, name, seconds) that a laboratory wants called at each event.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or has no such function.
-    """
-    if path is None:
-        return None
-    try:
-        spec = importlib.util.spec_from_file_location("markers", path)
-        if spec is None or spec.loader is None:
-            raise ImportError("its name does not end in .py")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        hook = module.mark
-    except Exception as error:
-        raise InputError(
-            f"--markers {path} gives no function mark(code, name, seconds) ({error!r}): mend it."
-        ) from error
-    return hook
 
 
 def _psychopy() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import asdict, replace
 from functools import partial
 from importlib.metadata import version
@@ -23,12 +23,13 @@ from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError, one_line
 from focalgradient.lab.consent import agree
-from focalgradient.lab.experiment import EVENTS, Again, Experiment, Quit, Sitting
+from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import pages, rest
 from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
-from focalgradient.lab.preparation import WINDOW, Hook, Prepared, prepare
+from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import explain
+from focalgradient.lab.triggers import Triggers
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -67,30 +68,36 @@ def run(experiment: Experiment, given: Sequence[str] | None = None, *, program: 
         ready = prepare(experiment, given, program)
         for warning in ready.warnings:
             print(f"Warning: {warning}", file=sys.stderr, flush=True)
-        options = ready.options
-        window = ready.screen.Screen(
-            options.screen,
-            WINDOW if options.windowed else None,
-            ready.display,
-            background=experiment.background,
-            patch=options.photodiode,
-            words=ready.words,
-        )
-        sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
-        try:
-            window.on_event = _listener(sitting, ready.hook)
-            if ready.tracker is not None:
-                sitting.recorder = Recorder(window, open_gaze(window, ready.tracker), sitting.start)
-            _run(experiment, ready, sitting)
-        except Quit:
-            return 1
-        finally:
-            if sitting.recorder is not None:
-                sitting.recorder.gaze.close()
-            window.close()
+        with closing(ready.triggers):
+            return _in_window(experiment, ready)
     except InputError as error:
         print(f"Error: {one_line(error)}", file=sys.stderr)
         return 2
+
+
+def _in_window(experiment: Experiment, ready: Prepared) -> int:
+    """Open the window, and run the experiment in it: its exit code."""
+    options = ready.options
+    window = ready.screen.Screen(
+        options.screen,
+        WINDOW if options.windowed else None,
+        ready.display,
+        background=experiment.background,
+        patch=options.photodiode,
+        words=ready.words,
+    )
+    sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
+    try:
+        window.on_event = _listener(sitting, ready.triggers)
+        if ready.tracker is not None:
+            sitting.recorder = Recorder(window, open_gaze(window, ready.tracker), sitting.start)
+        _run(experiment, ready, sitting)
+    except Quit:
+        return 1
+    finally:
+        if sitting.recorder is not None:
+            sitting.recorder.gaze.close()
+        window.close()
     return 0
 
 
@@ -106,8 +113,8 @@ def guard(what: str, call: Callable[[], object], said: set[str]) -> str | None:
     return None
 
 
-def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], None]:
-    """What is done at each event: it is kept for the journal, and sent to the hook and to a running ioHub.
+def _listener(sitting: Sitting, triggers: Triggers) -> Callable[[str, float], None]:
+    """What is done at each event: it is kept for the journal, and sent to all ports and to a running ioHub.
 
     What goes wrong in a laboratory's own code is kept too, and said once; the session goes on.
     """
@@ -121,8 +128,8 @@ def _listener(sitting: Sitting, hook: Hook | None) -> Callable[[str, float], Non
         seconds = sitting.since_start(at)
         # The wall clock at that event: now, less what has passed since.
         sitting.events.append((name, seconds, time.time() - (time.monotonic() - at)))
-        if hook is not None:
-            guarded("mark() of --markers", lambda: hook(EVENTS[name], name, seconds))
+        for port in triggers.ports:
+            guarded(port.name, partial(triggers.send, port, name, at, seconds, sitting.shown))
         # PsychoPy's ioHub runs where the lab's own file of markers has launched it.
         client = sys.modules.get("psychopy.iohub.client")
         hub = client and client.ioHubConnection.getActiveConnection()
@@ -146,6 +153,9 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
             warnings=ready.warnings,
             words={"language": ready.words.language, "sha256": ready.words.sha256},
         )
+        if ready.triggers.ports or sitting.recorder is not None:
+            ports = [port.name for port in ready.triggers.ports]
+            session.note("triggers", ports=ports, **ready.triggers.codes.entry())
         sitting.next = next(iter(session.remaining()), None)
         texts = pages_of(ready.design, ready.words, sitting.participant)
         done = len(session.trials) - len(session.remaining())
@@ -156,6 +166,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
                 if not _is_last(step):
                     walk.show(step)
         except Quit:
+            _note_events(sitting, session)
             print(f"Stopped; {len(session.remaining())} trials are left: go on with --resume.", file=sys.stderr)
             _may_keep(window, session, sitting)
             raise
@@ -183,6 +194,19 @@ def _calibrate(sitting: Sitting, session: Session) -> None:
         window_px=sitting.screen.size,
         **gaze.about(),
     )
+
+
+def _happened(sitting: Sitting) -> dict[str, Any]:
+    """Events since the last trial was recorded, with the condition of the trial that began with the `first` of them."""
+    shown = sitting.shown or {"phase": None, "trial": None}
+    about = {"phase": shown["phase"], "trial": shown["trial"], "condition": shown}
+    return about | {"events": sitting.events, "first": sitting.first}
+
+
+def _note_events(sitting: Sitting, session: Session) -> None:
+    """Write down what happened in a trial and before it, and what has gone wrong in a laboratory's own code."""
+    session.note("events", **_happened(sitting), failures=sitting.failures)
+    sitting.events, sitting.failures = [], []
 
 
 def _note_gaze(sitting: Sitting, session: Session, trial: Trial) -> None:
@@ -273,15 +297,15 @@ class _Walk:
         sitting, session = self._sitting, self._session
         sitting.next, sitting.recorded = trial, session.recorded
         answer = _timed(self._experiment, sitting, session, trial)
-        session.note("events", phase=trial.phase, trial=trial.trial, events=sitting.events, failures=sitting.failures)
+        _note_events(sitting, session)
         _note_gaze(sitting, session, trial)
         session.record(trial, answer)
-        sitting.events, sitting.failures = [], []
         if trial.phase == "practice":
             self._practised.append((trial, answer))
         else:
             self._counted += 1
         sitting.screen.on_event("recorded", sitting.screen.now())
+        sitting.shown = None
 
     def _repeat(self, repeat: Repeat) -> None:
         """Repeat practice until it meets the design's criterion; what was answered in it stays in the journal."""
@@ -299,7 +323,8 @@ class _Walk:
             for turn in repeat.turns:
                 answer = _timed(experiment, sitting, session, turn.trial)
                 session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=asdict(answer))
-                sitting.events, sitting.failures = [], []
+                _note_events(sitting, session)
+                sitting.shown = None
                 repeated.append((turn.trial, answer))
             practised = repeated
 
@@ -315,14 +340,15 @@ def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
 
 def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
     """Run a trial; again where the wall clock and the monotonic one parted meanwhile."""
+    sitting.begin(trial)
     for _ in range(VOID):
         before = time.monotonic(), time.time()
         answer = _uninterrupted(partial(_one, experiment, sitting, trial))
         by = parted(before, (time.monotonic(), time.time()))
         if not by:
             return answer
-        session.note("void", phase=trial.phase, trial=trial.trial, clocks_parted_s=by, events=sitting.events)
-        sitting.events = []
+        session.note("void", clocks_parted_s=by, **_happened(sitting))
+        sitting.events, sitting.first = [], 0
     raise InputError(
         f"the computer's clock was set {VOID} times in a row during trial {trial.trial}: stop what sets it, and go on "
         "with --resume."

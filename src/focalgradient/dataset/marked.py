@@ -1,0 +1,102 @@
+"""The table of all events that were marked, as BIDS has it (``_events.tsv``), with HED tags in its sidecar.
+
+It is made of the journal where triggers were sent or the gaze was recorded: onsets are on the clock of the session's
+first sitting, as are those of the gaze.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
+from typing import Any
+
+from focalgradient.dataset.columns import cell
+from focalgradient.dataset.markers import HED_VERSION, Codes
+from focalgradient.tasks.columns import SITTING
+
+__all__ = ["marked_files", "timed"]
+
+COLUMNS = ("onset", "duration", "trial_type", "value", "sitting", "phase", "trial")
+"""Columns before those of the condition."""
+
+
+def timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Mapping[str, Any]]]:
+    """Each event with its sitting, and what carries that sitting's times over to the first's (s)."""
+    sitting, offset = 1, 0.0
+    began = datetime.fromisoformat(events[0]["time"])
+    for event in events:
+        if event["event"] == "resumed":
+            sitting += 1
+            offset = (datetime.fromisoformat(event["time"]) - began).total_seconds()
+        yield sitting, offset, event
+
+
+def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table and its sidecar, by the end of their names; none where no triggers were noted.
+
+    Parameters
+    ----------
+    events
+        Of a journal.
+    screen
+        The sidecar's entry ``StimulusPresentation``.
+
+    Returns
+    -------
+    dict
+        "events.tsv": its text; "events.json": its content.
+    """
+    noted = [event for event in events if event["event"] == "note" and event.get("kind") == "triggers"]
+    if not noted:
+        return {}
+    rows = list(_rows(events, float(events[0]["design"].get("picture_s", 0.0))))
+    levels = dict.fromkeys(key for row in rows for key in row if key not in COLUMNS)
+    lines = ["\t".join((*COLUMNS, *levels))]
+    lines += ["\t".join(cell(row.get(name)) for name in (*COLUMNS, *levels)) for row in rows]
+    codes = Codes.recorded(noted[-1])
+    names = dict.fromkeys(row["trial_type"] for row in rows)
+    known = {name: codes.markers[name] for name in names if name in codes.markers}
+    about = {
+        "StimulusPresentation": dict(screen),
+        "onset": {"Description": "When it was on the screen; later sittings follow by the wall clock.", "Units": "s"},
+        "duration": {"Description": "How long the design shows a picture; n/a of other events.", "Units": "s"},
+        "trial_type": {
+            "Description": "Name of the event.",
+            "Levels": {name: known[name].about if name in known else "An event without a code." for name in names},
+            "HED": {name: marker.hed for name, marker in known.items()},
+        },
+        "value": {"Description": f"Code that was sent; HED tags follow schema {HED_VERSION}.", "Format": "integer"},
+        "sitting": {"Description": SITTING.about},
+        "phase": {
+            "Description": "Of the trial; n/a outside trials.",
+            "Levels": {"practice": "practice", "main": "a trial that counts"},
+        },
+        "trial": {"Description": "Number of the trial, as in the table of the answers; n/a outside trials."},
+        **{name: {"Description": "Condition of the trial, as in the table of the answers."} for name in levels},
+    }
+    return {"events.tsv": "\n".join(lines) + "\n", "events.json": about}
+
+
+def _rows(events: Sequence[Mapping[str, Any]], picture_s: float) -> Iterator[dict[str, Any]]:
+    codes: Codes | None = None
+    for sitting, offset, event in timed(events):
+        if event["event"] != "note":
+            continue
+        if event.get("kind") == "triggers":
+            codes = Codes.recorded(event)
+        if codes is None or event.get("kind") not in ("events", "void") or "first" not in event:
+            continue
+        for number, (name, seconds, _) in enumerate(event["events"]):
+            shown = event["condition"] if number >= event["first"] and event["trial"] is not None else {}
+            yield {
+                "onset": float(seconds + offset),
+                "duration": picture_s if name == "picture" and picture_s else None,
+                "trial_type": name,
+                "value": codes.of(name, shown or None) if name in codes.markers else None,
+                "sitting": sitting,
+                **{key: _plain(level) for key, level in shown.items()},
+            }
+
+
+def _plain(level: Any) -> Any:
+    return level if isinstance(level, str | int | float | bool) or level is None else str(level)

@@ -1,0 +1,200 @@
+"""Markers: code, meaning and HED tags of each event, and the codes that a laboratory gives instead.
+
+A code fits one byte, as parallel ports and trigger boxes take it. HED tags follow schema 8.3.0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from focalgradient.errors import InputError, described
+from focalgradient.files import printable, read_toml
+
+__all__ = ["HED_VERSION", "MARKERS", "Codes", "Marker", "read_codes"]
+
+HED_VERSION = "8.3.0"
+"""Schema of the HED tags."""
+
+LARGEST = 255
+"""Largest code: one byte."""
+
+
+class Marker(NamedTuple):
+    """An event's code, what it means, and its HED tags."""
+
+    code: int
+    about: str
+    hed: str
+
+
+_SHOWN = "Sensory-event, Visual-presentation"
+_STIMULUS = f"{_SHOWN}, Experimental-stimulus"
+_PAGE = f"{_SHOWN}, Instructional"
+
+MARKERS: Mapping[str, Marker] = {
+    "sitting": Marker(1, "A sitting began.", "Experiment-structure"),
+    "form": Marker(2, "The form about the participant appeared.", _PAGE),
+    "consent": Marker(3, "A page of the consent appeared.", _PAGE),
+    "instructions": Marker(4, "A page of the instructions appeared.", _PAGE),
+    "ready": Marker(5, "A page that waits for the participant appeared.", _PAGE),
+    "break": Marker(6, "The page of a break could be left.", "Experiment-structure, Pause"),
+    "standard": Marker(7, "The standard appeared.", _STIMULUS),
+    "example": Marker(8, "An example of the scale appeared.", _PAGE),
+    "block": Marker(9, "A block began.", "Experiment-structure"),
+    "mark": Marker(10, "The mark to be fixated appeared.", f"{_SHOWN}, Cue"),
+    "picture": Marker(11, "The picture to be judged appeared.", f"{_STIMULUS}, Image"),
+    "cube": Marker(12, "The cube began to turn.", f"{_STIMULUS}, Animation"),
+    "look": Marker(13, "The participant was asked to look.", "Sensory-event, Cue"),
+    "reference": Marker(14, "The picture to compare with appeared.", f"{_STIMULUS}, Image"),
+    "mask": Marker(15, "The mask appeared.", _SHOWN),
+    "pause": Marker(16, "The pause before a trial began.", "Experiment-structure, Pause"),
+    "rest": Marker(17, "A break began, which lasts at least so long.", "Experiment-structure, Pause"),
+    "focus": Marker(18, "The focus of what is shown, or of the lens before the eye, changed.", "Experiment-control"),
+    "off": Marker(20, "What was shown was taken away.", "Sensory-event"),
+    "question": Marker(21, "The question appeared.", _PAGE),
+    "confidence": Marker(22, "The question how sure the participant was appeared.", _PAGE),
+    "feedback": Marker(23, "Feedback appeared.", f"{_SHOWN}, Feedback"),
+    "recorded": Marker(30, "The answer was safe on the disk.", "Experiment-control"),
+    "quit?": Marker(40, "The question whether to stop appeared.", _PAGE),
+    "keep?": Marker(41, "The question whether the answers may be kept appeared.", _PAGE),
+    "end": Marker(50, "All trials were recorded.", "Experiment-structure"),
+    "thanks": Marker(51, "The last page appeared.", _PAGE),
+    "debriefing": Marker(52, "The debriefing appeared.", _PAGE),
+    "test": Marker(60, "A test pulse of focalgradient doctor.", "Experiment-control"),
+}
+"""Those that focalgradient sends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Codes:
+    """Which code is sent for which event, by its name and by the condition of its trial.
+
+    Parameters
+    ----------
+    markers
+        By name; a laboratory's own among them.
+    conditions
+        Name of an event, code, and the levels of the trial that it stands for; the first that fits is sent.
+    pulse_ms
+        After how many milliseconds a port goes back to 0; 0: never. None: 5 ms on a parallel port, never on another.
+
+    Examples
+    --------
+    >>> codes = Codes(conditions=(("picture", 111, {"aperture": "pinhole"}),))
+    >>> codes.of("picture", {"aperture": "pinhole"}), codes.of("picture", {"aperture": "f/22"}), codes.of("picture")
+    (111, 11, 11)
+    """
+
+    markers: Mapping[str, Marker] = field(default_factory=lambda: dict(MARKERS))
+    conditions: Sequence[tuple[str, int, Mapping[str, Any]]] = ()
+    pulse_ms: float | None = None
+
+    def of(self, name: str, trial: Mapping[str, Any] | None = None) -> int:
+        """Return the code of an event.
+
+        Parameters
+        ----------
+        name
+            Of the event.
+        trial
+            The condition of its trial, by name; None outside trials.
+
+        Raises
+        ------
+        InputError
+            If the event has no code.
+        """
+        for event, code, levels in self.conditions:
+            if event == name and trial is not None and all(trial.get(key) == level for key, level in levels.items()):
+                return code
+        if name not in self.markers:
+            raise InputError(f"the event {name!r} has no code: add it to the file of codes.")
+        return self.markers[name].code
+
+    def entry(self) -> dict[str, Any]:
+        """Return what a journal keeps of them."""
+        markers = {name: list(marker) for name, marker in self.markers.items()}
+        return {
+            "markers": markers,
+            "conditions": [[name, code, dict(levels)] for name, code, levels in self.conditions],
+        }
+
+    @classmethod
+    def recorded(cls, entry: Mapping[str, Any]) -> Codes:
+        """Return the codes that a journal kept."""
+        markers = {name: Marker(*marker) for name, marker in entry["markers"].items()}
+        return cls(markers, tuple((name, code, levels) for name, code, levels in entry["conditions"]))
+
+
+def read_codes(path: Path | None) -> Codes:
+    """Read a laboratory's own codes (TOML); those of focalgradient without a file.
+
+    ``[codes]`` has a code for each name, or a table with ``code``, ``about`` and ``hed``; each ``[[condition]]`` an
+    ``event``, a ``code`` and the levels of the trial that it stands for; ``pulse_ms`` how long a pulse lasts.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a code is no whole number from 1 to 255, or stands for two events.
+    """
+    if path is None:
+        return Codes()
+    table, name = read_toml(path, "the codes of markers"), printable(path)
+    unknown = sorted(set(table) - {"codes", "condition", "pulse_ms"})
+    if unknown:
+        raise InputError(f"{name} has {unknown[0]!r}, but may hold codes, condition and pulse_ms: take it out.")
+    markers = {**MARKERS, **dict(_own(name, table.get("codes", {})))}
+    conditions = tuple(_conditions(name, table.get("condition", []), markers))
+    _refuse_shared(name, markers, conditions)
+    pulse = table.get("pulse_ms")
+    if pulse is not None and not (type(pulse) in (int, float) and 0 <= pulse <= 1000):
+        raise InputError(f"{name}: pulse_ms is {described(pulse)}, but must be milliseconds from 0 to 1000.")
+    return Codes(markers, conditions, pulse)
+
+
+def _own(file: str, codes: Any) -> Iterator[tuple[str, Marker]]:
+    if not isinstance(codes, dict):
+        raise InputError(f"{file}: codes must be a table of names with their codes, as picture = 11.")
+    for name, given in codes.items():
+        known = MARKERS.get(name, Marker(0, "An event of the laboratory's own.", "Experiment-control"))
+        stated = given if isinstance(given, dict) else {"code": given}
+        wrong = sorted(set(stated) - {*Marker._fields})
+        texts = [
+            key for key in ("about", "hed") if key in stated and not (isinstance(stated[key], str) and stated[key])
+        ]
+        if wrong or texts:
+            key = (wrong or texts)[0]
+            raise InputError(f"{file}: {name} has {key} = {described(stated[key])}, but may hold code, about and hed.")
+        yield name, known._replace(**{**stated, "code": _code(file, name, stated.get("code", known.code))})
+
+
+def _conditions(file: str, given: Any, markers: Mapping[str, Marker]) -> Iterator[tuple[str, int, Mapping[str, Any]]]:
+    if not (isinstance(given, list) and all(isinstance(one, dict) for one in given)):
+        raise InputError(f"{file}: condition must be tables, each begun by [[condition]].")
+    for one in given:
+        levels = {key: level for key, level in one.items() if key not in ("event", "code")}
+        event = one.get("event", "picture")
+        if event not in markers:
+            raise InputError(f"{file}: a condition names the event {described(event)}, which has no code: add it.")
+        if not levels:
+            raise InputError(f'{file}: a condition of {event!r} names no level: add one, as aperture = "pinhole".')
+        yield event, _code(file, event, one.get("code")), levels
+
+
+def _code(file: str, name: str, code: Any) -> int:
+    if type(code) is not int or not 1 <= code <= LARGEST:
+        raise InputError(f"{file}: the code of {name} is {described(code)}, but must be a whole number from 1 to 255.")
+    return code
+
+
+def _refuse_shared(
+    file: str, markers: Mapping[str, Marker], conditions: Sequence[tuple[str, int, Mapping[str, Any]]]
+) -> None:
+    taken: dict[int, str] = {}
+    named = [(name, marker.code) for name, marker in markers.items()]
+    for name, code in [*named, *((event, code) for event, code, _ in conditions)]:
+        if taken.setdefault(code, name) != name:
+            raise InputError(f"{file}: {taken[code]} and {name} share the code {code}: give each its own.")

@@ -1,0 +1,334 @@
+"""Triggers: an event's code to a parallel or serial port, a stream of LSL, a file, or a laboratory's own function."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from focalgradient.dataset.markers import Codes, read_codes
+from focalgradient.errors import InputError, check_installed
+from focalgradient.files import printable
+
+__all__ = ["PORTS", "Mark", "Port", "Triggers", "add_triggers", "open_triggers", "read_hook"]
+
+PARALLEL_PULSE_MS = 5.0
+"""Length of a pulse on a parallel port: five samples of an amplifier at 1 kHz."""
+
+BAUD = 115200
+"""Bits a second of a serial port where none are given: those of most USB trigger boxes, which often ignore it."""
+
+CLAIM, RELEASE, WRITE_DATA = 0x708B, 0x708C, 0x40017086
+"""Requests of Linux's parallel port driver (PPCLAIM, PPRELEASE and PPWDATA of linux/ppdev.h)."""
+
+HEADER = "onset\tcode\tname\ttrial"
+"""First line of a file of markers."""
+
+
+class Mark(NamedTuple):
+    """An event to be sent.
+
+    `seconds` on the clock of the sitting; `at` on Python's monotonic clock; `trial` the condition of its trial by name,
+    with "phase" and "trial", None outside trials.
+    """
+
+    code: int
+    name: str
+    seconds: float
+    trial: Mapping[str, Any] | None
+    at: float
+
+
+class Port(Protocol):
+    """What markers are sent to."""
+
+    name: str
+
+    def send(self, mark: Mark) -> None:
+        """Send a marker, and return at once."""
+
+    def close(self) -> None:
+        """Give the port back."""
+
+
+class _Bytes:
+    """A port of one byte, which goes back to 0 after a pulse."""
+
+    def __init__(self, name: str, write: Callable[[int], object], give_back: Callable[[], object], pulse_ms: float):
+        self.name, self._write, self._give_back, self._pulse = name, write, give_back, pulse_ms / 1e3
+        self._lock, self._sent = threading.Lock(), 0
+
+    def send(self, mark: Mark) -> None:
+        with self._lock:
+            self._sent += 1
+            self._write(mark.code)
+        if self._pulse:
+            timer = threading.Timer(self._pulse, self._reset, (self._sent,))
+            timer.daemon = True
+            timer.start()
+
+    def _reset(self, number: int) -> None:
+        with self._lock, suppress(OSError):  # a port that was pulled out is reported by the next marker
+            if number == self._sent:  # a later code has its own pulse
+                self._write(0)
+
+    def close(self) -> None:
+        with self._lock:
+            self._sent += 1
+            if self._pulse:
+                with suppress(OSError):
+                    self._write(0)
+            self._give_back()
+
+
+def _parallel(address: str, codes: Codes) -> Port:
+    pulse = PARALLEL_PULSE_MS if codes.pulse_ms is None else codes.pulse_ms
+    if not sys.platform.startswith("linux"):
+        return _inpout(address, pulse)
+    import fcntl
+    import os
+
+    path = address or "/dev/parport0"
+    try:
+        port = os.open(path, os.O_RDWR)
+        fcntl.ioctl(port, CLAIM)
+    except OSError as error:
+        raise InputError(
+            f"the parallel port {path} cannot be opened ({error.strerror}), but triggers go there: load its driver "
+            "(sudo modprobe ppdev), join the group lp, or give another --triggers."
+        ) from error
+
+    def give_back() -> None:
+        fcntl.ioctl(port, RELEASE)
+        os.close(port)
+
+    return _Bytes("parallel", lambda code: fcntl.ioctl(port, WRITE_DATA, bytes([code])), give_back, pulse)
+
+
+def _inpout(address: str, pulse_ms: float) -> Port:
+    """Open a parallel port by PsychoPy, which uses the driver inpout32 (Windows)."""
+    try:
+        from psychopy import parallel
+
+        port = parallel.ParallelPort(int(address or "0x378", 16))
+        port.setData(0)
+    except Exception as error:
+        raise InputError(
+            f"the parallel port {address or '0x378'} cannot be opened ({error}): install the driver inpout32, give the "
+            "address that the Device Manager shows (parallel:0x378), or give another --triggers."
+        ) from error
+    return _Bytes("parallel", port.setData, lambda: None, pulse_ms)
+
+
+def _serial(address: str, codes: Codes) -> Port:
+    check_installed("the serial port, where triggers go,", "devices", "serial")
+    import serial
+
+    path, _, baud = address.rpartition(":") if address.rpartition(":")[2].isdigit() else (address, "", "")
+    if not path:
+        raise InputError("--triggers serial names no port: give it, as serial:/dev/ttyUSB0 or serial:COM3:115200.")
+    try:
+        port = serial.Serial(path, int(baud or BAUD), write_timeout=1.0)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"the serial port {path} cannot be opened ({error}), but triggers go there: plug the device in, join the "
+            "group dialout on Linux, or give another --triggers."
+        ) from error
+    return _Bytes("serial", lambda code: port.write(bytes([code])), port.close, codes.pulse_ms or 0.0)
+
+
+class _Stream:
+    """A stream of LSL: one channel of text, the marker as JSON, with the time of the event on LSL's clock."""
+
+    name = "lsl"
+
+    def __init__(self, lsl: Any, name: str):
+        self._lsl = lsl
+        info = lsl.StreamInfo(name, "Markers", 1, lsl.IRREGULAR_RATE, "string", f"focalgradient-{name}")
+        self._outlet = lsl.StreamOutlet(info)
+
+    def send(self, mark: Mark) -> None:
+        sample = json.dumps({"code": mark.code, "name": mark.name, "trial": mark.trial})
+        self._outlet.push_sample([sample], self._lsl.local_clock() - (time.monotonic() - mark.at))
+
+    def close(self) -> None:
+        del self._outlet
+
+
+def _lsl(address: str, codes: Codes) -> Port:
+    check_installed("Lab Streaming Layer, where triggers go,", "devices", "pylsl")
+    try:
+        import pylsl
+    except (ImportError, OSError, RuntimeError) as error:  # liblsl is found when pylsl is imported
+        raise InputError(
+            f"Lab Streaming Layer cannot be used ({error}): install its library liblsl, or give another --triggers."
+        ) from error
+    return _Stream(pylsl, address or "focalgradient")
+
+
+class _File:
+    """A table, a line a marker, each on the disk's cache as it is sent."""
+
+    name = "file"
+
+    def __init__(self, path: Path):
+        try:
+            with path.open("r", encoding="utf-8") as file:
+                known = file.readline().rstrip("\n") == HEADER
+        except FileNotFoundError:
+            known = None
+        except (OSError, UnicodeDecodeError):
+            known = False
+        if known is False:
+            raise InputError(f"{printable(path)} is there and holds no markers: give --triggers another file.")
+        try:
+            self._file = path.open("a", encoding="utf-8", buffering=1)
+            if known is None:
+                self._file.write(f"{HEADER}\n")
+        except OSError as error:
+            raise InputError(
+                f"{printable(path)} cannot be written ({error.strerror}): give --triggers another file."
+            ) from error
+
+    def send(self, mark: Mark) -> None:
+        trial = "n/a" if mark.trial is None else json.dumps(mark.trial)
+        self._file.write(f"{mark.seconds:.6f}\t{mark.code}\t{mark.name}\t{trial}\n")
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def _file(address: str, codes: Codes) -> Port:
+    if not address:
+        raise InputError("--triggers file names no file: give it, as file:markers.tsv.")
+    return _File(Path(address))
+
+
+PORTS: Mapping[str, Callable[[str, Codes], Port]] = {
+    "parallel": _parallel,
+    "serial": _serial,
+    "lsl": _lsl,
+    "file": _file,
+}
+"""What opens each kind of port, given what follows the colon."""
+
+
+class _Hook:
+    """A laboratory's own function, called with the condition of the trial where it takes one."""
+
+    name = "mark() of --markers"
+
+    def __init__(self, function: Callable[..., object]):
+        self._function = function
+        try:
+            inspect.signature(function).bind(0, "", 0.0, None)
+        except TypeError:
+            self._trial = False
+        except ValueError:  # no Python function
+            self._trial = True
+        else:
+            self._trial = True
+
+    def send(self, mark: Mark) -> None:
+        given: tuple[Any, ...] = (mark.code, mark.name, mark.seconds)
+        self._function(*given, *((mark.trial,) if self._trial else ()))
+
+    def close(self) -> None:
+        pass
+
+
+class Triggers:
+    """The ports that are open, and the codes of the events."""
+
+    def __init__(self, codes: Codes, ports: Sequence[Port]):
+        self.codes, self.ports = codes, tuple(ports)
+
+    def send(self, port: Port, name: str, at: float, seconds: float, trial: Mapping[str, Any] | None) -> None:
+        """Send an event to a port, with the condition of its trial.
+
+        Raises
+        ------
+        InputError
+            If the event has no code.
+        """
+        port.send(Mark(self.codes.of(name, trial), name, seconds, trial, at))
+
+    def close(self) -> None:
+        """Give all ports back."""
+        for port in self.ports:
+            with suppress(OSError):
+                port.close()
+
+
+def add_triggers(add: Callable[..., object]) -> None:
+    """Add --markers, --triggers and --codes to a command, whose parser's `add_argument` is given."""
+    add(
+        "--markers",
+        type=Path,
+        metavar="FILE",
+        help="Python file whose function mark(code, name, seconds, trial) is called at each event",
+    )
+    add(
+        "--triggers",
+        action="append",
+        default=[],
+        metavar="PORT",
+        help="send each event's code to parallel:/dev/parport0 (Windows: parallel:0x378), serial:PORT[:BAUD], lsl or "
+        "file:PATH; may be given more than once",
+    )
+    add("--codes", type=Path, metavar="FILE", help="TOML file with codes of your own, by name and by condition")
+
+
+def open_triggers(markers: Path | None, triggers: Sequence[str], codes: Path | None) -> Triggers:
+    """Open the ports of the options of `add_triggers`.
+
+    Raises
+    ------
+    InputError
+        If a port cannot be opened or a file read; what was opened before is closed.
+    """
+    ports: list[Port] = []
+    known = read_codes(codes)
+    if hook := read_hook(markers):
+        ports.append(_Hook(hook))
+    try:
+        for given in triggers:
+            kind, _, address = given.partition(":")
+            if kind not in PORTS:
+                raise InputError(f"--triggers is {given!r}, but must begin with {', '.join(PORTS)}: give one of them.")
+            ports.append(PORTS[kind](address, known))
+    except InputError:
+        Triggers(known, ports).close()
+        raise
+    return Triggers(known, ports)
+
+
+def read_hook(path: Path | None) -> Callable[..., object] | None:
+    """Read the function mark(code, name, seconds, trial) that a laboratory wants called at each event.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or has no such function.
+    """
+    if path is None:
+        return None
+    try:
+        spec = importlib.util.spec_from_file_location("markers", path)
+        if spec is None or spec.loader is None:
+            raise ImportError("its name does not end in .py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        hook = module.mark
+    except Exception as error:
+        raise InputError(
+            f"--markers {path} gives no function mark(code, name, seconds, trial) ({error!r}): mend it."
+        ) from error
+    return hook
