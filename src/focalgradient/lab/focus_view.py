@@ -82,7 +82,7 @@ class FocusView:
         texels = texels_of(series, srgb=self._gamma is None)
         self._send_planes(texels.values)
         self._gain = texels.gain
-        self._corners = self._corners_of(pos, width, height)
+        self.move(pos)
         self._frame = COVERING
         self._map_size = (1, 1)
         self._place, self._varies = 0.0, False
@@ -115,6 +115,11 @@ class FocusView:
         (wide, tall), (height, width) = self._map_size, self.series.distance.shape
         self._frame = (round(x - wide / 2) / width, round(y - tall / 2) / height, wide / width, tall / height)
         self._sample(gl.GL_TEXTURE_2D, self._places, gl.GL_NEAREST)
+
+    def move(self, pos: tuple[float, float]) -> None:
+        """Put the middle of the picture at a place of the window, as `pos` when it was made."""
+        height, width = self.series.distance.shape
+        self._corners = self._corners_of(pos, width, height)
 
     def draw(self) -> None:
         """Draw the picture at its focus."""

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from focalgradient.dataset import Press, Watched, percepts
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.design.cube_pages import CubePages
@@ -19,7 +17,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
-from focalgradient.stimuli.cube_frames import LEVEL, frame_count, frames_of, shape_of
+from focalgradient.stimuli.cube_frames import frame_count, frames_of, shape_of, shown
 
 __all__ = ["NECKER", "feedback", "ready", "show_cube"]
 
@@ -59,11 +57,7 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
             said.draw()
             screen.frame()
             screen.stop_if_asked(screen.keys.events())
-        lit = light > 0  # a few in a hundred
-        values = display.encode(LEVEL * light[lit])
-        pixels = np.zeros((*light.shape, *values.shape[1:]), np.uint8)
-        pixels[lit] = values
-        loop.append(screen.picture(pixels))
+        loop.append(screen.picture(shown(light, display)))
         screen.warm(loop[-1])
     return loop
 

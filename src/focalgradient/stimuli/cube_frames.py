@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.display import Display
 from focalgradient.render import necker_loop, wireframe
 from focalgradient.render.wireframe import PIXEL, WIDTH, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
-__all__ = ["LEVEL", "cube_of", "frame_count", "frames_of", "shape_of", "wobbling"]
+__all__ = ["LEVEL", "cube_of", "frame_count", "frames_of", "room_of", "shape_of", "shown", "wobbling"]
 
 LEVEL = 0.5  # light of a sharp line, in shares of the display's white: where two cross it is white
 SHRINK, TWIST = 0.6, 0.5  # of the nonrigid example: share of its sides, and radians of its top and of its bottom
@@ -45,9 +46,17 @@ def frame_count(design: NeckerDesign, frame_rate: float) -> int:
 
 def shape_of(design: NeckerDesign, pixel_angle: float) -> tuple[int, int]:
     """Height and width of the pictures of all trials of a design, in pixels, even."""
-    cube = cube_of(design)
+    return room_of(cube_of(design), max(design.strengths_mm) / 1000, pixel_angle)
+
+
+def room_of(cube: NeckerCube, aperture: float, pixel_angle: float) -> tuple[int, int]:
+    """Return the height and width in pixels, even, that hold a turning cube blurred by an `aperture` (m).
+
+    >>> room_of(NeckerCube(), 0.004, 1e-3)
+    (260, 234)
+    """
     wide, high = cube.extent
-    blur = blur_at(cube, [cube.nearest, cube.farthest], aperture=max(design.strengths_mm) / 1000)
+    blur = blur_at(cube, [cube.nearest, cube.farthest], aperture=aperture)
     rim = REACH * (float(np.abs(blur).max()) + cube.line_width)
     return 2 * math.ceil((high + rim) / pixel_angle), 2 * math.ceil((wide + rim) / pixel_angle)
 
@@ -75,6 +84,19 @@ def frames_of(
         lines = cube.project(points)[edges] / pixel_angle + (np.array(shape[::-1]) - 1) / 2
         blur = np.zeros(lines.shape[:2])
         yield wireframe(lines, blur, shape, width=math.sqrt(line**2 + PIXEL), brightness=math.sqrt(2 * math.pi) * line)
+
+
+def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
+    """Return the 8-bit values of a frame, H x W or H x W x 3, in which a sharp line has `LEVEL` of white.
+
+    >>> shown(np.array([[0.0, 1.0, 2.0]], np.float32), Display(gamma=1.0)).tolist()
+    [[0, 128, 255]]
+    """
+    lit = light > 0  # a few in a hundred
+    values = display.encode(LEVEL * light[lit])
+    pixels = np.zeros((*light.shape, *values.shape[1:]), np.uint8)
+    pixels[lit] = values
+    return pixels
 
 
 def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
