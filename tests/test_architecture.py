@@ -75,7 +75,7 @@ ROOMS = {
         *("dataset", "design", "display", "errors", "files", "psf", "render", "scales", "stimuli", "tasks"),
     },
     "statistics": {"errors", "files", "parallel", "progress", "scales"},
-    "power": {"design", "errors", "files", "parallel", "progress", "statistics"},
+    "power": {"design", "errors", "files", "parallel", "progress", "scales", "statistics", "tasks"},
     "report": {
         "dataset",
         "design",
@@ -106,7 +106,8 @@ ROOMS["__main__"] = {"cli"}
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"dataset", "design", "statistics", "tasks"},
-    "tasks": {"dataset", "design", "lab", "observers"},
+    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics"},
+    "power": {"observers"},
 }
 
 # Libraries that live in one place: a room, or a folder beside src.

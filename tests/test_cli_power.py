@@ -14,20 +14,27 @@ from scipy import stats
 from focalgradient import InputError, power
 from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
-from focalgradient.design import DepthRatingDesign, NeckerDesign
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.parallel import processes
 from focalgradient.plotting.subjects import power_figure
 from focalgradient.power import (
     CubeModel,
     CubeStudy,
+    LatentModel,
+    LatentStudy,
     Model,
     Study,
+    ThresholdModel,
+    ThresholdStudy,
     experiment,
     run,
+    run_here,
     simulated_ratings,
     simulated_reports,
+    study_of_ratings,
 )
 from focalgradient.power.cube import _changes
+from focalgradient.power.thresholds import _quantiles
 from focalgradient.statistics import depth_rating, necker, quality
 
 SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
@@ -168,7 +175,8 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
 
 
 def test_the_figure_says_that_subjects_are_simulated(tmp_path):
-    figure = power_figure(power.power(run(Study(Model(), SMALL), [3], 1, tmp_path / "file.jsonl")))
+    study = Study(Model(), SMALL)
+    figure = power_figure(power.power(run(study, [3], 1, tmp_path / "file.jsonl")), study)
     assert any(text.get_text() == "simulated subjects" for ax in figure.axes for text in ax.texts)
 
 
@@ -263,3 +271,38 @@ def test_a_design_of_something_else_is_refused(tmp_path):
     (tmp_path / "design.toml").write_text('task = "necker"\n')
     result = call("--out", tmp_path / "power", "--design", tmp_path / "design.toml")
     assert "a design of necker, but must be one of depthrating" in result.stderr
+
+
+@pytest.mark.parametrize("scale", ["bipolar", "choice", "visual-analogue", "steps"])
+def test_every_scale_has_power_by_the_test_of_its_report(tmp_path, scale):
+    """A strong effect is found and none is not, by whole experiments on the design's own scale."""
+    design = DepthRatingDesign(scale=scale, scenes=["a", "b"], repetitions=4, catch_trials=0, practice_trials=0)
+    model = LatentModel(effect=12.0, between=0.3, between_scenes=0.0)
+    study = study_of_ratings(design, {"effect": 12.0, "between": 0.3, "between_scenes": 0.0})
+    assert study == LatentStudy(model, design)
+    (found,) = power.power(run_here(study, [14], 2), logs=study.logs)
+    assert found.found["near_rise"] == 1.0
+    assert found.joint == min(found.found.values()) == 1.0
+    (nothing,) = power.power(run_here(study.without_effect(), [8], 3), logs=study.logs)
+    assert nothing.found["near_rise"] < 1
+    assert math.isfinite(found.width)
+
+
+def test_an_option_of_another_scale_is_refused(tmp_path):
+    (tmp_path / "design.toml").write_text('task = "depthrating"\nscale = "steps"\n')
+    result = call("--out", tmp_path / "power", "--design", tmp_path / "design.toml", "--noise", "0.3")
+    assert result.exit_code == 2
+    assert "--noise cannot go with depth-rating, which has no such thing" in result.stderr
+
+
+def test_precision_of_thresholds_is_that_of_the_t_interval(monkeypatch):
+    """A pool of normal log thresholds of SD .4: half the interval is t times .4 over the root of N."""
+    pool = tuple(0.4 * _quantiles(400))
+    monkeypatch.setattr("focalgradient.power.thresholds._people", lambda *_: pool)
+    study = ThresholdStudy(ThresholdModel(), BlurThresholdDesign(), bound=1.2)
+    (found,) = power.power(run_here(study, [30], 300), logs=True)
+    half = stats.t.ppf(0.975, 29) * 0.4 / math.sqrt(30)
+    assert math.log(found.width) == pytest.approx(2 * half, rel=0.03)
+    # the sample variance is chi square: how often half the interval is below log 1.2
+    exact = stats.chi2.cdf(29 * (math.log(1.2) * math.sqrt(30) / stats.t.ppf(0.975, 29) / 0.4) ** 2, 29)
+    assert found.found["precise"] == pytest.approx(exact, abs=0.1)

@@ -258,7 +258,7 @@ def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy)
         make_report(tmp_path)
     for file in copy.glob("sub-*/beh/*.tsv"):
         file.unlink()
-    with pytest.raises(InputError, match="neither depth ratings nor reports on the cube"):
+    with pytest.raises(InputError, match="holds no answers to any known task"):
         make_report(copy)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pandas as pd
 import pytest
 from extended import build, command
@@ -171,7 +172,23 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
     assert abs(blur[4] - 4) < 0.3  # as the simulated observers answer: twice the logarithm to base 2
     assert abs(blur[16] - 8) < 0.3
     assert len(pd.read_csv(report / "edgeblur_trials.csv")) == 75
-    assert "simulated observers with 75 trials" in (report / "report.md").read_text(encoding="utf-8")
+    text = (report / "report.md").read_text(encoding="utf-8")
+    assert "simulated observers with 75 trials" in text
+    assert "slope of blur on sigma" in text
+    assert (report / "edgeblur.png").read_bytes().startswith(b"\x89PNG")
+    tests = pd.read_csv(report / "edgeblur_tests.csv")
+    slope = float(np.polyfit([1, 4, 16], [0, 4, 8], 1)[0])  # of the observers' rule
+    assert tests["estimate"][0] == pytest.approx(slope, abs=0.05)
+    design = tmp_path / "design.toml"
+    design.write_text(command(installed, "run", "edgeblur", "--print-design").stdout)
+    done = command(installed, "report", "--preregister", design, "--out", tmp_path / "plan")
+    assert done.returncode == 0, done.stderr
+    plan = (tmp_path / "plan" / "preregistration.md").read_text(encoding="utf-8")
+    assert "H1 (primary). The slope of blur on sigma" in plan
+    assert plan.split("Methods")[-1]
+    done = command(installed, "power", "edgeblur", "--subjects", 3, "--experiments", 2, "--out", tmp_path / "power")
+    assert done.returncode == 0, done.stderr
+    assert "slope of blur on sigma_arcmin: 100.0%" in done.stdout
 
 
 def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path: Path) -> None:

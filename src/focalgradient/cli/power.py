@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from focalgradient.cli.options import positive, shared_options, shared_work
+from focalgradient.cli.options import options_named, positive, shared_options, shared_work
 from focalgradient.cli.program import announce, force_option, json_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
-    from focalgradient.power import AnyStudy
+    from focalgradient.power import AnyStudy, Power
 
 __all__ = ["power"]
-
-
-SECONDS = {"depth-rating": 0.005, "necker": 0.012}
-"""Seconds of one experiment for each of its subjects, on two cores: measured, 6 and 20 subjects."""
 
 
 def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int, ...]:
@@ -33,30 +31,31 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
     return counts
 
 
-OF_RATINGS = ("far_effect", "between_scenes", "noise", "bound")
-OF_CUBE = ("nonrigid", "between_levels")
-
-
 @click.command(short_help="Simulate how many subjects an experiment needs.")
-@click.argument("task", type=click.Choice(["depth-rating", "necker"]))
+@click.argument("task")
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results.")
 @click.option("--subjects", default="6,10,20", show_default=True, callback=_counts, help="Numbers of subjects.")
 @click.option(
     "--effect",
     type=float,
-    help="Near rise at the largest aperture, as a ratio; of the cube the ratio of the odds of the nonrigid reading "
-    "with its gradient to those without.  [default: 1.3; of the cube 1.5]",
+    help="Near rise at the largest aperture, as a ratio; of answers in steps, places or choices the ratio of the "
+    "odds of a higher answer; of the cube the ratio of the odds of the nonrigid reading with its gradient to those "
+    "without.  [default: 1.3; of odds 3; of the cube 1.5]",
 )
 @click.option("--far-effect", type=float, help="Of ratings: far rise, 1 is none.  [default: 1]")
 @click.option(
-    "--between", type=float, help="SD over subjects of the log of each effect.  [default: 0.15; of the cube 0.3]"
+    "--between",
+    type=float,
+    help="SD over subjects of the log of each effect (of thresholds: of the log threshold).  [default: 0.15; of steps, "
+    "places and choices 1; of the cube 0.3; of thresholds 0.4]",
 )
 @click.option(
     "--between-scenes",
     type=float,
-    help="Of ratings: the same over scenes, which all subjects share.  [default: 0.05]",
+    help="Of ratings: the same over scenes, which all subjects share.  [default: 0.05; of steps, places and choices "
+    "0.5]",
 )
-@click.option("--noise", type=float, help="Of ratings: SD of the logarithm of one rating.  [default: 0.3]")
+@click.option("--noise", type=float, help="Of ratios: SD of the logarithm of one rating.  [default: 0.3]")
 @click.option("--nonrigid", type=float, help="Of the cube: nonrigid share of time without a gradient.  [default: 0.2]")
 @click.option(
     "--between-levels", type=float, help="Of the cube: SD over subjects of the log odds of that.  [default: 0.7]"
@@ -68,7 +67,8 @@ OF_CUBE = ("nonrigid", "between_levels")
     "--bound",
     type=float,
     callback=positive(),
-    help="Of ratings: of equivalence, the smallest rise that would matter, as a ratio.  [default: 1.2]",
+    help="Of ratios: of equivalence, the smallest rise that would matter, as a ratio; of thresholds: the factor to "
+    "which the mean is to be known.  [default: 1.2]",
 )
 @click.option("--design", type=click.Path(path_type=Path), metavar="FILE", help="Design (TOML).  [default: its own]")
 @click.option(
@@ -89,14 +89,17 @@ def power(
     scheduler: str | None,
     **model: float | None,
 ) -> None:
-    """Simulate whole experiments (depth-rating or necker), and count how many find the effect.
+    """Simulate whole experiments of TASK, and count how many find the effect.
 
-    Subjects are drawn from a statistical model, given by the options; each experiment goes through exclusions and
-    tests by Holm's p, as a report does. Writes power.csv and the figure (PNG, PDF). Every experiment is kept in
-    experiments.jsonl as soon as it is done: cut off, the same command goes on.
+    TASK is depth-rating (on any response scale: that of the design), necker, blur-threshold, or a task of your own: its
+    name, or its Python file. Subjects are drawn from a statistical model, given by the options, or are the simulated
+    observers of your task; each experiment goes through exclusions and tests by Holm's p, as a report does. Of
+    thresholds, which are estimated, the precision is counted. Writes power.csv and the figure (PNG, PDF). Every
+    experiment is kept in experiments.jsonl as soon as it is done: cut off, the same command goes on.
 
     Reads nothing but --design (TOML; 'focalgradient run depth-rating --print-design' writes one). A thousand
-    experiments with each number of subjects, the default, take about 3 min on two cores; a hundred give shares to 5 %.
+    experiments with each number of subjects, the default, take about 3 min on two cores, in steps some 10 min; a
+    hundred give shares to 5 %.
 
     \b
     Examples:
@@ -113,46 +116,40 @@ def power(
     study = _study(task, design, seed, {name: value for name, value in model.items() if value is not None})
     writable(out, ["power.csv", "power.png", "power.pdf"], [] if design is None else [design])
     total = len(subjects) * experiments
-    seconds = SECONDS[task] * experiments * sum(subjects)
+    seconds = study.seconds * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on."
     with resumable(left) as say, shared_work(workers, scheduler, 2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
-    found = sum_up(table)
-    files = {f"power.{kind}": content for kind, content in as_files(power_figure(found)).items()}
+    found = sum_up(table, logs=study.logs)
+    files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
     files["power.csv"] = as_table(found).assign(simulated=True).to_csv(index=False, lineterminator="\n").encode()
     write_set(out, files, "power.csv")
     lines = ["Simulated subjects, of a statistical model: share of experiments that find"]
     for name, meaning in study.tests.items():
-        shares = ", ".join(
-            f"{each.found[name]:.1%} ± {each.standard_error[name]:.1%} (N = {each.subjects})" for each in found
-        )
-        lines.append(f"  {meaning}: {shares}")
-    if task == "necker":
-        widths = ", ".join(f"{each.width:.1%} (N = {each.subjects})" for each in found)
-        lines.append(f"Median 95 % interval of the change of the nonrigid share of time, its width: {widths}")
-    else:
-        widths = ", ".join(f"{each.width:.3f} (N = {each.subjects})" for each in found)
-        lines.append(f"Median 95 % interval of the near rise, ratio of its ends: {widths}")
+        lines.append(f"  {meaning}: {_shares((one.found[name], one.standard_error[name], one) for one in found)}")
+    if len(study.tests) > 1:
+        lines.append(f"  all of them: {_shares((one.joint, one.joint_error, one) for one in found)}")
+    if any(math.isfinite(one.width) for one in found):
+        widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
+        lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
     written = [printable(out / name) for name in files]
     show({"simulated": True, "power": as_table(found).to_dict("records"), "written": written}, *lines)
 
 
-def _study(task: str, design: Path | None, seed: int, given: dict[str, float]) -> AnyStudy:
+def _shares(found: Iterable[tuple[float, float, Power]]) -> str:
+    return ", ".join(f"{share:.1%} ± {error:.1%} (N = {one.subjects})" for share, error, one in found)
+
+
+def _study(name: str, design: Path | None, seed: int, given: dict[str, float]) -> AnyStudy:
     """What is to be simulated, of the options of the task that were given."""
-    from focalgradient.design import DepthRatingDesign, NeckerDesign, load_design
-    from focalgradient.power import CubeModel, CubeStudy, Model, Study
+    from focalgradient.design import load_design
     from focalgradient.tasks import task_named
 
-    others = OF_CUBE if task == "depth-rating" else OF_RATINGS
-    if wrong := [name for name in given if name in others]:
-        option = wrong[0].replace("_", "-")
-        raise InputError(f"--{option} cannot go with {task}, which has no such thing: leave it out.")
-    wanted = task.replace("-", "")
-    shown = task_named(task).design() if design is None else load_design(design)
-    if isinstance(shown, NeckerDesign) and task == "necker":
-        return CubeStudy(CubeModel(**given), shown, seed)
-    if isinstance(shown, DepthRatingDesign) and task == "depth-rating":
-        bound = given.pop("bound", 1.2)
-        return Study(Model(**given), shown, bound, seed)
-    raise InputError(f"{design} is a design of {shown.task}, but must be one of {wanted}.")
+    task = task_named(name)
+    shown = task.design() if design is None else load_design(design)
+    if shown.task != task.name:
+        raise InputError(f"{design} is a design of {shown.task}, but must be one of {task.name}.")
+    with options_named({f"{each} cannot": f"--{each.replace('_', '-')} cannot" for each in given}):
+        study: AnyStudy = task.study(shown, given, seed)
+    return study

@@ -6,6 +6,7 @@ Where observers were simulated the picture itself says so.
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
-from focalgradient.power import CUBE_TESTS, TESTS, Power
+from focalgradient.power import AnyStudy, Power
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 if TYPE_CHECKING:
@@ -442,39 +443,48 @@ def _say_simulated(ax: Axes) -> None:
     ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=EDGE, zorder=6)
 
 
-def power_figure(found: Sequence[Power]) -> Figure:
+def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
     """How often experiments with so many simulated subjects find what they seek, and how wide their intervals are."""
     with style():
         figure = new_figure(150, 75, layout="constrained")
         left, right = figure.subplots(1, 2)
         subjects = [each.subjects for each in found]
-        labels = []
-        cube = not set(found[0].found) <= set(TESTS)
-        meanings = {name: meaning for name, meaning in {**TESTS, **CUBE_TESTS}.items() if name in found[0].found}
-        for (name, meaning), colour in zip(meanings.items(), (BLUE, ORANGE, GREEN), strict=False):
-            shares = [100 * each.found[name] for each in found]
-            errors = [196 * each.standard_error[name] for each in found]
-            left.errorbar(subjects, shares, errors, marker="o", markersize=4, color=colour, capsize=2)
-            labels.append(left.plot([], [], "o-", markersize=4, color=colour, label=meaning)[0])
+        handles = []
+        drawn = {
+            meaning: [(one.found[name], one.standard_error[name]) for one in found]
+            for name, meaning in study.tests.items()
+        }
+        if len(study.tests) > 1:
+            drawn["all of them"] = [(one.joint, one.joint_error) for one in found]
+        colours = [BLUE, ORANGE, GREEN, *(colour for colour, _ in OTHERS)]
+        for number, (meaning, shares) in enumerate(drawn.items()):
+            whole = meaning == "all of them"
+            look = {"color": "black" if whole else colours[number % len(colours)], "linestyle": ":" if whole else "-"}
+            at = [(100 * share, 100 * half) for share, half in shares]
+            ends = [[min(1.96 * half, share), min(1.96 * half, 100 - share)] for share, half in at]
+            left.errorbar(
+                subjects, [share for share, _ in at], np.transpose(ends), marker="o", markersize=4, capsize=2, **look
+            )
+            handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
         left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
         left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
-        left.legend(handles=labels, loc="lower right", fontsize=7, handlelength=1.4)
-        for name, colour, marker, label in (
-            ("width", BLUE, "o", "nonrigid gradient" if cube else "near object in focus"),
-            ("far_width", ORANGE, "s", "rigid gradient" if cube else "far object in focus"),
+        figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
+        for name, colour, marker, label in zip(
+            ("width", "far_width"), (BLUE, ORANGE), ("o", "s"), study.widths, strict=True
         ):
-            widths = [100 * getattr(each, name) if cube else getattr(each, name) for each in found]
+            widths = [getattr(each, name) for each in found]
             if not all(map(math.isnan, widths)):
-                right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=label)
-        if cube:
-            right.set(ylabel="95 % interval of the change: width (%)")
-            right.set_ylim(0, None)
-        else:
-            right.set(ylabel="95 % interval of the rise: ratio of its ends")
-            right.set_ylim(1, None)
+                right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
+        right.set(ylabel=study.width_label)
+        right.set_ylim(1 if study.logs else 0, None)
         right.legend(loc="upper right", fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)
         right.text(0.03, 0.03, "simulated subjects", transform=right.transAxes, va="bottom")
         _settle(figure)
     return figure
+
+
+def _folded(label: str, room: int = 34) -> str:
+    """A label in lines of so many letters."""
+    return textwrap.fill(label, room)

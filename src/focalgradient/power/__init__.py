@@ -11,9 +11,12 @@ from focalgradient.power.cube import (
     quick_cube_power,
     simulated_reports,
 )
-from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers
+from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers, study_of_ratings
+from focalgradient.power.own_tasks import TaskStudy
 from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, rise_power, simulated_ratings
-from focalgradient.power.running import AnyStudy, Power, power, run
+from focalgradient.power.running import Power, power, run, run_here
+from focalgradient.power.study import AnyStudy
+from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 
 __all__ = [
     "CUBE_TESTS",
@@ -26,6 +29,9 @@ __all__ = [
     "Model",
     "Power",
     "Study",
+    "TaskStudy",
+    "ThresholdModel",
+    "ThresholdStudy",
     "cube_experiment",
     "experiment",
     "latent_power",
@@ -34,7 +40,9 @@ __all__ = [
     "quick_power",
     "rise_power",
     "run",
+    "run_here",
     "simulated_answers",
     "simulated_ratings",
     "simulated_reports",
+    "study_of_ratings",
 ]

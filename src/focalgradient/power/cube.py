@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -20,7 +21,8 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.statistics import Effect, quality
+from focalgradient.power.study import AnyStudy, model_of
+from focalgradient.statistics import Effect, NotComputed, quality
 from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
@@ -94,7 +96,7 @@ class CubeModel:
 
 
 @dataclass(frozen=True, slots=True)
-class CubeStudy:
+class CubeStudy(AnyStudy):
     """What is simulated of experiment 2.
 
     Parameters
@@ -116,21 +118,50 @@ class CubeStudy:
     design: NeckerDesign
     seed: int = 1
 
+    seconds: ClassVar[float] = 0.012
+    width_label: ClassVar[str] = "95 % interval of the change of the nonrigid share: width"
+
+    @classmethod
+    def of(cls, design: NeckerDesign, assumed: Mapping[str, float], seed: int) -> CubeStudy:
+        """Make the study of the numbers that were given: see `focalgradient.tasks.Task.study`."""
+        return cls(model_of(CubeModel, assumed, design.task), design, seed)
+
     def __post_init__(self) -> None:
         check_fields(self)
         if "none" not in self.design.gradients or len(self.design.gradients) < 2:
             raise InputError("The design needs trials without a gradient and with one: there is nothing to compare.")
 
     def settings(self) -> dict[str, object]:
-        """All of it, as a file may hold it."""
+        """Return all of it, as a file may hold it."""
         stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
         return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     def tests(self) -> Mapping[str, str]:
-        """What is counted, and what it means."""
         gradients = {"nonrigid": "nonrigid_longer", "rigid": "nonrigid_shorter"}
         return {name: CUBE_TESTS[name] for gradient, name in gradients.items() if gradient in self.design.gradients}
+
+    @property
+    def widths(self) -> tuple[str, str]:
+        return "nonrigid gradient", "rigid gradient"
+
+    @property
+    def spreads(self) -> tuple[str, ...]:
+        return "between", "between_levels", "between_dominances"
+
+    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        return simulated_reports(self.design, subjects, self.model, rng)
+
+    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+        return cube_outcome(self, table)
+
+    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
+        gradient = "nonrigid" if "nonrigid" in self.design.gradients else "rigid"
+        changes = _changes(table)[gradient, max(self.design.strengths_mm)].dropna().to_numpy(dtype=float)
+        return paired_effect(changes, "t")
+
+    def without_effect(self) -> CubeStudy:
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """One experiment: see `cube_experiment`."""
@@ -232,8 +263,12 @@ def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, f
         the changes of the nonrigid share by the gradients of the nonrigid and of the rigid reading at the largest
         strength, None where there is none; and `left_out`, subjects that quality left out.
     """
-    rng = default_rng(SeedSequence([study.seed, subjects, number]))
-    kept, found = quality(simulated_reports(study.design, subjects, study.model, rng))
+    return study.outcome(study.table(subjects, study.stream(subjects, number)))
+
+
+def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | None]:
+    """Judge and analyse reports: see `cube_experiment`."""
+    kept, found = quality(table)
     outcome: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
     outcome["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:

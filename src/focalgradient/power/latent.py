@@ -7,10 +7,12 @@ from theirs at any number of subjects, as variance over subjects / N + the part 
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -20,16 +22,21 @@ from numpy.typing import NDArray
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_spreads
-from focalgradient.statistics import Effect, NotComputed, analyse
+from focalgradient.power.ratings import Model, Study
+from focalgradient.power.study import AnyStudy, model_of
+from focalgradient.statistics import Effect, NotComputed, analyse, quality
 from focalgradient.statistics.effects import effects
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 from focalgradient.statistics.tables import FIXATIONS
 
-__all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers"]
+__all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers", "study_of_ratings"]
 
 SIZES = (8, 24)
 """Numbers of subjects of the experiments that are analysed."""
+
+ANALYSIS = 1
+"""Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 DRAWS = 20_000
 """Estimates drawn for each number of subjects: a share to .004, one standard error at .5."""
@@ -71,7 +78,7 @@ class LatentModel:
 
 
 @dataclass(frozen=True, slots=True)
-class LatentStudy:
+class LatentStudy(AnyStudy):
     """What is simulated: a model, a design whose answers are no ratios, and a seed.
 
     Parameters
@@ -93,6 +100,8 @@ class LatentStudy:
     design: DepthRatingDesign
     seed: int = 1
 
+    width_label: ClassVar[str] = "95 % interval of the change with the aperture: width"
+
     def __post_init__(self) -> None:
         check_fields(self)
         if self.design.response_scale.analysis.ratios:
@@ -105,6 +114,76 @@ class LatentStudy:
         """In the order of the report."""
         names = self.design.fixations
         return (*(name for name in FIXATIONS if name in names), *sorted({*names} - {*FIXATIONS}))
+
+    def settings(self) -> dict[str, object]:
+        """Return all of it, as a file may hold it."""
+        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+
+    @property
+    def tests(self) -> Mapping[str, str]:
+        first, *others = self.fixations
+        found = {"near_rise": f"{first} in focus: rises with blur"}
+        if others and self.design.response_scale.analysis.compares_slopes:
+            found["interaction"] = f"{first} rises more than {' and '.join(others)}"
+        return found
+
+    @property
+    def widths(self) -> tuple[str, str]:
+        first, *others = self.fixations
+        return f"{first} in focus", f"{others[0]} in focus" if others else ""
+
+    @property
+    def spreads(self) -> tuple[str, ...]:
+        return "between", "between_scenes"
+
+    @property
+    def seconds(self) -> float:  # type: ignore[override]
+        """Processor time (s) of one experiment for each of its subjects."""
+        return self.design.response_scale.analysis.seconds
+
+    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        table = simulated_answers(self, subjects, rng)
+        return table.assign(session="", kind="simulated", dropped_frames=0, repetition=1)
+
+    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+        analysis = self.design.response_scale.analysis
+        kept, found = quality(table, None, analysis)
+        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
+        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
+        if not found.subjects_after:
+            return outcome
+        slopes, pairs = effects(analyse(kept, analysis))
+        for name, slope in zip(("width", "far_width"), slopes, strict=False):
+            outcome[name] = slope.high - slope.low if isinstance(slope, Effect) else None
+        outcome["near_rise"] = float(_rises(slopes[0]))
+        if "interaction" in self.tests:
+            outcome["interaction"] = float(all(map(_rises, pairs[: len(slopes) - 1])))
+        return outcome
+
+    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
+        return effects(analyse(table, self.design.response_scale.analysis))[0][0]
+
+    def without_effect(self) -> LatentStudy:
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
+
+
+def _rises(test: Effect | NotComputed) -> bool:
+    return isinstance(test, Effect) and test.significant and test.estimate > 0
+
+
+def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, float], seed: int = 1) -> Study | LatentStudy:
+    """Make the study of depth ratings on the scale of a design: see `focalgradient.tasks.Task.study`.
+
+    Examples
+    --------
+    >>> study_of_ratings(DepthRatingDesign(scale="choice"), {"effect": 2.0}).tests["near_rise"]
+    'nearest in focus: rises with blur'
+    """
+    if design.response_scale.analysis.ratios:
+        bound = {name: value for name, value in assumed.items() if name == "bound"}
+        return Study(model_of(Model, assumed, design.task, bound), design, **bound, seed=seed)
+    return LatentStudy(model_of(LatentModel, assumed, design.task), design, seed)
 
 
 def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generator) -> pd.DataFrame:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -21,7 +22,8 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.statistics import Effect, Equivalence, depth_rating, quality
+from focalgradient.power.study import AnyStudy
+from focalgradient.statistics import Effect, Equivalence, NotComputed, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, error_skewness, moments
 from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
@@ -86,8 +88,8 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
-    """What is simulated.
+class Study(AnyStudy):
+    """What is simulated of ratings that are ratios.
 
     Parameters
     ----------
@@ -111,13 +113,16 @@ class Study:
     bound: float = 1.2
     seed: int = 1
 
+    seconds: ClassVar[float] = 0.005
+    logs: ClassVar[bool] = True
+    width_label: ClassVar[str] = "95 % interval of the rise: ratio of its ends"
+
     def __post_init__(self) -> None:
         check_fields(self)
         check_bound("bound", self.bound)
         if not self.design.response_scale.analysis.ratios:
             raise InputError(
-                f"The design has the scale {self.design.scale!r}, but this is a model of ratios: 'focalgradient report "
-                "--preregister' gives the power of the tests of other scales."
+                f"The design has the scale {self.design.scale!r}, but this is a model of ratios: take LatentStudy."
             )
         if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
             raise InputError("The design has one aperture or one fixation only: there is nothing to compare.")
@@ -125,7 +130,7 @@ class Study:
             raise InputError("The design has no pinhole: the rise is measured from it.")
 
     def settings(self) -> dict[str, object]:
-        """All of it, as a file may hold it."""
+        """Return all of it, as a file may hold it."""
         stated = {
             "bound": self.bound,
             "seed": self.seed,
@@ -136,8 +141,27 @@ class Study:
 
     @property
     def tests(self) -> Mapping[str, str]:
-        """What is counted, and what it means."""
         return TESTS
+
+    @property
+    def widths(self) -> tuple[str, str]:
+        return "near object in focus", "far object in focus"
+
+    @property
+    def spreads(self) -> tuple[str, ...]:
+        return "between", "between_scenes", "scenes", "noise"
+
+    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        return simulated_ratings(self.design, subjects, self.model, rng)
+
+    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+        return rated_outcome(self, table)
+
+    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
+        return depth_rating(table, equivalence_bound=self.bound).fixations[0].rise
+
+    def without_effect(self) -> Study:
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """One experiment: see `experiment`."""
@@ -201,7 +225,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
             ]
         )
         answer = level + rng.normal(0, model.noise, len(level))
-        lowest, highest = math.log(design.least_rating), math.log(design.most_rating)
+        lowest, highest = map(math.log, design.response_scale.bounds)
         lapse = rng.random(len(level)) < model.lapses
         answer = np.where(lapse, rng.uniform(lowest, highest, len(level)), answer)
         tables.append(table.assign(rating=np.exp(np.clip(answer, lowest, highest))))
@@ -235,8 +259,12 @@ def experiment(study: Study, subjects: int, number: int) -> dict[str, float | No
         For each of `TESTS` 1.0 if it came out, else 0.0; `width` and `far_width`, logarithms, None where there is no
         interval; and `left_out`, subjects that quality left out. It depends on its arguments alone, not on who asks.
     """
-    rng = default_rng(SeedSequence([study.seed, subjects, number]))
-    kept, found = quality(simulated_ratings(study.design, subjects, study.model, rng))
+    return study.outcome(study.table(subjects, study.stream(subjects, number)))
+
+
+def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
+    """Judge and analyse ratings: see `experiment`."""
+    kept, found = quality(table)
     outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
     outcome["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:

@@ -15,13 +15,13 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.parallel import completed
-from focalgradient.power.cube import CUBE_TESTS, CubeStudy
-from focalgradient.power.ratings import TESTS, Study
+from focalgradient.power.study import AnyStudy
 from focalgradient.progress import Progress
 
-__all__ = ["AnyStudy", "Power", "power", "run"]
+__all__ = ["Power", "power", "run", "run_here"]
 
-AnyStudy = Study | CubeStudy
+KEPT = ("subjects", "number", "width", "far_width", "left_out")
+"""Columns of an experiment beside its tests."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,13 @@ class Power:
         Share of the experiments in which each of the study's tests came out; where one could not be done it did not.
     standard_error
         Of these shares, by how many experiments there were.
+    joint, joint_error
+        Share in which all of them came out, and its standard error: the power of all hypotheses together.
     width
-        Median width of the 95 % interval of the near rise, as the ratio of its ends; of the cube that of the change by
-        the nonrigid gradient, as a difference of shares.
+        Median width of the 95 % interval of the primary test (`AnyStudy.widths` says of what), as the ratio of its ends
+        where the study keeps logarithms; NaN without one.
     far_width
-        The same of the far rise; of the cube of the change by the rigid gradient.
+        The same of another test.
     left_out
         Mean number of subjects that the rules of quality left out.
     """
@@ -49,6 +51,8 @@ class Power:
     experiments: int
     found: Mapping[str, float]
     standard_error: Mapping[str, float]
+    joint: float
+    joint_error: float
     width: float
     far_width: float
     left_out: float
@@ -111,6 +115,17 @@ def run(
     return pd.DataFrame(rows)
 
 
+def run_here(study: AnyStudy, subjects: Sequence[int], experiments: int) -> pd.DataFrame:
+    """Simulate experiments in this process, and keep them in memory: a row an experiment, as `run` returns them."""
+    return pd.DataFrame(
+        [
+            {"subjects": count, "number": number} | study.experiment(count, number)
+            for count in sorted(set(subjects))
+            for number in range(experiments)
+        ]
+    )
+
+
 def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
     """What the file holds; begun where it is missing, and without lines that were cut off or damaged: done again."""
     head = json.dumps({"focalgradient": version("focalgradient")} | study.settings())
@@ -138,7 +153,7 @@ def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
         row = parse_json(line, "a line")
     except InputError:
         return None
-    if not isinstance(row, dict) or set(row) != {"subjects", "number", "width", "far_width", "left_out", *tests}:
+    if not isinstance(row, dict) or set(row) != {*KEPT, *tests}:
         return None
     numbers = {name: value for name, value in row.items() if value is not None or name not in ("width", "far_width")}
     return row if all(type(value) in (int, float) for value in numbers.values()) else None
@@ -149,8 +164,15 @@ def _experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
     return study.experiment(subjects, number)
 
 
-def power(experiments: pd.DataFrame) -> list[Power]:
-    """Sum up: `experiments` has a row an experiment, with `subjects` and what its `experiment` found.
+def power(experiments: pd.DataFrame, *, logs: bool = True) -> list[Power]:
+    """Sum up experiments by number of subjects.
+
+    Parameters
+    ----------
+    experiments
+        A row an experiment, with `subjects` and what `AnyStudy.outcome` returned.
+    logs
+        Whether widths are logarithms, given as ratios: `AnyStudy.logs`.
 
     Examples
     --------
@@ -159,13 +181,19 @@ def power(experiments: pd.DataFrame) -> list[Power]:
     >>> power(pd.DataFrame(rows))[0].found["near_rise"]
     0.75
     """
-    tests = [name for name in (*TESTS, *CUBE_TESTS) if name in experiments]
-    ratio = "near_rise" in tests  # widths of ratios are kept as logarithms
+    tests = [name for name in experiments if name not in KEPT]
     summed = []
     for subjects, rows in experiments.groupby("subjects"):
-        found = {name: float(rows[name].mean()) for name in tests}
-        error = {name: math.sqrt(share * (1 - share) / len(rows)) for name, share in found.items()}
+        found = {str(name): float(rows[name].mean()) for name in tests}
+        error = {name: _error(share, len(rows)) for name, share in found.items()}
+        joint = float((rows[tests] == 1).all(axis=1).mean())
         medians = [float(rows[name].astype(float).median()) for name in ("width", "far_width")]
-        near, far = (math.exp(one) for one in medians) if ratio else medians
-        summed.append(Power(int(str(subjects)), len(rows), found, error, near, far, float(rows["left_out"].mean())))
+        width, far = (math.exp(one) for one in medians) if logs else medians
+        left_out = float(rows["left_out"].mean())
+        shares = (found, error, joint, _error(joint, len(rows)))
+        summed.append(Power(int(str(subjects)), len(rows), *shares, width, far, left_out))
     return summed
+
+
+def _error(share: float, experiments: int) -> float:
+    return math.sqrt(share * (1 - share) / experiments)

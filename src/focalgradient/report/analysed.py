@@ -14,6 +14,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
+from focalgradient.report.parts import BOUND
 from focalgradient.scales import Analysis, Ratios, ResponseScale, analysis_named, scale_of
 from focalgradient.statistics import (
     ComparisonResult,
@@ -29,7 +30,7 @@ from focalgradient.statistics import (
     quality,
 )
 
-__all__ = ["BOUND", "Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
+__all__ = ["Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
 
 def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
@@ -45,10 +46,6 @@ def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
     if len(scales) != 1:
         raise InputError(f"{data.root} has the scales {', '.join(scales)}: keep designs in data sets of their own.")
     return scale_of(designs[0]), designs[0].get("factors") or {}
-
-
-BOUND = 1.2
-"""Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.report.document import Table
+from focalgradient.report.document import Block, Notice, Paragraph, Table
 from focalgradient.report.tables import SPACE, Sheet, decimals, freedom, interval, many, number, probability
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
@@ -35,6 +35,7 @@ __all__ = [
     "headlines",
     "main_results",
     "sensitivity",
+    "with_and_without",
 ]
 
 CUBE_CATCH = "a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
@@ -305,3 +306,17 @@ def _changed(kept: list[Headline], everyone: list[Headline]) -> Iterator[str]:
         if reliable[0] != reliable[1]:
             with_, without = ("reliable" if each else "not reliable" for each in reliable)
             yield f"Exclusions decide: {other.what} is {with_} {WITH} and {without} {WITHOUT}."
+
+
+def with_and_without(
+    name: str,
+    found: Quality,
+    kept: Analysed | NotComputed,
+    everyone: Analysed | NotComputed | None,
+    own: list[Sheet],
+) -> Iterator[Block]:
+    """Results without exclusions beside those with them: sentences and notices; the table is put first of `own`."""
+    sheet, sentences, notices = sensitivity(name, found, kept, everyone or kept)
+    own.insert(0, sheet)
+    yield from map(Notice, notices)
+    yield from map(Paragraph, sentences)

@@ -1,4 +1,4 @@
-"""The part of the report on a task of a laboratory's own: what was answered in each condition, and every trial."""
+"""The part of the report on a task of a laboratory's own: means, tests, figures by factor; its preregistration."""
 
 from __future__ import annotations
 
@@ -11,19 +11,31 @@ from typing import Any
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
+from focalgradient.design import recorded_design
 from focalgradient.errors import InputError
-from focalgradient.report.document import Block, Heading, Paragraph
+from focalgradient.plotting.conditions import condition_figure
+from focalgradient.power import TaskStudy, power, run_here
+from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.export import safe_csv
+from focalgradient.report.parts import Output, Part
+from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many
+from focalgradient.report.tables import Sheet, effect_sheet, many
+from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
 from focalgradient.statistics.means import t_interval
 from focalgradient.tasks import Task
 
-__all__ = ["OwnTask", "analyse_own_task", "methods_own_task", "own_task_part"]
+__all__ = ["OwnTask", "analyse_own_task", "preregister_own_task"]
+
+SUBJECTS = (6, 10, 16, 24, 40)
+EXPERIMENTS = 200
+"""Numbers of subjects tried, and simulated experiments with each: a share to .035, one standard error at .5."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnTask:
-    """A task of a laboratory's own, read.
+class OwnTask(Part):
+    """A task of a laboratory's own, read and tested.
 
     Parameters
     ----------
@@ -33,36 +45,76 @@ class OwnTask:
         Its part of the data set, and all its rows.
     simulated
         Whether observers were simulated.
+    tests
+        The task's tests with their effects.
     """
 
     task: Task
     data: DataSet
     table: pd.DataFrame
     simulated: bool
+    tests: tuple[ConditionTest, ...]
 
     @property
-    def design(self) -> Mapping[str, Any]:
+    def title(self) -> str:
+        return self.task.title
+
+    @property
+    def name(self) -> str:
+        return self.task.name
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
         """Settings of the first session."""
         first: Mapping[str, Any] = next(iter(self.data.sidecars.values()))["Design"]
         return first
+
+    @property
+    def rows(self) -> pd.DataFrame:
+        """Trials that are not catch trials."""
+        return self.table[~self.table["catch"]] if "catch" in self.table else self.table
 
     @property
     def shown(self) -> list[str]:
         """Columns of the conditions."""
         names = {one.name for one in dataclasses.fields(self.task.trial)}
         shared = {"trial", "repetition", "catch"}
-        return [one.name for one in self.task.columns(self.design) if one.name in names - shared]
+        return [one.name for one in self.task.columns(self.settings) if one.name in names - shared]
 
     @property
     def answered(self) -> list[tuple[str, str]]:
         """Columns of answers that have a mean, each with its unit."""
-        names = {one.name for one in dataclasses.fields(self.task.answer)} - {"onset", "dropped_frames"}
-        columns = [one for one in self.task.columns(self.design) if one.name in names and one.form != "text"]
-        return [(one.name, one.units or ("share" if one.form == "bool" else "")) for one in columns]
+        measures = self.task.measures(self.settings)
+        return [*measures.items(), *([("response_time", "s")] if "response_time" in self.table else [])]
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        people = "simulated observer" if self.simulated else "subject"
+        subjects = self.rows["participant_id"].nunique()
+        yield Paragraph(f"{many(subjects, people)} with {many(len(self.rows), 'trial')}; nobody is left out.")
+        yield from map(Paragraph, self.task.findings(self.rows))
+        for test in self.tests:
+            yield Notice(f"{test.name}: {test.effect.reason}") if isinstance(test.effect, NotComputed) else _told(test)
+        for number, factor in enumerate(dict.fromkeys(test.factor for test in self.tests)):
+            answers = list(dict.fromkeys((test.answer, test.log) for test in self.tests))
+            figure = condition_figure(self.rows, factor, answers, simulated=self.simulated)
+            name = self.name if number == 0 else f"{self.name}_{factor}"
+            caption = f"Answers by {factor}: each subject thin, mean and its 95 % interval over subjects bold."
+            yield output.figure(name, figure, caption)
+        sheets = [_means(self)]
+        if self.tests:
+            sheets = [*_tests(self), *sheets]
+        yield from output.tables(sheets)
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield from map(Paragraph, _methods(self.task, self.settings, self.tests))
+        yield from output.tables(self.design_table())
+
+    def exports(self) -> Mapping[str, bytes]:
+        return {f"{self.name}_trials.csv": safe_csv(self.table)}
 
 
 def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
-    """Read the sessions of a task of one's own; damaged ones are left out, and named in `data`.
+    """Read and test the sessions of a task of one's own; damaged ones are left out, and named in `data`.
 
     Raises
     ------
@@ -73,27 +125,35 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
     table = data.tables.get(task.name)
     if table is None or table.empty:
         raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
-    return OwnTask(task, data, table, data.simulated)
+    design = recorded_design(task.name, next(iter(data.sidecars.values()))["Design"])
+    rows = table[~table["catch"]] if "catch" in table else table
+    return OwnTask(task, data, table, data.simulated, task.tested(design, rows))
 
 
-def own_task_part(part: OwnTask, sheets: list[Sheet]) -> Iterator[Block]:
-    """What was found: the task's own sentences, and the means of each condition over subjects."""
-    rows = part.table[~part.table["catch"]] if "catch" in part.table else part.table
-    people = "simulated observer" if part.simulated else "subject"
-    yield Heading(part.task.title)
-    yield Paragraph(
-        f"{many(rows['participant_id'].nunique(), people)} with {many(len(rows), 'trial')}; nobody is left out."
-    )
-    yield from map(Paragraph, part.task.findings(rows))
-    sheet = _means(part, rows)
-    sheets.append(sheet)
-    if sheet.table:
-        yield sheet.table
+def _told(test: ConditionTest) -> Paragraph:
+    assert isinstance(test.effect, Effect)
+    verb = "is reliable" if test.effect.significant else "is not reliable"
+    return Paragraph(f"The {test.name} {verb} ({test.effect.summary()}).")
 
 
-def _means(part: OwnTask, rows: pd.DataFrame) -> Sheet:
+def _tests(part: OwnTask) -> list[Sheet]:
+    """The tests as a table, and as results for JSON and for meta-analysis."""
+    found = [(test.name, test.effect) for test in part.tests if test.effect is not None]
+    caption = "Tests over subjects; Holm’s correction is over all"
+    digits = [
+        {"exclusions": "without exclusions", "what": name}
+        | ({"value": one.estimate, "value_low": one.low, "value_high": one.high} if isinstance(one, Effect) else {})
+        | as_table([one]).iloc[0].to_dict()
+        for name, one in found
+    ]
+    results = Sheet(f"{part.name}{EFFECT}", None, pd.DataFrame(digits))
+    return [effect_sheet(f"{part.name}_tests.csv", caption, "effect", found), results]
+
+
+def _means(part: OwnTask) -> Sheet:
     """Mean answers of each condition over subjects, with 95 % intervals by t over subjects."""
     cells = []
+    rows = part.rows
     for condition, own in rows.groupby(part.shown, sort=True) if part.shown else [((), rows)]:
         names = [_text(value) for value in (condition if isinstance(condition, tuple) else (condition,))]
         for answer, unit in part.answered:
@@ -104,19 +164,85 @@ def _means(part: OwnTask, rows: pd.DataFrame) -> Sheet:
             ends = ["" if value is None else f"{value:.4g}" for value in (found.low, found.high)]
             cells.append([*names, answer, unit, str(len(means)), f"{found.estimate:.4g}", *ends])
     head = [*part.shown, "answer", "unit", "subjects", "mean", "low", "high"]
-    return listed(f"{part.task.name}_means.csv", "Means over subjects, 95 % intervals by t", head, cells)
+    return listed(f"{part.name}_means.csv", "Means over subjects, 95 % intervals by t", head, cells)
 
 
 def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def methods_own_task(part: OwnTask) -> list[str]:
-    """Methods, for a paper."""
-    conditions = " and ".join(part.shown) or "one condition"
-    return [
-        f"{part.task.title}. Each subject saw every condition ({conditions}) "
-        f"{many(int(part.design.get('repetitions', 1)), 'time')}, in random order from the seed that the data set "
-        "records. Answers were averaged within subject and condition; means are over subjects, with 95 % intervals by "
-        "Student’s t. No hypothesis was tested."
+def _times(settings: Mapping[str, Any], what: str) -> str:
+    return many(int(settings.get("repetitions", 1)), what)
+
+
+def _methods(task: Task, settings: Mapping[str, Any], tests: tuple[ConditionTest, ...]) -> list[str]:
+    """Methods, for a paper: the same before and after."""
+    conditions = " and ".join(dict.fromkeys(test.factor for test in tests)) or "one condition"
+    told = [
+        f"{task.title}. Conditions ({conditions}) were shown {_times(settings, 'time')} each, in "
+        "random order from the seed that the data set records. Means are over subjects, with 95 % intervals by "
+        "Student’s t."
     ]
+    if not tests:
+        return [*told, "No hypothesis was tested."]
+    logs = " (ratios on their logarithm)" if any(test.log for test in tests) else ""
+    return [
+        *told,
+        f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
+        "levels that are numbers is its least-squares slope within subject; of other conditions each level was "
+        "compared with the first. Effects were tested over subjects by Student’s t (levels of different subjects by "
+        f"Welch’s), two-sided, with Holm’s correction over {many(len(tests), 'test')}; an effect is called reliable "
+        "where the corrected p is below .05.",
+    ]
+
+
+def preregister_own_task(task: Task, design: Any, asked: Planned) -> Preregistered:
+    """Write the preregistration of a task of one's own.
+
+    Raises
+    ------
+    InputError
+        If an effect is given: the task's simulated observer has its own.
+    """
+    if asked.effects:
+        raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
+    tests = task.planned(design)
+    settings = design.model_dump(mode="json")
+    subjects, table = "State the number of subjects and its reason: the task has no simulated observer.", None
+    if not tests:
+        subjects = "State the number of subjects and its reason: there is no test whose power could give it."
+    elif task.simulates:
+        study = TaskStudy(task, design, asked.seed)
+        found = {one.subjects: one.found for one in power(run_here(study, SUBJECTS, EXPERIMENTS))}
+        assumed = (
+            f"by {EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
+            "Their effect is that of the observer in the task’s class."
+        )
+        subjects, table = enough(found, assumed), power_table(found, study.tests)
+    hypotheses = [
+        f"H{number}{' (primary)' if number == 1 else ''}. The {test.name} differs from 0."
+        for number, test in enumerate(tests, start=1)
+    ]
+    levels = "; ".join(f"{name}: {', '.join(map(_text, values))}" for name, values in task.factors(design).items())
+    neutral = (
+        [f"Catch trials ({settings['catch_trials']}) are answered as their trials ask."]
+        if settings.get("catch_trials")
+        else ["The design has no catch trials; state which trials show that participants attended."]
+    )
+    return Preregistered(
+        f"Preregistration: {task.title}",
+        hypotheses or ["No hypothesis is tested: means are estimated, with their intervals."],
+        f"The {tests[0].name}, one value for each subject." if tests else "The means of each condition.",
+        f"{levels or 'One condition'}; {_times(settings, 'repetition')}, in random order "
+        "from the seed that the data set records.",
+        ["Nobody is left out."],
+        None,
+        _methods(task, settings, tests),
+        subjects,
+        table,
+        neutral=neutral,
+        failed=[
+            "The tests rest on normally distributed effects of the subjects. The tests stated above stay those that "
+            "decide; a result that a signed-rank test does not share is called dependent on the assumption."
+        ],
+    )

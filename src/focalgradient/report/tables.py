@@ -34,6 +34,7 @@ __all__ = [
     "SPACE",
     "Sheet",
     "decimals",
+    "effect_sheet",
     "freedom",
     "interval",
     "many",
@@ -452,6 +453,15 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
         "Durations over subjects: gamma distributions of one shape and each subject’s own mean, the cut-off censored"
     )
     return _sheet("necker_durations_of_people.csv", caption, header, rows, digits, cells)
+
+
+def effect_sheet(file: str, caption: str, what: str, found: Iterable[tuple[str, Effect | NotComputed]]) -> Sheet:
+    """Named effects as a table, with all their digits; `what` heads the column of their names."""
+    cells = _Cells()
+    found = list(found)
+    rows = [[name, *cells.effect(test)] for name, test in found]
+    digits = [{what: name} | as_table([test]).iloc[0].to_dict() for name, test in found]
+    return _sheet(file, caption, [what, "estimate", "95 %", "test", "p", "p (Holm)"], rows, digits, cells)
 
 
 def _sheet(

@@ -11,10 +11,11 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
-from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.thresholds import threshold_figure
-from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph
+from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.export import safe_csv
+from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
 from focalgradient.statistics import (
@@ -27,7 +28,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.thresholds import ATTENDING
 
-__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "threshold_part", "unit_of"]
+__all__ = ["Thresholds", "analyse_thresholds", "methods_thresholds", "unit_of"]
 
 CAPTION = (
     "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
@@ -37,7 +38,7 @@ CAPTION = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Thresholds:
+class Thresholds(Part):
     """The adaptive experiment, analysed.
 
     Parameters
@@ -49,7 +50,7 @@ class Thresholds:
     result
         The thresholds.
     design
-        As it was recorded.
+        Of the first session, as recorded.
     simulated
         Whether observers were simulated.
     """
@@ -59,6 +60,47 @@ class Thresholds:
     result: ThresholdResult
     design: Mapping[str, Any]
     simulated: bool
+
+    @property
+    def title(self) -> str:
+        return "Blur thresholds"
+
+    @property
+    def name(self) -> str:
+        return "blur_threshold"
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        result = self.result
+        people = "simulated observers" if self.simulated else "sessions"
+        what = "of blur" if self.design["judged"] == "blur" else "of depth from blur"
+        yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}.")
+        for one in result.subjects:
+            if not one.kept:
+                yield Notice(
+                    f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of "
+                    f"{one.catch_trials} trials with the greatest level, fewer than {ATTENDING:.0%}: by inattention, "
+                    "or because the threshold lies near or above that level."
+                )
+            if isinstance(one.fit, NotComputed):
+                yield Notice(f"{one.participant}: {one.fit.reason}")
+            elif one.fit.low < 1.1 * self.design["least_level"] or one.fit.high > self.design["most_level"] / 1.1:
+                yield Notice(
+                    f"{one.participant}: the interval reaches the end of the levels, which go from "
+                    f"{self.design['least_level']:g} to {self.design['most_level']:g} {result.unit}: the threshold may "
+                    "lie beyond."
+                )
+        yield from _means(result)
+        output.tables([_both_means(result)])
+        if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
+            yield output.figure("blur_thresholds", threshold_figure(result, simulated=self.simulated), CAPTION)
+        yield from output.tables([_sheet(result)])
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield from map(Paragraph, methods_thresholds(self.design))
+        yield from output.tables(self.design_table())
+
+    def exports(self) -> Mapping[str, bytes]:
+        return {"blur_threshold_trials.csv": safe_csv(self.table)}
 
 
 def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
@@ -100,40 +142,6 @@ def unit_of(design: Mapping[str, Any]) -> str:
     ('D', 'mm')
     """
     return "D" if design["judged"] == "blur" else "mm"
-
-
-def threshold_part(part: Thresholds, sheets: list[Sheet], figures: dict[str, bytes]) -> Iterator[Block]:
-    """What was found: sentences, figure and table."""
-    result = part.result
-    yield Heading("Blur thresholds")
-    people = "simulated observers" if part.simulated else "sessions"
-    what = "of blur" if part.design["judged"] == "blur" else "of depth from blur"
-    yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}.")
-    for one in result.subjects:
-        if not one.kept:
-            yield Notice(
-                f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of {one.catch_trials} "
-                f"trials with the greatest level, fewer than {ATTENDING:.0%}: by inattention, or because the threshold "
-                "lies near or above that level."
-            )
-        if isinstance(one.fit, NotComputed):
-            yield Notice(f"{one.participant}: {one.fit.reason}")
-        elif one.fit.low < 1.1 * part.design["least_level"] or one.fit.high > part.design["most_level"] / 1.1:
-            yield Notice(
-                f"{one.participant}: the interval reaches the end of the levels, which go from "
-                f"{part.design['least_level']:g} to {part.design['most_level']:g} {result.unit}: the threshold may lie "
-                "beyond."
-            )
-    yield from _means(result)
-    sheets.append(_both_means(result))
-    if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
-        pictures = as_files(threshold_figure(result, simulated=part.simulated))
-        figures |= {f"blur_thresholds.{kind}": content for kind, content in pictures.items()}
-        yield Figure("blur_thresholds.png", figures["blur_thresholds.png"], CAPTION)
-    sheet = _sheet(result)
-    sheets.append(sheet)
-    assert sheet.table is not None
-    yield sheet.table
 
 
 def _means(result: ThresholdResult) -> Iterator[Block]:

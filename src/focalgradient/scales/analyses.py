@@ -46,6 +46,8 @@ class Analysis:
     """Whether the slopes of two fixations are compared."""
     experiments: ClassVar[int] = 60
     """Simulated experiments of each size for the power: as many as take some 20 s on one core."""
+    seconds: ClassVar[float] = 0.004
+    """Processor time (s) of the analysis of one simulated experiment for each of its subjects: measured."""
     latent: ClassVar[bool] = False
     """Whether the statistic is the model by which power simulates answers, so that its mean is what was put in."""
 
@@ -76,6 +78,7 @@ class OrdinalSteps(Analysis):
 
     name: str = "ordinal"
     whole: ClassVar[bool] = True
+    seconds: ClassVar[float] = 0.03
     experiments: ClassVar[int] = 8  # a model takes 0.5 to 2 s; the mean standard error is known to some 7 %
     latent: ClassVar[bool] = True
 

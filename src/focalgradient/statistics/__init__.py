@@ -10,6 +10,7 @@ from focalgradient.statistics.comparisons import (
     ComparisonTests,
     compare_pictures,
 )
+from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
 from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import (
     Dominance,
@@ -56,6 +57,7 @@ __all__ = [
     "ComparisonResult",
     "ComparisonTests",
     "Components",
+    "ConditionTest",
     "DepthRatingResult",
     "Dominance",
     "DurationFit",
@@ -93,11 +95,13 @@ __all__ = [
     "as_table",
     "blur_thresholds",
     "compare_pictures",
+    "condition_tests",
     "depth_rating",
     "factor_effects",
     "fit_durations_of_people",
     "fit_threshold",
     "necker",
+    "planned_tests",
     "quality",
     "read_ratings",
     "read_reports",

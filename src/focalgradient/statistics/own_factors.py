@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["FactorEffect", "factor_effects"]
+__all__ = ["FactorEffect", "factor_effects", "welch"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +109,10 @@ def _between(own: pd.Series[float], level: str, first: str, *, paired: bool) -> 
     if paired:
         both = (each[0] - each[1]).dropna()
         return paired_effect(both.to_numpy(), "paired t over subjects")
-    return _welch(*(one.to_numpy(float) for one in each))
+    return welch(*(one.to_numpy(float) for one in each))
 
 
-def _welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
+def welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
     """Difference of the means of two groups of subjects, their variances apart (Welch 1947)."""
     if min(len(one), len(other)) < 2:
         return NotComputed(

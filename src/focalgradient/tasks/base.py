@@ -103,6 +103,10 @@ class Task(ABC):
     """Column of the time at which a trial began."""
     percepts: ClassVar[bool] = False
     """Whether keys are held during a trial, and the table has a row for each percept."""
+    ratios: ClassVar[frozenset[str]] = frozenset()
+    """Columns of answers that are ratios, analysed on their logarithm."""
+    settings_of_report: ClassVar[frozenset[str]] = frozenset()
+    """Settings of a preregistration that only some tasks have: "bound", "ordinal", "far_effect"."""
     earlier: ClassVar[Mapping[str, Any]] = {}
     """Meaning of settings that designs of earlier versions do not state."""
 
@@ -250,9 +254,82 @@ class Task(ABC):
         """Say where a session's table contradicts its design, beyond what is true of all tasks."""
         return iter(())
 
+    def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
+        """Return the conditions that the report compares, with their levels: here the fields that a trial adds."""
+        main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
+        names = [column.name for column in _own_columns(self.trial, "")]
+        levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
+        return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
+
+    def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
+        """Return the answers whose means and tests the report gives, with their units: those the answer adds."""
+        columns = [one for one in self.columns(settings) if one.form != "text"]
+        names = {one.name for one in _own_columns(self.answer, "")}
+        return {one.name: one.units or ("share" if one.form == "bool" else "") for one in columns if one.name in names}
+
+    def planned(self, design: Any) -> tuple[Any, ...]:
+        """Return the tests of the report before there are data: `focalgradient.statistics.ConditionTest` each.
+
+        Here of each measure and factor: see `focalgradient.statistics.planned_tests`.
+        """
+        from focalgradient.statistics.conditions import planned_tests
+
+        measures = self.measures(design.model_dump(mode="json"))
+        return planned_tests({name: name in self.ratios for name in measures}, self.factors(design))
+
+    def tested(self, design: Any, table: Any) -> tuple[Any, ...]:
+        """Return the tests of the report with their effects; `table` has all trials that are not catch trials."""
+        from focalgradient.statistics.conditions import condition_tests
+
+        return condition_tests(table, self.planned(design))
+
     def findings(self, table: Any) -> list[str]:
         """Return sentences of the report about all answers (a table with `participant_id`, without catch trials)."""
         return []
+
+    def reported(self, root: Any, asked: Any) -> Any:
+        """Return the task's part of a report (`focalgradient.report.parts.Part`) of the data set in the folder `root`.
+
+        Here the means of each condition, the tests of `tested`, a figure by factor, and every trial as CSV.
+        """
+        from focalgradient.report.own_tasks import analyse_own_task
+
+        return analyse_own_task(root, self)
+
+    def preregistered(self, design: Any, asked: Any) -> Any:
+        """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`), before data.
+
+        Here the tests of `planned`, with their power where there are simulated observers.
+        """
+        from focalgradient.report.own_tasks import preregister_own_task
+
+        return preregister_own_task(self, design, asked)
+
+    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
+        """Return what is simulated for the power of the report's tests: a `focalgradient.power.Study`.
+
+        Parameters
+        ----------
+        design
+            What subjects are shown.
+        assumed
+            Effects and standard deviations that were given, by the name of their option; the task's own for others.
+        seed
+            Of all chance.
+
+        Raises
+        ------
+        InputError
+            If the task has no such number, or no simulated observer.
+        """
+        from focalgradient.power.own_tasks import TaskStudy
+
+        return TaskStudy.of(self, design, assumed, seed)
+
+
+def _order(value: Any) -> tuple[str, Any]:
+    """Order of levels, also of different types."""
+    return (type(value).__name__, value)
 
 
 def paper_settings(name: str) -> str:

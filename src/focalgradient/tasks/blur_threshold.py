@@ -85,3 +85,18 @@ class BlurThreshold(Task):
     def picture(self, rows: Rows, place: int) -> str | None:
         """Return the file of the picture of a row's condition, the sharp one that is blurred."""
         return rows.pictures.get((rows.shown["scene"][place], "pinhole", rows.design.fixation))
+
+    def reported(self, root: Any, asked: Any) -> Any:
+        from focalgradient.report.thresholds import analyse_thresholds
+
+        return analyse_thresholds(root)
+
+    def preregistered(self, design: Any, asked: Any) -> Any:
+        from focalgradient.report.preregister_thresholds import preregister_thresholds
+
+        return preregister_thresholds(design, asked)
+
+    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
+        from focalgradient.power.thresholds import ThresholdStudy
+
+        return ThresholdStudy.of(design, assumed, seed)

@@ -104,6 +104,7 @@ class DepthRating(Task):
     name: ClassVar[str] = "depthrating"
     title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
     command: ClassVar[str] = "depth-rating"
+    settings_of_report: ClassVar[frozenset[str]] = frozenset({"bound", "ordinal", "far_effect"})
     earlier: ClassVar[Mapping[str, Any]] = {
         "catch_pictures": ["standard"],
         "blank_s": 0.0,
@@ -173,3 +174,18 @@ class DepthRating(Task):
         key = (shown["scene"][place], shown["aperture"][place], shown["fixation"][place])
         levels = sorted(name for name, factor in rows.design.factors.items() if factor.pictures)
         return rows.pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))
+
+    def reported(self, root: Any, asked: Any) -> Any:
+        from focalgradient.report.rating_part import RatingPart
+
+        return RatingPart.of_dataset(root, asked)
+
+    def preregistered(self, design: Any, asked: Any) -> Any:
+        from focalgradient.report.preregister_ratings import preregister_ratings
+
+        return preregister_ratings(design, asked)
+
+    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
+        from focalgradient.power.latent import study_of_ratings
+
+        return study_of_ratings(design, assumed, seed)

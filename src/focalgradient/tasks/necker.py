@@ -107,3 +107,18 @@ class NeckerRotation(Task):
         from focalgradient.dataset.consistency import wrong_percepts
 
         return wrong_percepts(rows)
+
+    def reported(self, root: Any, asked: Any) -> Any:
+        from focalgradient.report.cube_part import CubePart
+
+        return CubePart.of_dataset(root, asked)
+
+    def preregistered(self, design: Any, asked: Any) -> Any:
+        from focalgradient.report.preregister_cube import preregister_cube
+
+        return preregister_cube(design, asked)
+
+    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
+        from focalgradient.power.cube import CubeStudy
+
+        return CubeStudy.of(design, assumed, seed)

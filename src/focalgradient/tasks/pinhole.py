@@ -39,12 +39,19 @@ class PinholeDemonstration(Task):
 
     name: ClassVar[str] = "pinhole"
     title: ClassVar[str] = "Depth with one eye through a pinhole, freely, and through a tube"
+    ratios: ClassVar[frozenset[str]] = frozenset({"rating"})
 
     @property
     def design(self) -> type[Any]:
         from focalgradient.design.pinhole import Pinhole
 
         return Pinhole
+
+    @property
+    def trial(self) -> type[Any]:
+        from focalgradient.design.pinhole import PinholeTrial
+
+        return PinholeTrial
 
     @property
     def answer(self) -> type[Any]:
@@ -87,3 +94,12 @@ class PinholeDemonstration(Task):
         known = {rows.pictures.get((shown["scene"][place], aperture, one)) for one in ("nearest", "farthest")}
         name: str | None = shown["stimulus"][place]
         return name if name in known else next((one for one in known if one), None)
+
+    def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
+        """Return what is looked at and how; scenes are a sample."""
+        found = {"viewing": design.viewings, "form": design.forms}
+        return {name: tuple(levels) for name, levels in found.items() if len(levels) > 1}
+
+    def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
+        """Return the rating."""
+        return {"rating": "ratio"}

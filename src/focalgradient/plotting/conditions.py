@@ -1,0 +1,76 @@
+"""Figures of the conditions of any task: answers by one factor, each subject thin, the mean and its interval bold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from focalgradient.plotting.figures import BLUE, new_figure, style
+from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.statistics.means import t_interval
+
+__all__ = ["condition_figure", "draw_condition"]
+
+COLUMNS = 3
+"""Answers side by side."""
+
+
+def condition_figure(
+    table: pd.DataFrame, factor: str, answers: Sequence[tuple[str, bool]], *, simulated: bool
+) -> Figure:
+    """Draw the answers by the levels of one factor.
+
+    Parameters
+    ----------
+    table
+        A row a trial, with `participant_id`, the factor and the answers; no catch trials.
+    factor
+        Column of the condition.
+    answers
+        Columns of answers, each with whether it is a ratio, whose means are geometric.
+    simulated
+        Whether observers were.
+    """
+    with style():
+        columns = min(len(answers), COLUMNS)
+        rows = math.ceil(len(answers) / columns)
+        figure = new_figure(30 + 60 * max(columns, 1), 70 * rows, layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False).flat
+        for ax, (answer, ratio) in zip(axes, answers, strict=False):
+            draw_condition(ax, table, factor, answer, ratio=ratio)
+        for ax in list(axes)[len(answers) :]:
+            ax.set_visible(False)
+        if simulated:
+            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    return figure
+
+
+def draw_condition(ax: Axes, table: pd.DataFrame, factor: str, answer: str, *, ratio: bool) -> Axes:
+    """Draw the means of one answer by the levels of a factor: on its axis where they are numbers, else side by side."""
+    values = table[answer].astype(float)
+    logs = pd.Series(np.log(values), values.index) if ratio else values
+    own = logs.groupby([table["participant_id"], table[factor]]).mean().unstack(factor)
+    levels = list(own.columns)
+    numbers = len(levels) >= 3 and all(isinstance(one, int | float | np.number) for one in levels)
+    places = [float(level) for level in levels] if numbers else [float(at) for at in range(len(levels))]
+    back = np.exp if ratio else np.asarray
+    for heights in own.to_numpy(float):
+        ax.plot(places, back(heights), color=BLUE, linewidth=0.5, alpha=0.5)
+    means = [t_interval(own[level].dropna()) for level in levels]
+    ax.plot(places, [back(mean.estimate) for mean in means], "o-", color=BLUE, linewidth=2, markersize=5, zorder=3)
+    for place, mean in zip(places, means, strict=True):
+        if mean.low is not None and mean.high is not None:
+            ends = [[back(mean.estimate) - back(mean.low)], [back(mean.high) - back(mean.estimate)]]
+            ax.errorbar(place, back(mean.estimate), ends, color=BLUE, linewidth=2, capsize=3, zorder=3)
+    ax.set(xlabel=factor, ylabel=f"{answer}{' (geometric mean)' if ratio else ''}")
+    if not numbers:
+        ax.set_xticks(places, [str(level) for level in levels])
+        ax.set_xlim(-0.4, len(levels) - 0.6)
+    return ax

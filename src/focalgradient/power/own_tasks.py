@@ -1,0 +1,123 @@
+"""Power of a task of a laboratory's own: its simulated observers take part, its own analysis is counted."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.power.study import AnyStudy
+from focalgradient.statistics import Effect, NotComputed
+from focalgradient.tasks import Task
+
+__all__ = ["TaskStudy"]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskStudy(AnyStudy):
+    """What is simulated of a task: its observers, as `simulate` has them, and the tests of its report.
+
+    Parameters
+    ----------
+    task
+        Which.
+    design
+        What observers are shown.
+    seed
+        Of all chance.
+    blind
+        Whether each observer's answers are shuffled over its trials, so that no condition has an effect.
+
+    Raises
+    ------
+    InputError
+        If the task has no simulated observer, or tests nothing.
+    """
+
+    task: Task
+    design: Any
+    seed: int = 1
+    blind: bool = False
+
+    seconds: ClassVar[float] = 0.01
+    width_label: ClassVar[str] = "95 % interval of the effect: width"
+
+    @classmethod
+    def of(cls, task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> TaskStudy:
+        """Make the study; effects are those of the simulated observer, so that none can be assumed."""
+        if assumed:
+            option = next(iter(assumed))
+            raise InputError(
+                f"{option} cannot go with {task.called}, whose simulated observer has its own effect: leave it out."
+            )
+        return cls(task, design, seed)
+
+    def __post_init__(self) -> None:
+        if not self.task.simulates:
+            raise InputError(f"the task {self.task.name!r} has no simulated observer: define simulated.")
+        if not self.task.planned(self.design):
+            raise InputError(
+                f"the task {self.task.name!r} tests nothing: give its design two conditions, or define planned and "
+                "tested."
+            )
+
+    def settings(self) -> dict[str, object]:
+        """Return all of it, as a file may hold it."""
+        stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()], "blind": self.blind}
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+
+    @property
+    def tests(self) -> Mapping[str, str]:
+        return {f"test_{number}": test.name for number, test in enumerate(self.task.planned(self.design), start=1)}
+
+    @property
+    def widths(self) -> tuple[str, str]:
+        first, *others = self.tests.values()
+        return first, others[0] if others else ""
+
+    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        from focalgradient.observers import observer_named
+
+        observer, seed = observer_named("default"), int(rng.integers(2**31))
+        names = [f"{number:02}" for number in range(1, subjects + 1)]
+        answers = [(name, self.task.observe(self.design, observer, name, seed)) for name in names]
+        table = pd.DataFrame([row for name, given in answers for row in self._rows(name, given)])
+        if self.blind:
+            own = [one.name for one in dataclasses.fields(self.task.answer)]
+            for _, rows in table.groupby("participant_id"):
+                table.loc[rows.index, own] = table.loc[rng.permutation(rows.index), own].to_numpy()
+            table = table.infer_objects()
+        return table
+
+    def _rows(self, name: str, given: Any) -> Iterator[dict[str, Any]]:
+        for trial, answer in zip(self.design.trials(name), given, strict=True):
+            if trial.phase == "main" and not trial.catch:
+                yield {"participant_id": f"sub-{name}"} | _fields(trial) | _fields(answer)
+
+    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+        found = [test.effect for test in self.task.tested(self.design, table)]
+        outcome: dict[str, float | None] = {
+            name: float(isinstance(effect, Effect) and effect.significant)
+            for name, effect in zip(self.tests, found, strict=True)
+        }
+        outcome |= {"width": None, "far_width": None, "left_out": 0.0}
+        for name, effect in zip(("width", "far_width"), found, strict=False):
+            if isinstance(effect, Effect):
+                outcome[name] = effect.high - effect.low
+        return outcome
+
+    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
+        found: Effect | NotComputed = self.task.tested(self.design, table)[0].effect
+        return found
+
+    def without_effect(self) -> TaskStudy:
+        return dataclasses.replace(self, blind=True)
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {one.name: getattr(record, one.name) for one in dataclasses.fields(record)}

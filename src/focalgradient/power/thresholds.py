@@ -1,0 +1,166 @@
+"""Precision of thresholds: the adaptive procedure run with simulated observers, fitted and averaged as a report does.
+
+No hypothesis is tested of a threshold, so what is counted is precision (Maxwell, Kelley & Rausch 2008): whether the 95
+% interval of the mean stays within a factor of it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.design import BlurThresholdDesign
+from focalgradient.errors import InputError, check_fields
+from focalgradient.power.checks import check_lapses, check_spreads
+from focalgradient.power.study import AnyStudy, model_of
+from focalgradient.statistics import Effect, NotComputed, ThresholdFit, blur_thresholds
+from focalgradient.statistics.hypotheses import check_bound
+from focalgradient.statistics.means import t_interval
+
+__all__ = ["ThresholdModel", "ThresholdStudy"]
+
+PEOPLE = 100
+"""Simulated people whose thresholds are measured once, from whom experiments are drawn: some 40 s of processor."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThresholdModel:
+    """Simulated people whose thresholds are measured.
+
+    Parameters
+    ----------
+    between
+        Standard deviation over people of the natural logarithm of the threshold.
+    lapses
+        Share of trials that are answered without looking.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    between: float = 0.4
+    lapses: float = 0.01
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_spreads(self, "between")
+        check_lapses(self.lapses)
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdStudy(AnyStudy):
+    """What is simulated of thresholds.
+
+    Parameters
+    ----------
+    model
+        How people differ and lapse.
+    design
+        Levels, procedure and trials.
+    bound
+        Factor within which the mean threshold is to be known.
+    seed
+        Of all chance.
+
+    Raises
+    ------
+    InputError
+        If the bound is not above 1 and at most 10.
+    """
+
+    model: ThresholdModel
+    design: BlurThresholdDesign
+    bound: float = 1.2
+    seed: int = 1
+
+    seconds: ClassVar[float] = 0.0005
+    logs: ClassVar[bool] = True
+    width_label: ClassVar[str] = "95 % interval of the mean threshold: ratio of its ends"
+
+    @classmethod
+    def of(cls, design: BlurThresholdDesign, assumed: Mapping[str, float], seed: int) -> ThresholdStudy:
+        """Make the study of the numbers that were given: see `focalgradient.tasks.Task.study`."""
+        bound = {name: value for name, value in assumed.items() if name == "bound"}
+        return cls(model_of(ThresholdModel, assumed, design.task, bound), design, **bound, seed=seed)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_bound("bound", self.bound)
+
+    def settings(self) -> dict[str, object]:
+        """Return all of it, as a file may hold it."""
+        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "bound": self.bound, "people": PEOPLE}
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+
+    @property
+    def tests(self) -> Mapping[str, str]:
+        return {"precise": f"mean threshold known to a factor of {self.bound:g}"}
+
+    @property
+    def widths(self) -> tuple[str, str]:
+        return "mean threshold", ""
+
+    @property
+    def spreads(self) -> tuple[str, ...]:
+        return ("between",)
+
+    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        """Draw people: the logarithm of the threshold of each, as fitted."""
+        fitted = _people(self.model, self.design.model_dump_json(), self.seed)
+        return pd.DataFrame({"threshold": rng.choice(np.array(fitted), subjects)})
+
+    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+        found = t_interval(table["threshold"].dropna())
+        outcome: dict[str, float | None] = {"precise": 0.0, "width": None, "far_width": None}
+        outcome["left_out"] = float(table["threshold"].isna().sum())
+        if found.low is not None and found.high is not None:
+            outcome["width"] = found.high - found.low
+            outcome["precise"] = float(found.high - found.estimate <= math.log(self.bound))
+        return outcome
+
+    def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
+        return NotComputed("No hypothesis is tested of thresholds.")
+
+    def without_effect(self) -> AnyStudy:
+        raise InputError("No hypothesis is tested of thresholds: there is nothing to stop for.")
+
+
+@lru_cache(maxsize=4)
+def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, ...]:
+    """Fitted log thresholds of the pool (NaN where none can be fitted)."""
+    from focalgradient.observers import observer_named
+    from focalgradient.observers.thresholds import THRESHOLDS, choose
+
+    design = BlurThresholdDesign.model_validate_json(design_json)
+    observer = dataclasses.replace(observer_named("default"), lapses=model.lapses)
+    # Quantiles, not draws, so that the pool's own middle and spread are those of the model.
+    normal = np.random.default_rng(seed).permutation(_quantiles(PEOPLE))
+    true = np.log(THRESHOLDS[design.unit]) + model.between * normal
+    rows = []
+    for number, log in enumerate(true, start=1):
+        name = f"{number:03}"
+        trials = design.trials(name)
+        for trial, answer in zip(trials, choose(design, observer, name, seed, threshold=math.exp(log)), strict=True):
+            if trial.phase == "main":
+                rows.append((f"sub-{name}", "", answer.level, answer.correct, trial.catch))
+    table = pd.DataFrame(rows, columns=["participant_id", "session", "level", "correct", "catch"])
+    result = blur_thresholds(table, least=design.least_level, most=design.most_level, unit=design.unit)
+    fits = [one.fit for one in result.subjects]
+    return tuple(math.log(fit.threshold) if isinstance(fit, ThresholdFit) else math.nan for fit in fits)
+
+
+def _quantiles(count: int) -> np.ndarray:
+    """Quantiles of the standard normal distribution, of variance 1."""
+    from scipy import stats
+
+    normal = stats.norm.ppf((np.arange(count) + 0.5) / count)
+    return np.asarray(normal / normal.std())

@@ -1,0 +1,96 @@
+"""The part of the report on the turning Necker cube."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from focalgradient.dataset import DataSet
+from focalgradient.plotting.subjects import necker_figure
+from focalgradient.report.analysed import Reports, analyse_necker
+from focalgradient.report.displays import place_effects_of_cube, place_sheet, screens, screens_sheet
+from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.exclusions import with_and_without
+from focalgradient.report.export import report_files
+from focalgradient.report.parts import Asked, Output, Part
+from focalgradient.report.tables import necker_sheets, quality_sheets
+from focalgradient.report.words import counts, methods_necker, necker_findings
+from focalgradient.statistics import NotComputed, Quality
+
+__all__ = ["CubePart"]
+
+CAPTION = (
+    "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
+    "interval of the mean bold. Middle: mean shares of all the time. Right: median and middle half of the fitted "
+    "distribution of durations."
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CubePart(Part):
+    """Reports on the cube, of a data set or of a table.
+
+    Parameters
+    ----------
+    reports
+        Analysed.
+    data, simulated
+        Those of `reports`.
+    """
+
+    reports: Reports
+    data: DataSet | None
+    simulated: bool
+
+    @classmethod
+    def of(cls, reports: Reports) -> CubePart:
+        """Make the part of analysed reports."""
+        return cls(reports, reports.data, reports.simulated)
+
+    @classmethod
+    def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> CubePart:
+        """Read and analyse the reports of a data set; errors as `analyse_necker`."""
+        return cls.of(analyse_necker(root, rules=asked.rules))
+
+    @property
+    def title(self) -> str:
+        return "Necker cube"
+
+    @property
+    def name(self) -> str:
+        return "necker"
+
+    @property
+    def quality(self) -> Quality:
+        """What the rules of exclusion found."""
+        return self.reports.quality
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        part = self.reports
+        yield Paragraph(counts(part.quality))
+        own = quality_sheets(part.quality, "necker")
+        seen = [] if part.data is None else screens(part.data)
+        own += [sheet for sheet in [screens_sheet(seen, "necker")] if sheet]
+        without = [*with_and_without("necker", part.quality, part.result, part.everyone, own)]
+        if isinstance(part.result, NotComputed):
+            yield Notice(part.result.reason)
+            yield from without
+            yield from output.tables(own)
+            return
+        yield from map(Paragraph, necker_findings(part.result))
+        yield from without
+        yield output.figure("necker", necker_figure(part.result, simulated=part.simulated), CAPTION)
+        if places := place_effects_of_cube(seen, part.result):
+            own = [place_sheet(places, "necker", "nonrigid share of the time"), *own]
+        yield from output.tables([*necker_sheets(part.result), *own])
+        yield from map(Paragraph, part.result.remarks)
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield from map(Paragraph, methods_necker(self.reports))
+        yield from output.tables(self.design_table())
+
+    def exports(self) -> Mapping[str, bytes]:
+        part = self.reports
+        computed = None if isinstance(part.result, NotComputed) else part.result
+        return report_files(part.table, part.kept, computed)

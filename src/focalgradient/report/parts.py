@@ -1,0 +1,114 @@
+"""The part of a report on one task: what `Task.reported` returns."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from focalgradient.dataset import DataSet
+from focalgradient.plotting.figures import as_files
+from focalgradient.progress import Progress
+from focalgradient.report.document import Block, Figure
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet
+from focalgradient.scales import Analysis
+from focalgradient.statistics import Rules
+
+__all__ = ["BOUND", "Asked", "Output", "Part"]
+
+BOUND = 1.2
+"""Rise at the largest aperture, as a ratio, below which it is equivalent to zero: unless another is stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Settings of a report.
+
+    Parameters
+    ----------
+    rules
+        Of exclusion.
+    bound
+        Of equivalence, a ratio; None where none was stated.
+    scale
+        Analysis of ratings; None: that of the design.
+    bayes
+        Whether ratings are analysed by Bayesian models, too.
+    progress
+        Called with the share done of the models that take long.
+    """
+
+    rules: Rules
+    bound: float | None = None
+    scale: Analysis | str | None = None
+    bayes: bool = False
+    progress: Progress | None = None
+
+    @property
+    def used_bound(self) -> float:
+        """The bound of equivalence, or the default."""
+        return BOUND if self.bound is None else self.bound
+
+
+class Output:
+    """Tables and figures of a report, by file, as parts add them."""
+
+    def __init__(self) -> None:
+        self.sheets: list[Sheet] = []
+        self.figures: dict[str, bytes] = {}
+
+    def tables(self, sheets: Iterable[Sheet]) -> list[Block]:
+        """Add tables; return those to read."""
+        added = list(sheets)
+        self.sheets += added
+        return [sheet.table for sheet in added if sheet.table]
+
+    def figure(self, name: str, drawn: Any, caption: str) -> Figure:
+        """Add a figure as PNG and PDF; return it with its caption."""
+        self.figures |= {f"{name}.{kind}": content for kind, content in as_files(drawn).items()}
+        return Figure(f"{name}.png", self.figures[f"{name}.png"], caption)
+
+
+class Part(ABC):
+    """The part of a report on one task, read and analysed."""
+
+    __slots__ = ()
+
+    data: DataSet | None
+    """Its part of the data set; None of a table of one's own."""
+    simulated: bool
+    """Whether observers were simulated."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """Heading."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Beginning of the names of its files."""
+
+    @abstractmethod
+    def findings(self, output: Output) -> Iterator[Block]:
+        """Return what was found: sentences, figures and tables, which are added to `output`."""
+
+    @abstractmethod
+    def methods(self, output: Output) -> Iterator[Block]:
+        """Return what was done, for a paper."""
+
+    @abstractmethod
+    def exports(self) -> Mapping[str, bytes]:
+        """Return the files for other software, by name: all trials as a table, and scripts."""
+
+    def design_table(self) -> list[Sheet]:
+        """Return every setting of the design as a table, with all its values where sessions differ."""
+        values: dict[str, dict[str, None]] = {}
+        for sidecar in {} if self.data is None else self.data.sidecars.values():
+            for setting, value in sidecar["Design"].items():
+                text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+                values.setdefault(setting, {})[text] = None
+        rows = [[setting, "; ".join(text)] for setting, text in values.items()]
+        return [listed(f"{self.name}_design.csv", "Design", ["setting", "value"], rows)] if self.data else []

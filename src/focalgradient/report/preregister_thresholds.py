@@ -1,0 +1,48 @@
+"""The preregistration of thresholds of blur, or of depth from blur."""
+
+from __future__ import annotations
+
+from focalgradient.design import BlurThresholdDesign
+from focalgradient.errors import InputError
+from focalgradient.report.preregistered import Planned, Preregistered
+from focalgradient.report.tables import many
+from focalgradient.report.thresholds import methods_thresholds, unit_of
+from focalgradient.statistics.thresholds import ATTENDING
+
+__all__ = ["preregister_thresholds"]
+
+
+def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Preregistered:
+    """Write the preregistration of thresholds.
+
+    Raises
+    ------
+    InputError
+        If an effect is given, which is of a test.
+    """
+    if asked.effects:
+        raise InputError(f"effect is of a test, but {design.task} tests none: leave it out.")
+    settings = design.model_dump()
+    what = "of blur" if design.judged == "blur" else "of depth from blur"
+    return Preregistered(
+        "Preregistration: thresholds " + what,
+        ["No hypothesis is tested: thresholds are estimated, with their intervals."],
+        f"The geometric mean over participants of the threshold {what} ({unit_of(settings)}).",
+        f"{many(len(design.scenes), 'scene')}, {many(design.repetitions, 'repetition')}, "
+        f"{many(design.catch_trials, 'catch trial')}, levels from {design.least_level:g} to {design.most_level:g} "
+        f"{unit_of(settings)}.",
+        ["Nobody is left out of the mean; the mean without those who miss catch trials stands beside it."],
+        None,
+        [*methods_thresholds(settings)],
+        "State the number of participants and its reason: there is no test whose power could give it.",
+        None,
+        neutral=[
+            f"Catch trials at the greatest level are answered rightly by {ATTENDING:.0%} or more of the participants’ "
+            "trials.",
+            "The levels reach beyond the thresholds: no interval of a threshold reaches an end of the levels.",
+        ],
+        failed=[
+            "Where a psychometric function cannot be fitted, or its interval reaches an end of the levels, the "
+            "participant is named, and the mean is given with and without.",
+        ],
+    )

@@ -1,0 +1,155 @@
+"""The part of the report on depth ratings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from focalgradient.dataset import DataSet
+from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
+from focalgradient.report.analysed import Ratings, analyse_ratings
+from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
+from focalgradient.report.displays import blur_seen, place_effects, place_sheet, screens, screens_sheet
+from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.exclusions import with_and_without
+from focalgradient.report.export import trial_files
+from focalgradient.report.gaze import gaze_part
+from focalgradient.report.parts import Asked, Output, Part
+from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
+from focalgradient.report.tables import quality_sheets, rating_sheets
+from focalgradient.report.words import counts, methods_ratings, rating_findings
+from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
+from focalgradient.statistics.posteriors import BayesResult
+
+__all__ = ["RatingPart"]
+
+BLUR_CAPTION = (
+    "The same over the largest blur of the pictures in minutes of arc, on the participants' own screens. Bars up and "
+    "down: 95 % intervals of the mean; to the sides: standard deviation for one participant, of what differs between "
+    "them and of the uncertainty of screen and viewing distance."
+)
+
+SCENES_CAPTION = (
+    "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
+    "largest aperture of each scene, with its 95 % interval over subjects."
+)
+
+ORDINAL_CAPTION = (
+    "Left and middle: mean shares of the steps of the scale over subjects, by aperture and fixation, the highest step "
+    "darkest. Right: the latent scale of the cumulative-link model in log odds, with 95 % intervals; dashed the "
+    "thresholds between the steps."
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RatingPart(Part):
+    """Depth ratings, of a data set or of a table.
+
+    Parameters
+    ----------
+    ratings
+        Analysed.
+    asked
+        Settings of the report.
+    posterior
+        The Bayesian models, where they were asked for and can be computed.
+    data, simulated
+        Those of `ratings`.
+    """
+
+    ratings: Ratings
+    asked: Asked
+    posterior: BayesResult | None
+    data: DataSet | None
+    simulated: bool
+
+    @classmethod
+    def of(cls, ratings: Ratings, asked: Asked) -> RatingPart:
+        """Make the part of analysed ratings; compute the Bayesian models where they are asked for."""
+        posterior = None
+        if asked.bayes and isinstance(ratings.result, DepthRatingResult):
+            posterior = bayes_analysis(ratings, ratings.result.analysis, asked.bound, asked.used_bound, asked.progress)
+        return cls(ratings, asked, posterior, ratings.data, ratings.simulated)
+
+    @classmethod
+    def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> RatingPart:
+        """Read and analyse the ratings of a data set; errors as `analyse_ratings`."""
+        ratings = analyse_ratings(
+            root, bound=asked.used_bound, scale=asked.scale, rules=asked.rules, progress=asked.progress
+        )
+        return cls.of(ratings, asked)
+
+    @property
+    def title(self) -> str:
+        return "Depth ratings"
+
+    @property
+    def name(self) -> str:
+        return "depth_rating"
+
+    @property
+    def quality(self) -> Quality:
+        """What the rules of exclusion found."""
+        return self.ratings.quality
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        part = self.ratings
+        yield Paragraph(counts(part.quality))
+        own = quality_sheets(part.quality, "depth_rating")
+        seen = [] if part.data is None else screens(part.data)
+        if places := place_effects(seen, part.kept, ratios=part.analysis.ratios):
+            unit = "logarithm of the ratings" if part.analysis.ratios else "units of the scale"
+            own = [place_sheet(places, "depth_rating", unit), *own]
+        own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
+        if part.factors:
+            own = [factor_sheet(part.factors, part.analysis), *own]
+        without = [*with_and_without("depth_rating", part.quality, part.main, part.everyone, own)]
+        if part.compared is not None:
+            yield from map(Paragraph, comparison_findings(part.compared))
+            yield from without
+            own = [*comparison_sheets(part.compared), *own]
+        elif isinstance(part.result, NotComputed):
+            yield Notice(part.result.reason)
+            yield from without
+        else:
+            yield from map(Paragraph, rating_findings(part.result))
+            yield from without
+            yield from self._figures(part.result, output)
+            own = [*rating_sheets(part.result), *own]
+        yield from output.tables(own)
+        if isinstance(part.result, DepthRatingResult):
+            yield from map(Paragraph, part.result.remarks)
+        yield from gaze_part(part, output.sheets)
+        if self.posterior is not None:
+            yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
+
+    def _figures(self, result: DepthRatingResult, output: Output) -> Iterator[Block]:
+        simulated, data = self.simulated, self.ratings.data
+        if isinstance(result.ordinal, OrdinalResult):
+            yield output.figure("depth_rating", ordinal_figure(result, simulated=simulated), ORDINAL_CAPTION)
+        else:
+            ratio = any(mean.ratio is not None for mean in result.subject_means)
+            what = "Increase in the impression of depth over the pinhole" if ratio else "Ratings of depth"
+            bold = "" if not result.means else "; geometric mean over subjects and its 95 % interval bold"
+            caption = f"{what}, by aperture: each subject thin{bold}."
+            yield output.figure("depth_rating", depth_rating_figure(result, simulated=simulated), caption)
+        blur = {} if data is None else blur_seen(data, screens(data), result.participants)
+        if blur and result.means:
+            yield output.figure("depth_rating_blur", blur_figure(result, blur, simulated=simulated), BLUR_CAPTION)
+        if result.scene_means:
+            yield output.figure("depth_rating_scenes", scenes_figure(result, simulated=simulated), SCENES_CAPTION)
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield from map(Paragraph, methods_ratings(self.ratings, self.asked.used_bound))
+        if self.posterior is not None:
+            yield Paragraph(bayes_methods(self.posterior))
+        yield from output.tables(self.design_table())
+        if self.asked.bound is None and self.ratings.analysis.ratios:
+            used = self.asked.used_bound
+            yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
+
+    def exports(self) -> Mapping[str, bytes]:
+        part = self.ratings
+        result = None if isinstance(part.result, NotComputed) else part.result
+        return trial_files(part.table, part.kept, part.compared or result)

@@ -1,0 +1,167 @@
+"""Effects of the conditions of any task: slopes on conditions that are numbers, differences between other levels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.means import family, paired_effect
+from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.records import Effect, NotComputed
+
+__all__ = ["ConditionTest", "condition_tests", "planned_tests"]
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionTest:
+    """One test of the effect of a condition on an answer.
+
+    Parameters
+    ----------
+    answer
+        Column of the answer.
+    factor
+        Column of the condition.
+    level, against
+        The levels that are compared; None of a factor of three numbers or more, whose slope is tested.
+    log
+        Whether the answer is a ratio, analysed on its natural logarithm.
+    effect
+        The slope of the answer by unit of the factor, or its difference between the levels; None before there are data.
+    """
+
+    answer: str
+    factor: str
+    level: str | None = None
+    against: str | None = None
+    log: bool = False
+    effect: Effect | NotComputed | None = None
+
+    @property
+    def name(self) -> str:
+        """What is tested, in words.
+
+        >>> ConditionTest("blur", "sigma_arcmin").name, ConditionTest("rating", "eye", "left", "right", log=True).name
+        ('slope of blur on sigma_arcmin', 'log rating, eye left less right')
+        """
+        answer = f"log {self.answer}" if self.log else self.answer
+        if self.level is None:
+            return f"slope of {answer} on {self.factor}"
+        return f"{answer}, {self.factor} {self.level} less {self.against}"
+
+
+def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[object]]) -> tuple[ConditionTest, ...]:
+    """List the tests of a task, before there are data.
+
+    Parameters
+    ----------
+    answers
+        Columns of answers; whether each is a ratio.
+    factors
+        Columns of conditions with their levels, in the order in which they are compared.
+
+    Returns
+    -------
+    tuple
+        Of each answer and factor the slope where the factor has three or more levels, all numbers; otherwise each level
+        less the first. None of a factor of one level.
+
+    Examples
+    --------
+    >>> [test.name for test in planned_tests({"blur": False}, {"sigma": [1.0, 2.0, 4.0], "eye": ["left", "right"]})]
+    ['slope of blur on sigma', 'blur, eye right less left']
+    """
+    tests = []
+    for answer, log in answers.items():
+        for factor, levels in factors.items():
+            numbers = all(isinstance(one, int | float) and not isinstance(one, bool) for one in levels)
+            if numbers and len(levels) >= 3:
+                tests.append(ConditionTest(answer, factor, log=log))
+            else:
+                first, *others = map(_text, levels)
+                tests += [ConditionTest(answer, factor, level, first, log) for level in others]
+    return tuple(tests)
+
+
+def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tuple[ConditionTest, ...]:
+    """Test the effects of conditions over subjects; probabilities are corrected by Holm's method as one family.
+
+    A subject's answers are averaged within each of its conditions, then over the other factors' levels. A slope is that
+    of least squares on the factor within each subject. Levels that each subject saw are compared by a paired t-test,
+    levels of different subjects by Welch's.
+
+    Parameters
+    ----------
+    table
+        A row a trial, with `participant_id` and the columns of the tests; no catch trials.
+    planned
+        What is tested: see `planned_tests`.
+
+    Returns
+    -------
+    tuple
+        The same with `effect`.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, or an answer that is a ratio is not above 0.
+
+    Examples
+    --------
+    >>> rows = [{"participant_id": who, "sigma": sigma, "blur": who + sigma * (1 + 0.1 * who)}
+    ...         for who in range(4) for sigma in (1.0, 2.0, 4.0)]
+    >>> [found] = condition_tests(pd.DataFrame(rows), planned_tests({"blur": False}, {"sigma": [1.0, 2.0, 4.0]}))
+    >>> round(found.effect.estimate, 3)
+    1.15
+    """
+    factors = list(dict.fromkeys(test.factor for test in planned))
+    answers = list(dict.fromkeys(test.answer for test in planned))
+    if missing := [name for name in ("participant_id", *factors, *answers) if name not in table]:
+        raise InputError(f"the table has no column {missing[0]}: add it.")
+    rows = table.astype(dict.fromkeys(answers, float))
+    for answer in {test.answer for test in planned if test.log}:
+        if not (rows[answer].dropna() > 0).all():
+            raise InputError(f"{answer} is a ratio, but has values of 0 or less: mend them.")
+    effects = family(_effect(rows, factors, test) for test in planned)
+    return tuple(
+        ConditionTest(test.answer, test.factor, test.level, test.against, test.log, effect)
+        for test, effect in zip(planned, effects, strict=True)
+    )
+
+
+def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effect | NotComputed:
+    values = np.log(rows[test.answer]) if test.log else rows[test.answer]
+    cells = values.groupby([rows["participant_id"], *(rows[name] for name in factors)]).mean()
+    own: Any = cells.groupby(["participant_id", test.factor]).mean().unstack(test.factor)
+    if test.level is None:
+        return paired_effect(_slopes(own), "least-squares slope within subject, t over subjects")
+    by_text = {_text(level): own[level] for level in own}
+    if test.level not in by_text or test.against not in by_text:
+        return NotComputed(f"There are no answers with {test.factor} {test.level} or {test.against}.")
+    one, other = by_text[test.level], by_text[test.against]
+    both = (one - other).dropna()
+    if len(both):
+        return paired_effect(both.to_numpy(), "paired t over subjects")
+    return welch(one.dropna().to_numpy(float), other.dropna().to_numpy(float))
+
+
+def _slopes(own: pd.DataFrame) -> list[float]:
+    """Least-squares slope of each subject who has two levels or more."""
+    x = np.array([float(str(level)) for level in own])
+    slopes = []
+    for row in own.to_numpy(float):
+        known = np.isfinite(row)
+        if known.sum() >= 2:
+            centred = x[known] - x[known].mean()
+            slopes.append(float(centred @ row[known] / (centred @ centred)))
+    return slopes
+
+
+def _text(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
