@@ -13,7 +13,7 @@ from focalgradient.plotting.figures import BLUE, GREY, ORANGE, new_figure, style
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, ThresholdResult
 
-__all__ = ["draw_functions", "draw_thresholds", "threshold_figure"]
+__all__ = ["draw_functions", "draw_thresholds", "logarithmic", "threshold_figure"]
 
 MOST_ROWS = 40
 """Participants whose names stand beside the axis; of more every second one has a row, and so on."""
@@ -52,7 +52,7 @@ def draw_functions(ax: Axes, result: ThresholdResult) -> Axes:
     ax.axhline(0.75, color=GREY, linewidth=0.6, linestyle="--")
     ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="share of right answers")
     ax.set_title("Psychometric functions")
-    _logarithmic(ax, levels)
+    logarithmic(ax, levels)
     return ax
 
 
@@ -78,7 +78,7 @@ def draw_thresholds(ax: Axes, result: ThresholdResult) -> Axes:
     ax.set_yticks(range(0, len(names), every), names[::every])
     ax.set(ylim=(len(names) - 0.4, -0.6), xlabel=_axis(result))
     ax.set_title("Thresholds, 95 % intervals")
-    _logarithmic(ax, values)
+    logarithmic(ax, values)
     if any(one.known is not None for one, _ in fitted):
         ax.legend(loc="best", handlelength=0.8)
     return ax
@@ -88,7 +88,7 @@ def _axis(result: ThresholdResult) -> str:
     return "added defocus (D)" if result.unit == "D" else "added aperture (mm)"
 
 
-def _logarithmic(ax: Axes, values: list[float]) -> None:
+def logarithmic(ax: Axes, values: list[float]) -> None:
     """A logarithmic axis with ticks at 1, 2 and 5 of each decade."""
     ax.set_xscale("log")
     if values:

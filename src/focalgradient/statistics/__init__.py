@@ -34,6 +34,14 @@ from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_factors import FactorEffect, factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
+from focalgradient.statistics.psychometric import fit_psychometric_groups
+from focalgradient.statistics.psychometric_records import (
+    GroupFunction,
+    PersonFunction,
+    PsychometricGroups,
+    ThresholdDifference,
+)
+from focalgradient.statistics.psychometric_shapes import SHAPES, Shape
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -53,6 +61,7 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
+    "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
     "ComparisonTests",
@@ -69,6 +78,7 @@ __all__ = [
     "FactorEffect",
     "FixationResult",
     "GradientEffect",
+    "GroupFunction",
     "Interval",
     "NeckerResult",
     "NotComputed",
@@ -77,17 +87,21 @@ __all__ = [
     "OwnReports",
     "PeopleDominance",
     "PerceptShare",
+    "PersonFunction",
+    "PsychometricGroups",
     "Quality",
     "RatingMean",
     "Rules",
     "Scale",
     "SceneMean",
+    "Shape",
     "StepShare",
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
     "SubjectThreshold",
     "Threshold",
+    "ThresholdDifference",
     "ThresholdFit",
     "ThresholdResult",
     "Unjudged",
@@ -99,6 +113,7 @@ __all__ = [
     "depth_rating",
     "factor_effects",
     "fit_durations_of_people",
+    "fit_psychometric_groups",
     "fit_threshold",
     "necker",
     "planned_tests",

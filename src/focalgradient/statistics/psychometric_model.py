@@ -1,0 +1,474 @@
+"""A psychometric function with effects of people, fitted by restricted maximum likelihood with Laplace's approximation.
+
+P(right) = guess + (1 - guess - lapse) F(exp(w) (x - t)). The threshold t, the log slope w and the log odds of lapse and
+guess are each a mean (fixed effects b, one a condition) plus a normal deviation of the person (standard deviation times
+v, v standard normal). Fixed effects and deviations are integrated out together about their joint mode, as REML does it
+for normal answers (Laplace's approximation; Tierney & Kadane 1986); the standard deviations maximise what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special, stats
+
+from focalgradient.statistics.psychometric_shapes import Shape
+
+__all__ = ["Counts", "Layout", "ModelFit", "fit_model"]
+
+FloatArray = NDArray[np.float64]
+
+PARAMETERS = 4
+"""Threshold, log slope, log odds of the lapse rate and of the guess rate, in this order."""
+
+PLACES = {
+    "threshold": 0,
+    "threshold by condition": 0,
+    "log slope": 1,
+    "log odds of lapse": 2,
+    "log odds of guess": 3,
+}
+"""Parameter that each standard deviation over people is of."""
+
+LAPSE_PRIOR = (1.0, 20.0)
+"""Beta prior of a lapse rate that is estimated, and of a guess rate: mean 5 %, Wichmann & Hill's (2001) upper end for
+trained people."""
+
+SLOPE_PRIOR = (math.log(2), 1.0)
+"""Mean and standard deviation of the normal prior of a log slope, levels in units of their standard deviation: two
+thirds of all functions rise from 27 to 73 % of the way over 0.4 to 2.7 of these (logistic). It bounds the slope where
+answers are separated."""
+
+LEAST_PROBABILITY = 1e-9
+"""Of an answer: keeps logarithms finite where neither guess nor lapse is possible."""
+
+LEAST_SD, LARGEST_SD = 1e-3, 5.0
+"""Limits on the standard deviations over people, of standardised levels, log slopes and log odds."""
+
+LEAST_CORRELATION, LARGEST_CORRELATION = 1e-4, 0.9
+"""Limits on the correlation of the answers of one block (overdispersion)."""
+
+RATE_SD_PRIOR = 0.5
+"""Scale of the half-normal penalty on the standard deviation of log odds of lapses (and guesses) over people: a handful
+of lapses says next to nothing of it. 95 % of all people then differ by less than a factor of 7."""
+
+NEWTON_STEPS = 100
+"""Steps of the search for the joint mode, of which 4 to 10 are usual."""
+
+NEWTON_END = 1e-9
+"""Newton decrement (in units of log probability) at which that search ends."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Counts:
+    """Answers counted: an entry for each person, condition and level (and block).
+
+    Parameters
+    ----------
+    x
+        Level, or its logarithm, standardised.
+    right, shown
+        How many were right, of how many.
+    person, condition
+        Numbers from 0 up; sorted by person.
+    """
+
+    x: FloatArray
+    right: FloatArray
+    shown: FloatArray
+    person: NDArray[np.int_]
+    condition: NDArray[np.int_]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Which parameters are estimated, and which differ over people.
+
+    Parameters
+    ----------
+    conditions
+        How many.
+    within
+        Whether people took part in several conditions, so that their thresholds differ by condition, too.
+    people
+        Whether there are several people.
+    guess, lapse
+        The known rate, or None where it is estimated.
+    own_guess, own_lapse
+        Whether an estimated rate differs over people.
+    overdispersed
+        Whether answers of one block may go together (beta-binomial).
+    """
+
+    conditions: int
+    within: bool
+    people: bool
+    guess: float | None
+    lapse: float | None
+    own_guess: bool
+    own_lapse: bool
+    overdispersed: bool
+
+    @property
+    def fixed(self) -> int:
+        """Number of fixed effects: thresholds, log slopes by condition, then lapse and guess where estimated."""
+        return 2 * self.conditions + (self.lapse is None) + (self.guess is None)
+
+    @property
+    def sds(self) -> tuple[str, ...]:
+        """Names of the standard deviations over people."""
+        if not self.people:
+            return ()
+        wanted = {
+            "threshold": True,
+            "threshold by condition": self.within,
+            "log slope": True,
+            "log odds of lapse": self.lapse is None and self.own_lapse,
+            "log odds of guess": self.guess is None and self.own_guess,
+        }
+        return tuple(name for name, there in wanted.items() if there)
+
+    def columns(self, condition: NDArray[np.int_]) -> tuple[FloatArray, FloatArray, NDArray[np.int_]]:
+        """Columns of the fixed effects and of the deviations in conditions (size x 4 x each), and the SD each has."""
+        size, c = len(condition), self.conditions
+        place = np.arange(size)
+        fixed = np.zeros((size, PARAMETERS, self.fixed))
+        fixed[place, 0, condition] = 1
+        fixed[place, 1, c + condition] = 1
+        if self.lapse is None:
+            fixed[:, 2, 2 * c] = 1
+        if self.guess is None:
+            fixed[:, 3, -1] = 1
+        random, which = [np.zeros((size, PARAMETERS, 0))], []
+        for number, name in enumerate(self.sds):
+            own = condition[:, None] == np.arange(c) if name == "threshold by condition" else np.ones((size, 1))
+            columns = np.zeros((size, PARAMETERS, own.shape[1]))
+            columns[:, PLACES[name]] = own
+            random.append(columns)
+            which += [number] * own.shape[1]
+        return fixed, np.concatenate(random, axis=2), np.array(which, dtype=int)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelFit:
+    """A fitted model.
+
+    Parameters
+    ----------
+    fixed, covariance
+        Fixed effects as in `Layout.fixed`, and their covariance.
+    sds, sd_errors
+        Standard deviations over people as in `Layout.sds`, and the standard errors of their logarithms (NaN at a
+        limit).
+    deviations
+        Each person's deviations (people x columns of `Layout.columns`).
+    person_covariance
+        Joint covariance of fixed effects and deviations of each person (people x both x both).
+    correlation, correlation_error
+        Of answers of one block, None where not estimated; and the standard error of its log odds.
+    log_likelihood
+        Restricted, at the maximum.
+    """
+
+    fixed: FloatArray
+    covariance: FloatArray
+    sds: FloatArray
+    sd_errors: FloatArray
+    deviations: FloatArray
+    person_covariance: FloatArray
+    correlation: float | None
+    correlation_error: float
+    log_likelihood: float
+
+
+def fit_model(
+    counts: Counts, layout: Layout, shape: Shape, watch: Callable[[int], None] = lambda step: None
+) -> ModelFit | None:
+    """Fit by restricted maximum likelihood; None where the search ends without a maximum."""
+    model = _Model(counts, layout, shape)
+    sds = len(layout.sds)
+    start = np.zeros(sds)
+    low, high = [math.log(LEAST_SD)] * sds, [math.log(LARGEST_SD)] * sds
+    if layout.overdispersed:
+        start = np.append(start, special.logit(0.05))
+        low.append(float(special.logit(LEAST_CORRELATION)))
+        high.append(float(special.logit(LARGEST_CORRELATION)))
+    tried = [0]
+
+    def cost(free: FloatArray) -> float:
+        tried[0] += 1
+        watch(tried[0])
+        return -model.integrated(free)
+
+    free, best = start, math.inf
+    bounds = list(zip(low, high, strict=True))
+    for spread in STARTS if len(start) else ():
+        at = np.concatenate([np.log(np.full(sds, spread)), start[sds:]])
+        for _ in range(2):  # again from the mode that belongs to where the first search ended
+            model.anchor_at(at)
+            found = optimize.minimize(cost, at, method="L-BFGS-B", bounds=bounds, options={"eps": 1e-3, "ftol": 1e-8})
+            at = np.asarray(found.x, float)
+            if found.fun < best:
+                free, best = at, float(found.fun)
+    model.anchor_at(free)
+    best = cost(free)
+    if not math.isfinite(best) or best >= IMPOSSIBLE:
+        return None
+    errors = _outer_errors(cost, free, np.array(low), np.array(high))
+    model.integrated(free)
+    covariance, together = model.covariances()
+    units = np.concatenate([np.ones(layout.fixed), np.exp(free[:sds])[model.which]])
+    return ModelFit(
+        model.b.copy(),
+        covariance,
+        np.exp(free[:sds]),
+        errors[:sds],
+        model.v * units[layout.fixed :],
+        together * units * units[:, None],
+        float(special.expit(free[-1])) if layout.overdispersed else None,
+        float(errors[-1]) if layout.overdispersed else math.nan,
+        -best,
+    )
+
+
+IMPOSSIBLE = 1e10
+"""Cost where there is no joint mode."""
+
+STARTS = (0.3, 1.0)
+"""Standard deviations that the search begins from: the joint density can have two modes of nearly the same height, as
+where a function rises between two levels, and what is left of the integral then a maximum for each."""
+
+OUTER_STEP = 0.05
+"""Step of the second differences by the logarithms of standard deviations."""
+
+
+def _outer_errors(cost: Callable[[FloatArray], float], at: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Standard errors of the logarithms of the standard deviations; NaN for those at a limit."""
+    errors = np.full(len(at), math.nan)
+    inner = np.flatnonzero((at > low + 2 * OUTER_STEP) & (at < high - 2 * OUTER_STEP))
+    if not inner.size:
+        return errors
+    steps = np.eye(len(at))[inner] * OUTER_STEP
+    here = cost(at)
+    up, down = [cost(at + step) for step in steps], [cost(at - step) for step in steps]
+    second = np.diag([one + other - 2 * here for one, other in zip(up, down, strict=True)])
+    for j in range(len(inner)):
+        for k in range(j):
+            second[j, k] = second[k, j] = (
+                cost(at + steps[j] + steps[k])
+                + cost(at - steps[j] - steps[k])
+                - up[j]
+                - down[j]
+                - up[k]
+                - down[k]
+                + 2 * here
+            ) / 2
+    second /= OUTER_STEP**2
+    with np.errstate(invalid="ignore"):
+        found = np.diag(np.linalg.pinv(second, hermitian=True))
+        errors[inner] = np.where(found > 0, np.sqrt(np.maximum(found, 0)), math.nan)
+    return errors
+
+
+class _Model:
+    """The joint density of answers, fixed effects and deviations, and its integral over both."""
+
+    def __init__(self, counts: Counts, layout: Layout, shape: Shape):
+        self.counts, self.layout, self.shape = counts, layout, shape
+        key = counts.person * layout.conditions + counts.condition
+        groups, self.entries, self.group = np.unique(key, return_index=True, return_inverse=True)
+        self.owner = groups // layout.conditions  # the person of each group: answers of one person in one condition
+        self.columns, self.random, self.which = layout.columns(groups % layout.conditions)
+        self.people = int(counts.person.max()) + 1
+        self.first = np.searchsorted(self.owner, np.arange(self.people))
+        self.b = self._start()
+        self.v = np.zeros((self.people, len(self.which)))
+        self.anchor = self.b, self.v
+        self._curvature: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def _start(self) -> FloatArray:
+        """Thresholds where three answers in four above the guess rate are right, by a line through all answers."""
+        c = self.counts
+        guess = 0.0 if self.layout.guess is None else self.layout.guess
+        b = np.zeros(self.layout.fixed)
+        for condition in range(self.layout.conditions):
+            own = c.condition == condition
+            levels = np.unique(c.x[own])
+            share = np.array([c.right[own & (c.x == x)].sum() / c.shown[own & (c.x == x)].sum() for x in levels])
+            weight = np.array([c.shown[own & (c.x == x)].sum() for x in levels])
+            rising = optimize.isotonic_regression(share, weights=weight).x
+            middle = guess + (1 - guess) / 2
+            b[condition] = levels[min(int(np.searchsorted(rising, middle)), len(levels) - 1)]
+        b[self.layout.conditions : 2 * self.layout.conditions] = math.log(1.5)
+        b[2 * self.layout.conditions :] = special.logit(0.03)
+        return b
+
+    def _eta(self, b: FloatArray, v: FloatArray, sd: FloatArray) -> FloatArray:
+        own = self.columns @ b + (self.random @ (v * sd)[self.owner][:, :, None])[:, :, 0]
+        return np.asarray(own[self.group])
+
+    def _answers(self, p: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Log probability of each entry, its first derivative by p, the negative second, and its expectation."""
+        k, n = self.counts.right, self.counts.shown
+        if not self.layout.overdispersed:
+            value = k * np.log(p) + (n - k) * np.log1p(-p)
+            curve = k / p**2 + (n - k) / (1 - p) ** 2
+            return value, k / p - (n - k) / (1 - p), curve, n / (p * (1 - p))
+        rho = special.expit(free[-1])
+        m = (1 - rho) / rho
+        a, b = m * p, m * (1 - p)
+        value = special.betaln(k + a, n - k + b) - special.betaln(a, b)
+        slope = m * (special.psi(k + a) - special.psi(a) - special.psi(n - k + b) + special.psi(b))
+        tri = special.polygamma
+        curve = -(m**2) * (tri(1, k + a) - tri(1, a) + tri(1, n - k + b) - tri(1, b))
+        return value, slope, curve, n / (p * (1 - p) * (1 + (n - 1) * rho))
+
+    def _height(self, b: FloatArray, v: FloatArray, sd: FloatArray, free: FloatArray) -> float:
+        p = self._probability(self._eta(b, v, sd))[0]
+        return float(self._answers(p, free)[0].sum() - (v**2).sum() / 2 + self._prior(b)[0])
+
+    def _prior(self, b: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Log prior of the rates (beta, on their log odds), and its first and negative second derivatives."""
+        value, first, second = 0.0, np.zeros(len(b)), np.zeros(len(b))
+        own = np.arange(2 * self.layout.conditions, len(b))
+        one, other = LAPSE_PRIOR
+        rate = special.expit(b[own])
+        value = float((one * special.log_expit(b[own]) + other * special.log_expit(-b[own])).sum())
+        first[own] = one - (one + other) * rate
+        second[own] = (one + other) * rate * (1 - rate)
+        steep = np.arange(self.layout.conditions, 2 * self.layout.conditions)
+        away = (b[steep] - SLOPE_PRIOR[0]) / SLOPE_PRIOR[1]
+        value -= float((away**2).sum()) / 2
+        first[steep], second[steep] = -away / SLOPE_PRIOR[1], 1 / SLOPE_PRIOR[1] ** 2
+        return value, first, second
+
+    def _probability(self, eta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Probability of a right answer, and its first and second derivatives by the four parameters."""
+        lapse = special.expit(eta[:, 2]) if self.layout.lapse is None else np.full(len(eta), self.layout.lapse)
+        guess = special.expit(eta[:, 3]) if self.layout.guess is None else np.full(len(eta), self.layout.guess)
+        slope = np.exp(np.clip(eta[:, 1], -20, 20))
+        z = np.clip(slope * (self.counts.x - eta[:, 0]), -60, 60)
+        f, f1, f2 = self.shape.values(z)
+        span = 1 - guess - lapse
+        p = np.clip(guess + span * f, LEAST_PROBABILITY, 1 - LEAST_PROBABILITY)
+        first = np.empty((len(p), PARAMETERS))
+        dl, dg = lapse * (1 - lapse), guess * (1 - guess)
+        first[:, 0], first[:, 1] = -span * f1 * slope, span * f1 * z
+        first[:, 2], first[:, 3] = -dl * f, dg * (1 - f)
+        second = np.zeros((len(p), PARAMETERS, PARAMETERS))
+        second[:, 0, 0] = span * f2 * slope**2
+        second[:, 0, 1] = second[:, 1, 0] = -span * slope * (f2 * z + f1)
+        second[:, 1, 1] = span * (f2 * z**2 + f1 * z)
+        second[:, 2, 2], second[:, 3, 3] = -dl * (1 - 2 * lapse) * f, dg * (1 - 2 * guess) * (1 - f)
+        for rate, by in ((2, dl), (3, dg)):
+            second[:, rate, 0] = second[:, 0, rate] = by * f1 * slope
+            second[:, rate, 1] = second[:, 1, rate] = -by * f1 * z
+        return p, first, second
+
+    def _derivatives(
+        self, sd: FloatArray, free: FloatArray, exact: bool
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Gradients by b and v; negative second derivatives by b, by b and v, and by v, of each person.
+
+        Without `exact` their expectation, Fisher's information, which is positive anywhere.
+        """
+        p, first, second = self._probability(self._eta(self.b, self.v, sd))
+        _, slope, curve, expected = self._answers(p, free)
+        inner = (curve if exact else expected)[:, None, None] * first[:, :, None] * first[:, None, :]
+        if exact:
+            inner = inner - slope[:, None, None] * second
+        inner = np.add.reduceat(inner, self.entries)
+        outer = np.add.reduceat(slope[:, None] * first, self.entries)[:, None, :]
+        columns = np.concatenate([self.columns, self.random * sd], axis=2)
+        gradient = np.add.reduceat((outer @ columns)[:, 0], self.first)
+        curved = np.add.reduceat(columns.transpose(0, 2, 1) @ inner @ columns, self.first)
+        size = self.layout.fixed
+        _, prior_slope, prior_curve = self._prior(self.b)
+        return (
+            gradient[:, :size].sum(axis=0) + prior_slope,
+            gradient[:, size:] - self.v,
+            curved[:, :size, :size].sum(axis=0) + np.diag(prior_curve),
+            curved[:, :size, size:],
+            curved[:, size:, size:] + np.eye(len(self.which)),
+        )
+
+    def anchor_at(self, free: FloatArray) -> None:
+        """Begin all searches for the mode from that at `free`."""
+        self.anchor = self._start(), np.zeros_like(self.v)
+        if self.integrated(free) > -IMPOSSIBLE:
+            self.anchor = self.b, self.v
+
+    def integrated(self, free: FloatArray) -> float:
+        """Log of the integral of the joint density over fixed effects and deviations, with penalties on SDs of rates.
+
+        `free`: the logarithms of the standard deviations, and the log odds of the correlation where there is one.
+        """
+        sds = np.exp(free[: len(self.layout.sds)])
+        sd = sds[self.which] if len(self.which) else np.zeros(0)
+        self.b, self.v = self.anchor  # the same everywhere, so that the value depends on nothing but `free`
+        if not self._find_mode(sd, free):
+            return -IMPOSSIBLE
+        _, _, bb, bv, vv = self._derivatives(sd, free, exact=False)
+        own = np.linalg.slogdet(vv)[1]
+        schur = bb - (bv @ np.linalg.solve(vv, bv.transpose(0, 2, 1))).sum(axis=0)
+        self._curvature = (schur, bv, vv)
+        penalty = sum(
+            float(stats.halfnorm.logpdf(value, scale=RATE_SD_PRIOR)) + math.log(value)
+            for name, value in zip(self.layout.sds, sds, strict=True)
+            if "odds" in name
+        )
+        height = self._height(self.b, self.v, sd, free)
+        size = self.layout.fixed
+        return height - float(own.sum() + np.linalg.slogdet(schur)[1] - size * math.log(2 * math.pi)) / 2 + penalty
+
+    def _find_mode(self, sd: FloatArray, free: FloatArray) -> bool:
+        """Newton's method with halved steps, from where the last search ended."""
+        best = self._height(self.b, self.v, sd, free)
+        for _ in range(NEWTON_STEPS):
+            for exact in (True, False):
+                by_b, by_v, bb, bv, vv = self._derivatives(sd, free, exact)
+                solved = np.linalg.solve(vv, np.concatenate([bv.transpose(0, 2, 1), by_v[:, :, None]], axis=2))
+                taken = (bv @ solved).sum(axis=0)
+                schur, right = bb - taken[:, :-1], by_b - taken[:, -1]
+                if np.linalg.eigvalsh(schur)[0] <= 1e-10 or (len(self.which) and np.linalg.eigvalsh(vv).min() <= 0):
+                    continue
+                step_b = np.linalg.solve(schur, right)
+                step_v = solved[:, :, -1] - solved[:, :, :-1] @ step_b
+                gain = float(by_b @ step_b + (by_v * step_v).sum())
+                if gain > -1e-12:
+                    break
+            else:
+                return False
+            if gain < NEWTON_END:
+                return True
+            scale = min(1.0, 2.0 / max(1e-12, float(np.abs(step_b).max()), float(np.abs(step_v).max(initial=0.0))))
+            for _ in range(30):
+                b, v = self.b + scale * step_b, self.v + scale * step_v
+                height = self._height(b, v, sd, free)
+                if height > best:
+                    break
+                scale /= 2
+            else:
+                return gain < 1e-5
+            self.b, self.v, best = b, v, height
+        return False
+
+    def covariances(self) -> tuple[FloatArray, FloatArray]:
+        """Covariance of the fixed effects, and jointly with each person's v."""
+        assert self._curvature is not None
+        schur, bv, vv = self._curvature
+        covariance = np.linalg.inv(schur)
+        own = np.linalg.inv(vv)
+        turn = -own @ bv.transpose(0, 2, 1)  # dv / db
+        cross = turn @ covariance
+        size = self.layout.fixed
+        together = np.empty((self.people, size + len(self.which), size + len(self.which)))
+        together[:, :size, :size] = covariance
+        together[:, size:, :size] = cross
+        together[:, :size, size:] = cross.transpose(0, 2, 1)
+        together[:, size:, size:] = own + cross @ turn.transpose(0, 2, 1)
+        return np.asarray(covariance, float), together

@@ -1,0 +1,94 @@
+"""Sigmoids of psychometric functions: their values and derivatives, each with the value 1/2 at the threshold."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from focalgradient.errors import InputError, described
+
+__all__ = ["SHAPES", "Shape", "shape_named"]
+
+FloatArray = NDArray[np.float64]
+
+
+class Shape(ABC):
+    """A sigmoid F with F(0) = 1/2, of the standardised level z = slope x (level - threshold)."""
+
+    logarithmic: ClassVar[bool]
+    """Whether levels are taken on their natural logarithm: they are then above 0, and thresholds are multiplied."""
+    words: ClassVar[str]
+
+    @abstractmethod
+    def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """F and its first and second derivatives."""
+
+
+class Weibull(Shape):
+    """1 - 2^-(level / threshold)^slope."""
+
+    logarithmic: ClassVar[bool] = True
+    words: ClassVar[str] = "Weibull function"
+
+    def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        rate = math.log(2) * np.exp(np.minimum(z, 40.0))
+        missed = np.exp(-rate)
+        return -np.expm1(-rate), rate * missed, rate * missed * (1 - rate)
+
+
+class Logistic(Shape):
+    """1 / (1 + exp(-z)) of the level itself."""
+
+    logarithmic: ClassVar[bool] = False
+    words: ClassVar[str] = "logistic function"
+
+    def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        f = special.expit(z)
+        return f, f * (1 - f), f * (1 - f) * (1 - 2 * f)
+
+
+class Normal(Shape):
+    """Cumulative normal of the level itself."""
+
+    logarithmic: ClassVar[bool] = False
+    words: ClassVar[str] = "cumulative normal"
+
+    def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        density = np.exp(-(z**2) / 2) / math.sqrt(2 * math.pi)
+        return special.ndtr(z), density, -z * density
+
+
+class LogNormal(Normal):
+    """Cumulative normal of the logarithm of the level."""
+
+    logarithmic: ClassVar[bool] = True
+    words: ClassVar[str] = "cumulative normal of the logarithm"
+
+
+SHAPES: dict[str, Shape] = {"weibull": Weibull(), "lognormal": LogNormal(), "logistic": Logistic(), "normal": Normal()}
+"""By the name that `fit_psychometric_groups` takes."""
+
+
+def shape_named(shape: Shape | str) -> Shape:
+    """Return the sigmoid of a name; a `Shape` is returned as it is.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> shape_named("weibull").logarithmic
+    True
+    """
+    if isinstance(shape, Shape):
+        return shape
+    if not (isinstance(shape, str) and shape in SHAPES):
+        raise InputError(f"shape is {described(shape)}, but must be one of {', '.join(map(repr, SHAPES))}.")
+    return SHAPES[shape]

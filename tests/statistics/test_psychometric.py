@@ -1,0 +1,120 @@
+"""Hierarchical psychometric functions: derivatives, recovery, pooling, and wrong tables."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.errors import InputError
+from focalgradient.statistics import SHAPES, NotComputed, PsychometricGroups, fit_psychometric_groups
+from focalgradient.statistics.psychometric import psychometric_data
+from focalgradient.statistics.psychometric_model import _Model
+
+
+def answered(people=6, conditions=("near", "far"), trials=90, ratio=1.5, seed=1, lapse=0.02, guess=0.5):
+    rng = np.random.default_rng(seed)
+    rows = []
+    for person, own in enumerate(math.log(0.2) + 0.3 * rng.standard_normal(people)):
+        for number, condition in enumerate(conditions):
+            level = np.resize(np.geomspace(0.05, 0.8, 9), trials)
+            detected = 1 - 0.5 ** ((level / math.exp(own + number * math.log(ratio))) ** 3.5)
+            right = rng.random(trials) < guess + (1 - guess - lapse) * detected
+            rows.append(pd.DataFrame({"participant_id": f"p{person}", "condition": condition, "level": level}))
+            rows[-1]["correct"] = right
+    return pd.concat(rows, ignore_index=True)
+
+
+@pytest.mark.parametrize("shape", sorted(SHAPES))
+def test_derivatives_are_those_of_differences(shape):
+    z = np.linspace(-3, 3, 13)
+    value, first, second = SHAPES[shape].values(z)
+    above, below = SHAPES[shape].values(z + 1e-5), SHAPES[shape].values(z - 1e-5)
+    assert SHAPES[shape].values(np.zeros(1))[0] == pytest.approx(0.5)
+    assert first == pytest.approx((above[0] - below[0]) / 2e-5, abs=1e-8)
+    assert second == pytest.approx((above[1] - below[1]) / 2e-5, abs=1e-8)
+    assert (np.diff(value) > 0).all()
+
+
+@pytest.mark.parametrize("overdispersed", [False, True])
+def test_gradient_of_the_joint_density_is_that_of_differences(overdispersed):
+    data = psychometric_data(answered(3), guess="people", lapse="people", overdispersed=overdispersed)
+    model = _Model(data.counts, data.layout, data.shape)
+    rng = np.random.default_rng(2)
+    model.b = model.b + 0.2 * rng.standard_normal(model.b.shape)
+    model.v = rng.standard_normal(model.v.shape)
+    sd, free = np.linspace(0.2, 0.6, len(model.which)), np.array([0.0] * len(data.layout.sds) + [-2.0])
+    by_b, by_v, _, bv, vv = model._derivatives(sd, free, exact=True)
+    step = 1e-5
+    for place in range(len(model.b)):
+        one = np.eye(len(model.b))[place] * step
+        slope = (model._height(model.b + one, model.v, sd, free) - model._height(model.b - one, model.v, sd, free)) / 2
+        assert by_b[place] == pytest.approx(slope / step, rel=1e-4, abs=1e-4)
+    start = model.v.copy()
+    for place in range(start.shape[1]):
+        model.v = start.copy()
+        model.v[1, place] += step
+        up = model._derivatives(sd, free, exact=True)
+        assert vv[1, :, place] == pytest.approx(-(up[1][1] - by_v[1]) / step, rel=1e-3, abs=1e-2)
+        assert bv[1, :, place] == pytest.approx(-(up[0] - by_b) / step, rel=1e-3, abs=1e-2)
+
+
+@pytest.mark.slow
+def test_conditions_and_people_are_recovered_and_drawn_together():
+    table = answered()
+    found = fit_psychometric_groups(table, unit="D")
+    assert isinstance(found, PsychometricGroups)
+    near, far = found.groups
+    assert near.threshold.low < 0.2 < near.threshold.high
+    assert far.threshold.low < 0.3 < far.threshold.high
+    (difference,) = found.differences
+    assert (difference.condition, difference.other) == ("near", "far")
+    assert difference.effect.low < -math.log(1.5) < difference.effect.high < 0
+    assert 0 < found.lapse.low < 0.02 < found.lapse.high < 0.1
+    # one person's few answers are drawn towards the others'
+    few = table[(table["participant_id"] != "p0") | (np.arange(len(table)) < 9)]
+    pooled = fit_psychometric_groups(few)
+    assert isinstance(pooled, PsychometricGroups)
+    (own,) = [one for one in pooled.people if one.participant_id == "p0"]
+    assert abs(math.log(own.threshold.estimate / 0.2)) < 0.5
+    whole = next(one for one in found.people if one.participant_id == "p0")
+    assert math.log(own.threshold.high / own.threshold.low) > math.log(whole.threshold.high / whole.threshold.low)
+
+
+def test_levels_may_be_negative_and_guessing_estimated():
+    rng = np.random.default_rng(3)
+    level = np.tile(np.linspace(-3, 3, 7), 60)
+    who = np.repeat(np.arange(6), 70)
+    yes = rng.random(420) < 0.1 + 0.88 / (1 + np.exp(-2 * (level - 0.5 - 0.4 * rng.standard_normal(6)[who])))
+    table = {"participant_id": who, "level": level, "correct": yes}
+    found = fit_psychometric_groups(table, shape="logistic", guess="common", lapse="common")
+    assert isinstance(found, PsychometricGroups)
+    assert found.groups[0].threshold.low < 0.5 < found.groups[0].threshold.high
+    assert found.groups[0].slope.low < 2 < found.groups[0].slope.high
+    assert found.guess.low < 0.1 < found.guess.high
+    moved = fit_psychometric_groups(table | {"level": 10 * level + 5}, shape="logistic", guess="common", lapse="common")
+    assert isinstance(moved, PsychometricGroups)
+    assert moved.groups[0].threshold.estimate == pytest.approx(10 * found.groups[0].threshold.estimate + 5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "sentence"),
+    [
+        ({"level": -1.0}, {}, r"level is -1 in row 0, but levels must be numbers above 0"),
+        ({"correct": 2}, {}, r"correct is 2 in row 0, but must be 0 or 1"),
+        ({"level": 0.1}, {}, r"All trials have one level"),
+        ({}, {"guess": 1.2}, r"guess is 1.2, but must be a rate from 0 to below 1"),
+        ({}, {"lapse": "some"}, r"lapse is 'some', but must be a rate from 0 to below 0.5"),
+        ({}, {"shape": "cosine"}, r"shape is 'cosine', but must be one of 'weibull'"),
+    ],
+)
+def test_what_is_wrong_is_named(change, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        fit_psychometric_groups(answered(2).assign(**change), **options)
+
+
+def test_a_column_that_lacks_is_named_and_equal_answers_have_no_function():
+    with pytest.raises(InputError, match="no column 'level'"):
+        fit_psychometric_groups(answered(2).drop(columns="level"))
+    found = fit_psychometric_groups(answered(2).assign(correct=True))
+    assert isinstance(found, NotComputed)
