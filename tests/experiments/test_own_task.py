@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -10,11 +11,17 @@ from headless import Running, headless, keep, psychopy_here
 
 pytestmark = psychopy_here
 
+ALSO = """[also.interest]
+question = "How interesting was it?"
+ends = ["dull", "gripping"]
+unit = "points"
+"""
+
 
 def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
     installed = build("A task", "edge_blur.py", tmp_path)
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
-    (tmp_path / "own.toml").write_text('task = "edgeblur"\nrepetitions = 1\n')
+    (tmp_path / "own.toml").write_text('task = "edgeblur"\nrepetitions = 1\n\n' + ALSO)
     with headless(tmp_path / "x") as screen:
         screen.environment["PYTHONPATH"] = os.pathsep.join([str(installed), str(ROOT / "src")])
         running = Running(screen, "edgeblur", *given)
@@ -27,9 +34,13 @@ def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
             elif event in ("instructions", "thanks"):
                 screen.keys("space")
         assert running.end() == 0, running.errors
-    assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 3, 3]
+    assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 6, 3]
     done = command(installed, "validate", tmp_path / "data")
     assert done.returncode == 0, done.stdout
     lines = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
-    assert lines[0].split("\t")[:2] == ["trial", "sigma_arcmin"]
+    head = lines[0].split("\t")
+    assert (head[:2], head[-1]) == (["trial", "sigma_arcmin"], "interest")
+    assert all(0 <= float(line.split("\t")[-1]) <= 10 for line in lines[1:])
+    sidecar = json.loads(next(tmp_path.glob("data/sub-01/**/*_beh.json")).read_text())
+    assert sidecar["interest"] == {"Description": "How interesting was it?", "Units": "points", "Format": "number"}
     assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]

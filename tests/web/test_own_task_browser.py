@@ -10,6 +10,12 @@ import pytest
 from chromium import Server, chromium, take_part
 from extended import ROOT, build, command
 
+ALSO = """[also.interest]
+question = "How interesting was it?"
+most = 4
+steps = true
+"""
+
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
 
@@ -17,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 def test_the_task_of_the_document_is_served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     installed = build("A task", "edge_blur.py", tmp_path)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(installed), str(ROOT / "src")]))
-    (tmp_path / "design.toml").write_text('task = "edgeblur"\nrepetitions = 1\npractice_trials = 1\n')
+    (tmp_path / "design.toml").write_text('task = "edgeblur"\nrepetitions = 1\npractice_trials = 1\n\n' + ALSO)
     server = Server(tmp_path, 0)
     server.start("--invite", 1)
     errors: list[str] = []
@@ -37,4 +43,5 @@ def test_the_task_of_the_document_is_served(tmp_path: Path, monkeypatch: pytest.
     assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]
     blur = [float(line.split("\t")[lines[0].split("\t").index("blur")]) for line in lines[1:]]
     assert all(0 <= one <= 10 for one in blur)
+    assert [float(line.split("\t")[lines[0].split("\t").index("interest")]) for line in lines[1:]] == [3, 3, 3]
     assert len({*blur}) == 3  # the first key puts the marker at a random place

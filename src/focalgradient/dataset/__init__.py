@@ -1,6 +1,6 @@
 """Data sets of the experiments: a journal that survives any kill, BIDS files made of it, reading back, checking."""
 
-from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Rated, Response, Watched
+from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Noted, Rated, Response, Watched, answer_event
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
 from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, checking, checking_bids, validate
 from focalgradient.dataset.journal import Journal, Log, read_journal
@@ -23,6 +23,7 @@ __all__ = [
     "Kind",
     "Log",
     "Manifest",
+    "Noted",
     "Percept",
     "Press",
     "Rated",
@@ -31,6 +32,7 @@ __all__ = [
     "Seen",
     "Session",
     "Watched",
+    "answer_event",
     "begin_dataset",
     "bids_problems",
     "check_stimuli",

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.errors import InputError, check_fields
-from focalgradient.tasks import Response
+from focalgradient.tasks import Noted, Response
+from focalgradient.tasks.noted import EXTRA, OpenRecord
 
-__all__ = ["Answer", "Apparatus", "Chosen", "Rated", "Response", "Watched"]
+__all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ class Apparatus:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rated:
+class Rated(metaclass=OpenRecord):
     """An answer on how three-dimensional something looks.
 
     Parameters
@@ -82,6 +84,8 @@ class Rated:
         that is not known.
     gaze_left
         Whether that is farther than the design allows, or not known; None where the gaze was not recorded.
+    extra
+        Values noted beside it, by name: keywords that name none of these.
     """
 
     onset: float
@@ -93,6 +97,7 @@ class Rated:
     start: float | None = None
     gaze_away: float | None = None
     gaze_left: bool | None = None
+    extra: Mapping[str, Noted] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -102,7 +107,7 @@ class Rated:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Watched:
+class Watched(metaclass=OpenRecord):
     """What was pressed while the cube turned.
 
     Parameters
@@ -115,12 +120,15 @@ class Watched:
         How long it lasted, in seconds.
     dropped_frames
         That came late during the trial.
+    extra
+        Values noted beside it, by name: keywords that name none of these.
     """
 
     onset: float
     presses: Sequence[Press]
     trial_duration: float
     dropped_frames: int = 0
+    extra: Mapping[str, Noted] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -129,7 +137,7 @@ class Watched:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chosen:
+class Chosen(metaclass=OpenRecord):
     """Which of two intervals was chosen, at the level that a procedure had set.
 
     Parameters
@@ -148,6 +156,8 @@ class Chosen:
         That came late during the trial.
     stimulus
         The file of the picture that was blurred, as the manifest names it.
+    extra
+        Values noted beside it, by name: keywords that name none of these.
     """
 
     onset: float
@@ -157,6 +167,7 @@ class Chosen:
     response_time: float
     dropped_frames: int = 0
     stimulus: str | None = None
+    extra: Mapping[str, Noted] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -167,6 +178,13 @@ class Chosen:
 
 Answer = Rated | Watched | Chosen | Response
 """What a trial is answered by; a `Response` is that of a task of one's own."""
+
+
+def answer_event(answer: Answer) -> dict[str, Any]:
+    """Return what a journal keeps of an answer."""
+    event = asdict(answer)
+    event.pop(EXTRA)
+    return event | ({EXTRA: {name: one.entry() for name, one in answer.extra.items()}} if answer.extra else {})
 
 
 def _finite(answer: Answer, *names: str) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.append import append
-from focalgradient.dataset.columns import cell, columns_of
+from focalgradient.dataset.columns import NOTED, Column, cell, columns_of
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
@@ -27,6 +27,7 @@ from focalgradient.design import check_label
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, read_tsv
 from focalgradient.tasks import task_named
+from focalgradient.tasks.noted import EXTRA, noted_columns
 
 __all__ = [
     "Files",
@@ -281,8 +282,18 @@ def table_rows(log: Log) -> list[dict[str, Any]]:
         if event["event"] == "resumed":
             sitting += 1
         if event["event"] == "trial" and event["phase"] == "main":
-            rows += _rows(event, sitting, log.head)
+            noted = {name: one["value"] for name, one in event.get(EXTRA, {}).items()}
+            rows += [row | noted for row in _rows(event, sitting, log.head)]
     return rows
+
+
+def _columns(log: Log) -> tuple[Column, ...]:
+    """The columns of the table that a journal makes: those of its design, then what was noted beside the answers."""
+    return (*columns_of(log.head["design"]["task"], log.head["design"]), *_noted(log))
+
+
+def _noted(log: Log) -> tuple[Column, ...]:
+    return noted_columns(event for event in log.of("trial") if event["phase"] == "main")
 
 
 def _rows(event: Event, sitting: int, head: Event) -> list[Event]:
@@ -320,7 +331,7 @@ def make_table(journal: Path) -> Files:
     log = read_journal(journal)
     files = files_of(log)
     text = table_text(log)
-    if files.table.exists() and not text.encode().startswith(read_bytes(files.table, "a table")):
+    if files.table.exists() and not _begins(text, read_bytes(files.table, "a table")):
         raise InputError(
             f"{files.table} does not say what its journal {journal} says: move it away, and it is made anew."
         )
@@ -331,6 +342,20 @@ def make_table(journal: Path) -> Files:
         for path, content in gaze_of(log, files).items():
             create_whole(path, content, replace=True)
     return files
+
+
+def _begins(text: str, there: bytes) -> bool:
+    """Whether a table begins as the one that is there, in the columns that it has: what was noted since may be more."""
+    if text.encode().startswith(there):
+        return True
+    old, rows = there.split(b"\n", 1)[0].decode(errors="replace").split("\t"), [*map(_cells_of, text.splitlines())]
+    if len(old) >= len(rows[0]) or rows[0][: len(old)] != old:
+        return False
+    return "".join("\t".join(row[: len(old)]) + "\n" for row in rows).encode().startswith(there)
+
+
+def _cells_of(line: str) -> list[str]:
+    return line.split("\t")
 
 
 def gaze_of(log: Log, files: Files) -> dict[Path, bytes]:
@@ -362,7 +387,7 @@ def files_of(log: Log) -> Files:
 
 def table_text(log: Log) -> str:
     """The long table that a journal makes, as its file holds it."""
-    names = [column.name for column in columns_of(log.head["design"]["task"], log.head["design"])]
+    names = [column.name for column in _columns(log)]
     lines = ["\t".join(names)]
     lines += ["\t".join([cell(value) for value in map(row.get, names)]) for row in table_rows(log)]
     return "\n".join(lines) + "\n"
@@ -391,7 +416,9 @@ def sidecar_of(log: Log) -> dict[str, Any]:
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
     if repaired:
         content["Repaired"] = repaired
-    return content | {column.name: column.described() for column in columns_of(task, head["design"])}
+    if noted := _noted(log):
+        content[NOTED] = [column.name for column in noted]
+    return content | {column.name: column.described() for column in _columns(log)}
 
 
 def json_text(value: Mapping[str, Any]) -> str:

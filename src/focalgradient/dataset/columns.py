@@ -9,7 +9,10 @@ from typing import Any
 
 from focalgradient.tasks import Column, task_named
 
-__all__ = ["APERTURE", "FORMULA", "Column", "cell", "columns_of"]
+__all__ = ["APERTURE", "FORMULA", "NOTED", "Column", "cell", "columns_of", "columns_stated"]
+
+NOTED = "Noted"
+"""Key of a sidecar that lists the columns of what was noted beside the answers."""
 
 APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
 
@@ -64,3 +67,15 @@ def columns_of(task: str, design: Mapping[str, Any] | None) -> tuple[Column, ...
     (True, True, 14)
     """
     return task_named(task).columns(design)
+
+
+def columns_stated(task: str, sidecar: Mapping[str, Any]) -> tuple[Column, ...]:
+    """Return the columns that a session's table has, by its sidecar: those of the design, then what was noted.
+
+    >>> stated = {"Noted": ["interest"], "interest": {"Description": "How interesting.", "Format": "number"}}
+    >>> columns_stated("depthrating", stated)[-1].name
+    'interest'
+    """
+    names = sidecar.get(NOTED, ())
+    noted = [name for name in names if isinstance(sidecar.get(name), dict)] if isinstance(names, list) else []
+    return (*columns_of(task, sidecar.get("Design")), *(Column.noted(name, sidecar[name]) for name in noted))

@@ -12,6 +12,7 @@ from typing import Any
 
 from focalgradient.dataset.columns import APERTURE, Column, columns_of
 from focalgradient.tasks import is_task, task_named
+from focalgradient.tasks.noted import EXTRA, is_noted
 
 __all__ = ["SHA256", "Event", "Tests", "trial_tests", "wrong_event"]
 
@@ -74,6 +75,8 @@ def wrong_event(event: Event, head: Event, tests: Tests | None = None) -> str | 
             if event["phase"] == "practice" and name == "repetition" and event.get(name) == 0:
                 continue
             return f"{name} is {_shown(event, name)}, but must be {expected}"
+    if EXTRA in event and not is_noted(event[EXTRA]):
+        return f"extra is {_shown(event, EXTRA)}, but must be a table of values with their units and descriptions"
     if task_named(head["design"]["task"]).percepts:
         return _wrong_presses(event)
     return "presses stand in a trial in which no keys are held" if "presses" in event else None
@@ -183,7 +186,10 @@ def cell_test(column: Column) -> Callable[[Any], bool]:
             return False
         return value in levels if levels else column.name != "aperture" or bool(APERTURE.fullmatch(value))
 
-    tests = {"number": number, "integer": integer, "text": text, "bool": lambda value: type(value) is bool}
+    def truth(value: Any) -> bool:
+        return type(value) is bool or (value is None and optional)
+
+    tests = {"number": number, "integer": integer, "text": text, "bool": truth}
     return tests[column.form]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, read_description
-from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of
+from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of, columns_stated
 from focalgradient.design import Design, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
@@ -119,7 +119,7 @@ class SessionTable:
     @property
     def expected(self) -> tuple[Column, ...]:
         """The columns that the table is to have, by the design in the sidecar."""
-        return columns_of(self.files.task, self.sidecar.get("Design"))
+        return columns_stated(self.files.task, self.sidecar)
 
 
 def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
@@ -189,7 +189,10 @@ def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int |
     """A column's texts as what they stand for, and the place of the first that may not stand there."""
     absent = {"n/a"} if column.optional else set()
     if column.form == "bool":
-        return np.array([text == "true" for text in texts], bool), _first(texts, set(texts) - {"true", "false"})
+        other = _first(texts, set(texts) - {"true", "false"} - absent)
+        if absent & {*texts}:
+            return np.array([{"true": 1.0, "false": 0.0}.get(text, np.nan) for text in texts]), other
+        return np.array([text == "true" for text in texts], bool), other
     if column.form == "text":
         kinds = set(texts) - absent
         if column.name == "aperture":
@@ -214,7 +217,8 @@ def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int |
         bad &= np.array([text not in absent for text in texts], bool)
     if bad.any():
         return numbers, int(bad.argmax())
-    return numbers.astype(np.int64) if column.form == "integer" else numbers, None
+    whole = column.form == "integer" and not (absent & {*texts})
+    return numbers.astype(np.int64) if whole else numbers, None
 
 
 def _number(text: str) -> float:
@@ -238,8 +242,8 @@ def read_dataset(
     """Read a data set, or of it the tables of some tasks; nothing in it is changed.
 
     Every table has the columns participant_id ("sub-01"), session (its label, "" without one), simulated, and those of
-    `focalgradient.dataset.columns.columns_of` its design, in SI units but for what says otherwise; any others are left
-    aside.
+    `focalgradient.dataset.columns.columns_of` its design, in SI units but for what says otherwise, then what was noted
+    beside the answers; any others are left aside.
 
     Parameters
     ----------
@@ -314,6 +318,8 @@ def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]
         every |= {column.name: column for column in found.expected}
     for name, column in ({column.name: column for column in columns_of(task, None)} | every).items():
         kind = kinds_of.get(column.form, np.dtype(object))
+        if isinstance(column.absent, float):
+            kind = np.dtype(float)
         parts = [
             found.columns.pop(name) if name in found.columns else np.full(found.rows, column.absent, kind)
             for found in sessions

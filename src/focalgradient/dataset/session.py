@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.answers import Answer, Apparatus, Response
+from focalgradient.dataset.answers import Answer, Apparatus, Response, answer_event
 from focalgradient.dataset.bids import (
     Files,
     Kind,
@@ -29,8 +29,18 @@ from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Trial, recorded_design
 from focalgradient.errors import InputError
 from focalgradient.tasks import task_named
+from focalgradient.tasks.noted import check_noted
 
 __all__ = ["Session"]
+
+RESERVED = frozenset(
+    {
+        *("participant_id", "session", "simulated", "file", "row", "event", "phase", "presses", "received"),
+        *("TaskName", "TaskDescription", "Simulated", "Seed", "Design", "Keys", "StimuliSHA256", "Sittings"),
+        *("Participant", "Journal", "Repaired", "Noted"),
+    }
+)
+"""Names with a meaning of their own beside the columns of a table: of its rows, of events, of the sidecar."""
 
 ROOM = 1 << 20
 """Bytes that must be free on the disk before a session begins."""
@@ -262,7 +272,7 @@ class Session:
             If it is not that trial's turn, the answer is not of its kind, or it cannot be written.
         """
         self.check_answer(trial, answer)
-        event = {**noted, "event": "trial", **asdict(trial), **asdict(answer)}
+        event = {**noted, "event": "trial", **asdict(trial), **answer_event(answer)}
         self._journal.write(*(_note(kind, about) for kind, about in notes), event)
         self._recorded.append(event)
 
@@ -278,6 +288,11 @@ class Session:
                 value = getattr(answer, column.name, None)
                 if hasattr(answer, column.name) and not cell_test(column)(value):
                     raise InputError(f"{column.name} is {value!r}, but must be {column.expected}.")
+        if answer.extra:
+            taken = RESERVED | {column.name for column in self.task.columns(self.design.model_dump(mode="json"))}
+            if wrong := sorted(taken & {*answer.extra}):
+                raise InputError(f"{wrong[0]!r} has a meaning in the data set already: note it by another name.")
+            check_noted([*self._recorded, answer_event(answer)])
         self.task.check_answer(self.design, trial, answer)
 
     def note(self, kind: str, **content: Any) -> None:

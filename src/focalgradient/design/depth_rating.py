@@ -164,7 +164,7 @@ class DepthRatingDesign(Plan):
         "least_break_s": 1.0,
         "practice_rounds": 1,
     }
-    tables: ClassVar[dict[str, type[Table]]] = {"factors": Factor}
+    tables: ClassVar[dict[str, type[Table]]] = {**Plan.tables, "factors": Factor}
 
     @model_validator(mode="after")
     def _check(self) -> DepthRatingDesign:

@@ -7,8 +7,9 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
-from pydantic import Field, field_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
+from focalgradient.design.also import Also, check_also
 from focalgradient.design.draws import Draws
 from focalgradient.design.order import Place, check_label, in_order, scatter
 from focalgradient.design.words import LANGUAGES
@@ -71,6 +72,9 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
         raise ValueError(f"{key} names {twice[0]!r} more than once: leave out the second.")
 
 
+LATER = frozenset({"also"})
+"""Settings that came after version 0.2, whose default is empty: designs without them stay as they were recorded."""
+
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
 
 
@@ -90,8 +94,26 @@ class Plan(Table):
         str, Field(min_length=2, description="'en', 'de' or the name of a TOML file with all words")
     ] = "en"
 
+    also: Annotated[dict[str, Also], Field(description="tables of further questions, like [also.interest]")] = Field(
+        default_factory=dict
+    )
+
+    tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
+
     shortened: ClassVar[dict[str, Any]] = {}
     """What a pilot run changes."""
+
+    @field_validator("also")
+    @classmethod
+    def _names(cls, also: dict[str, Also]) -> dict[str, Also]:
+        check_also(also)
+        return also
+
+    @model_serializer(mode="wrap")
+    def _stated(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Settings as they are recorded: without what earlier versions did not have, where it is empty."""
+        settings: dict[str, Any] = write(self)
+        return {key: value for key, value in settings.items() if value or key not in LATER}
 
     @field_validator("language")
     @classmethod

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.dataset import Answer
+from focalgradient.dataset import Answer, Noted
 from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
 from focalgradient.stimuli import Picture, StimulusSet
@@ -114,6 +114,8 @@ class Sitting:
         Of the gaze, where the design wants it.
     taken
         The gaze of the last trial.
+    noted
+        Values noted beside the answer of this trial, by name.
     """
 
     screen: Screen
@@ -131,6 +133,7 @@ class Sitting:
     procedure: Any = None
     recorder: Recorder | None = None
     taken: Taken | None = None
+    noted: dict[str, Noted] = field(default_factory=dict)
 
     @property
     def words(self) -> Words:
@@ -145,6 +148,29 @@ class Sitting:
     def event(self, name: str) -> None:
         """Send a marker of one's own now; its name has a code in the file that ``--codes`` gives."""
         self.screen.on_event(name, self.screen.now())
+
+    def note(self, name: str, value: Any, *, unit: str | None = None, description: str = "") -> None:
+        """Note a value beside the answer of this trial: it becomes a column of the table, described in its sidecar.
+
+        Parameters
+        ----------
+        name
+            Of the column: letters, digits and _, a letter first.
+        value
+            A number, a text, true or false; or what `ask` gave, of which the value is noted.
+        unit
+            As BIDS writes it, like "s".
+        description
+            Meaning of the column.
+
+        Raises
+        ------
+        InputError
+            If the value is of another kind. A name that the table has already is refused when the answer is recorded.
+        """
+        from focalgradient.lab.questions import Given
+
+        self.noted[name] = Noted(value.value if isinstance(value, Given) else value, unit, description)
 
     def since_start(self, time: float) -> float:
         """A time of the screen's clock, on that of the sitting."""

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from focalgradient.dataset import Answer, Apparatus, Session
+from focalgradient.dataset import Answer, Apparatus, Noted, Session, answer_event
 from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
@@ -28,8 +28,9 @@ from focalgradient.lab.forms import pages, rest
 from focalgradient.lab.gaze import Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
-from focalgradient.lab.questions import explain
+from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.triggers import Triggers
+from focalgradient.tasks import task_named
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -300,6 +301,7 @@ class _Walk:
         _note_events(sitting, session)
         _note_gaze(sitting, session, trial)
         session.record(trial, answer)
+        sitting.noted = {}
         if trial.phase == "practice":
             self._practised.append((trial, answer))
         else:
@@ -322,9 +324,10 @@ class _Walk:
             repeated = []
             for turn in repeat.turns:
                 answer = _timed(experiment, sitting, session, turn.trial)
-                session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=asdict(answer))
+                session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=answer_event(answer))
                 _note_events(sitting, session)
                 sitting.shown = None
+                sitting.noted = {}
                 repeated.append((turn.trial, answer))
             practised = repeated
 
@@ -341,9 +344,10 @@ def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
 def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
     """Run a trial; again where the wall clock and the monotonic one parted meanwhile."""
     sitting.begin(trial)
+    noted = dict(sitting.noted)  # before the trial
     for _ in range(VOID):
         before = time.monotonic(), time.time()
-        answer = _uninterrupted(partial(_one, experiment, sitting, trial))
+        answer = _uninterrupted(partial(_one, experiment, sitting, trial, noted))
         by = parted(before, (time.monotonic(), time.time()))
         if not by:
             return answer
@@ -366,10 +370,14 @@ def parted(before: tuple[float, float], after: tuple[float, float]) -> float:
     return by if abs(by) > PART + lasted / 1000 else 0.0
 
 
-def _one(experiment: Experiment, sitting: Sitting, trial: Trial) -> Answer:
-    sitting.screen.dropped = 0
+def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[str, Noted]) -> Answer:
+    """Run a trial from its start, with what was noted before it, and ask the further questions of the design."""
+    sitting.screen.dropped, sitting.noted = 0, dict(noted)
     answer = experiment.trial(sitting, trial)
-    return replace(answer, dropped_frames=sitting.screen.dropped)
+    task = task_named(experiment.task)
+    for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
+        sitting.noted[name] = replace(about, value=ask(sitting.screen, control).value)
+    return replace(answer, dropped_frames=sitting.screen.dropped, extra={**sitting.noted, **answer.extra})
 
 
 def _apparatus(ready: Prepared, window: Screen) -> Apparatus:

@@ -6,6 +6,18 @@ A task of one's own is one class derived from `Task` in one file, found by `regi
 
 from focalgradient.tasks.base import Response, Rows, Task
 from focalgradient.tasks.columns import Column
+from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
 
-__all__ = ["Column", "Response", "Rows", "Task", "is_task", "register", "task_named", "task_names", "unknown_task"]
+__all__ = [
+    "Column",
+    "Noted",
+    "Response",
+    "Rows",
+    "Task",
+    "is_task",
+    "register",
+    "task_named",
+    "task_names",
+    "unknown_task",
+]

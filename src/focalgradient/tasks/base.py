@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.scales import Control
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
+from focalgradient.tasks.noted import Noted, OpenRecord
 
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
 
@@ -26,10 +27,11 @@ BLANK_S = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Response:
+class Response(metaclass=OpenRecord):
     """The answer of a trial; that of a task of one's own is a subclass, whose fields become columns.
 
-    A field may say in its metadata what the sidecar states: "about", "units", "levels", "least", "most".
+    A field may say in its metadata what the sidecar states: "about", "units", "levels", "least", "most". Keywords that
+    name no field are noted in `extra`, and become columns, too.
 
     Parameters
     ----------
@@ -39,6 +41,8 @@ class Response:
         From the question to the answer, in seconds.
     dropped_frames
         Frames that came late during the trial.
+    extra
+        Values noted beside it, by name: each a `Noted`, or its value alone.
 
     Raises
     ------
@@ -49,6 +53,7 @@ class Response:
     onset: float
     response_time: float
     dropped_frames: int = 0
+    extra: Mapping[str, Noted] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -182,6 +187,13 @@ class Task(ABC):
     def control(self, words: Any, trial: Any) -> Control:
         """Describe what a trial is answered on."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
+        """Describe what is asked after a trial's own question, by column: here what the design's `also` asks.
+
+        Each is what it is answered on, and a note without a value, with unit and description of the column.
+        """
+        return {name: (one.control(), Noted(None, one.unit or None, one.about)) for name, one in design.also.items()}
 
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
         """Return the answer of what was given on the control: here the one field that the answer adds to `Response`.

@@ -60,6 +60,15 @@ class Column:
             return f"{kind} from {self.least:g} to {self.most:g}"
         return kind if self.least is None else f"{kind} of {self.least:g} or more"
 
+    @classmethod
+    def noted(cls, name: str, entry: Mapping[str, Any]) -> Column:
+        """Return the column of a value noted beside the answers, by what a sidecar says of it."""
+        levels = entry.get("Levels", {})
+        form: Form = "bool" if set(levels) == {"true", "false"} else "text"
+        if entry.get("Format") in ("integer", "number"):
+            form = entry["Format"]
+        return cls(name, str(entry.get("Description", "")), form, units=entry.get("Units"), optional=True)
+
     def described(self) -> dict[str, Any]:
         """What a sidecar says of it."""
         levels = {"true": "yes", "false": "no"} if self.form == "bool" else dict(self.levels)
@@ -73,6 +82,8 @@ class Column:
     @property
     def absent(self) -> Any:
         """What stands for the column in the rows of sessions that do not have it."""
+        if self.optional and self.form != "text":
+            return math.nan
         return {"bool": False, "integer": 0, "number": math.nan, "text": None}[self.form]
 
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched
+from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
-from focalgradient.design.words import load_words
+from focalgradient.design.words import Words, load_words
 from focalgradient.errors import InputError
-from focalgradient.scales import Ways
+from focalgradient.scales import Control, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
 from focalgradient.web.pictures import picture_file
@@ -24,6 +24,8 @@ from focalgradient.web.screen import gamma_of, measure
 __all__ = ["about_sitting", "apparatus_of", "first_problem", "record"]
 
 CLOCK = "seconds from when the page of this sitting was ready, of the browser's performance.now()"
+NEAR = 1e-6
+"""Amount by which rounding may carry an answer over an end."""
 UNKNOWN_RATE = "; the browser does not show its refresh rate, so that late frames were not counted"
 
 
@@ -79,30 +81,49 @@ def read_answer(
     kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
+    words = load_words(session.design.language)
+    extra = _further(session, trial, words, read.also)
     if isinstance(read, Necker):
         watched = Watched(
             onset=read.onset,
             presses=sorted(Press(*press) for press in read.presses),
             trial_duration=read.trial_duration,
             dropped_frames=read.dropped_frames,
+            extra=extra,
         )
         return watched, frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
     if not isinstance(trial, DepthTrial):
-        control = session.task.control(load_words(session.design.language), trial)
+        control = session.task.control(words, trial)
         value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
-        least, most = min(control.reached()), max(control.reached())
-        if not least - 1e-6 <= value <= most + 1e-6:
-            raise InputError(f"rating is {value:g}, but what it is answered on goes from {least:g} to {most:g}.")
-        return session.task.answered(session.design, trial, value, **times), frames
+        _check_reached("rating", value, control)
+        given = session.task.answered(session.design, trial, value, **times)
+        return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
     rated = Rated(
         rating=read.rating,
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
+        extra=extra,
     )
     return rated, frames
+
+
+def _check_reached(name: str, value: float, control: Control) -> None:
+    least, most = min(control.reached()), max(control.reached())
+    if not least - NEAR <= value <= most + NEAR:
+        raise InputError(f"{name} is {value:g}, but what it is answered on goes from {least:g} to {most:g}.")
+
+
+def _further(session: Session, trial: Trial, words: Words, given: Mapping[str, float]) -> dict[str, Noted]:
+    """Read the answers to the further questions of a trial: all of them, and nothing else."""
+    asked = session.task.further(session.design, words, trial)
+    if wrong := sorted({*asked} ^ {*given}):
+        raise InputError(f"{wrong[0][:40]} is {'not asked' if wrong[0] in given else 'missing'}: send what is asked.")
+    for name, (control, _) in asked.items():
+        _check_reached(name, given[name], control)
+    return {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
 
 
 def record(
@@ -141,7 +162,7 @@ def record(
             shown = practised[one.trial]
             repeated, _ = read_answer(session, pictures, shown, one.answer)
             check_possible(session.design, shown, repeated, elapsed_s)
-            content = {"round": found.round, "trial": asdict(shown), "answer": asdict(repeated)}
+            content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
     notes.append(("frames", {"phase": given.phase, "trial": given.trial, **frames}))

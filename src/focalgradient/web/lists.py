@@ -133,6 +133,8 @@ class Lists:
         for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, done):
             trial = turn.trial
             entry = {"phase": trial.phase, "trial": trial.trial, **self._shown(trial)}
+            if further := task_named(self.design.task).further(self.design, self.words, trial):
+                entry["also"] = [{"name": name, "scale": control.form()} for name, (control, _) in further.items()]
             if trial.phase == "practice":
                 entry["right"] = self._right(trial)
             around = {"first": first, "before": before, "lead": turn.lead, "after": turn.after}

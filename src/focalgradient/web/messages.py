@@ -101,6 +101,10 @@ class Frames(Message):
     zoomed: Count = 0
 
 
+Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=50)]
+"""Answers to further questions, by their column; of two ways 1 or 2."""
+
+
 class Depth(Message):
     """An answer on how three-dimensional a picture looked."""
 
@@ -110,6 +114,7 @@ class Depth(Message):
     dropped_frames: Count = 0
     start: Annotated[float, Field(allow_inf_nan=False)] | None = None
     frames: Frames
+    also: Also = {}
 
 
 class Necker(Message):
@@ -123,6 +128,7 @@ class Necker(Message):
     trial_duration: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
     dropped_frames: Count = 0
     frames: Frames
+    also: Also = {}
 
 
 class Again(Message):

@@ -378,7 +378,15 @@ class Page {
       },
     };
     const question = this.question(trial, (answer) => Object.assign(kept, answer));
-    return [picture, question, this.sent(trial, kept)];
+    return [picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
+  }
+
+  // Further questions of the design; of two ways the answer is 1 or 2.
+  further(trial, kept) {
+    return (trial.also ?? []).map(({ name, scale }) => {
+      const value = ({ rating }) => (scale.kind === "choice" ? 2 - rating : rating);
+      return this.question({ scale, interval: 1 }, (answer) => (kept.also = { ...kept.also, [name]: value(answer) }));
+    });
   }
 
   // Keep an answer in the browser's database, from where it is sent; the next trial need not wait for the network.
@@ -466,7 +474,7 @@ class Page {
       const share = heldAlone(kept.presses, keys[trial.right.shape], kept.trial_duration) / kept.trial_duration;
       return { share: Math.round(100 * share) };
     };
-    return [shown, ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
+    return [shown, ...this.further(trial, kept), ...this.steps(trial.after, trial, held), this.sent(trial, kept)];
   }
 }
 

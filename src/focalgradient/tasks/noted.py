@@ -1,0 +1,177 @@
+"""Values that a laboratory notes beside an answer: each becomes a column of the table, described in its sidecar."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from focalgradient.errors import InputError, described
+from focalgradient.tasks.columns import Column, Form
+
+__all__ = ["EXTRA", "Noted", "OpenRecord", "check_noted", "is_noted", "noted_columns"]
+
+EXTRA = "extra"
+"""Field of every answer, and key of a trial in the journal, that holds what was noted, by name."""
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+UNDESCRIBED = "Noted by the laboratory's own program."
+
+
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """A value noted beside an answer, with what the sidecar says of its column.
+
+    Parameters
+    ----------
+    value
+        A number, a text, true or false, or None where there is none; NaN and an empty text become None.
+    unit
+        As BIDS writes it, like "s" or "arcmin".
+    description
+        Meaning of the column.
+
+    Raises
+    ------
+    InputError
+        If the value is of another type, or infinite.
+
+    Examples
+    --------
+    >>> Noted(3.5, unit="points", description="How interesting it was.").value
+    3.5
+    """
+
+    value: bool | int | float | str | None
+    unit: str | None = None
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        value: Any = self.value
+        if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
+            value = value.item()
+        if isinstance(value, float) and math.isnan(value):
+            value = None
+        if not (value is None or isinstance(value, (bool, int, float, str))) or value in (math.inf, -math.inf):
+            raise InputError(
+                f"value is {described(self.value)}, but a note holds a finite number, a text, true or false, or None: "
+                "give several values one name each."
+            )
+        for name in ("unit", "description"):
+            if not isinstance(getattr(self, name) or "", str):
+                raise InputError(f"{name} is {described(getattr(self, name))}, but must be a text.")
+        object.__setattr__(self, "value", None if value == "" else value)
+
+    @classmethod
+    def of(cls, value: Any) -> Noted:
+        """Return a note of a value, which may be one already."""
+        return value if isinstance(value, Noted) else cls(value)
+
+    def entry(self) -> dict[str, Any]:
+        """Return what a journal keeps of it.
+
+        >>> Noted(3.5, unit="points").entry()
+        {'value': 3.5, 'unit': 'points'}
+        """
+        told = {"unit": self.unit, "description": self.description}
+        return {"value": self.value} | {key: text for key, text in told.items() if text}
+
+
+class OpenRecord(type):
+    """Class of answers that take further fields: a keyword that names none of theirs is noted in `extra`.
+
+    Raises
+    ------
+    InputError
+        If a name cannot be a column: letters, digits and _, a letter first.
+    """
+
+    def __call__(cls, *values: Any, **named: Any) -> Any:
+        """Make an answer."""
+        own = {one.name for one in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        extra = {**named.pop(EXTRA, {}), **{name: named.pop(name) for name in [*named] if name not in own}}
+        for name in extra:
+            if not (isinstance(name, str) and NAME.fullmatch(name)):
+                raise InputError(
+                    f"{name!r} cannot be the name of a column: use letters (a to z), digits and _, a letter first."
+                )
+        return super().__call__(*values, **named, **{EXTRA: {name: Noted.of(one) for name, one in extra.items()}})
+
+
+def noted_columns(trials: Iterable[Mapping[str, Any]]) -> tuple[Column, ...]:
+    """Return the columns of what recorded trials have noted, in the order in which their names came up.
+
+    The form of a column follows from all of its values; unit and description are the last that were given.
+
+    Examples
+    --------
+    >>> noted_columns([{"extra": {"interest": {"value": 3}}}, {"extra": {"interest": {"value": 2.5}}}])[0].form
+    'number'
+    """
+    found = _gathered(trials)
+    return tuple(
+        Column(
+            name,
+            one["description"][-1] if one["description"] else UNDESCRIBED,
+            next(iter(one["form"])) if len(one["form"]) == 1 else "text",  # type: ignore[arg-type]
+            units=one["unit"][-1] if one["unit"] else None,
+            optional=True,
+        )
+        for name, one in found.items()
+    )
+
+
+def check_noted(trials: Iterable[Mapping[str, Any]]) -> None:
+    """Refuse values that cannot share a column, as those of an answer with those before it.
+
+    Raises
+    ------
+    InputError
+        If values of one name are a text in one trial and a number or a truth in another, or their units differ.
+    """
+    for name, one in _gathered(trials).items():
+        if len(one["form"]) > 1:
+            kinds = " and as ".join(sorted(WORDS[form] for form in one["form"]))
+            raise InputError(f"{name} was noted as {kinds}: give values of one kind, or two names.")
+        if len(units := [*dict.fromkeys(one["unit"])]) > 1:
+            raise InputError(f"{name} was noted in {units[0]!r} and in {units[1]!r}: give both one unit, or two names.")
+
+
+def is_noted(extra: Any) -> bool:
+    """Return whether an event's entry of what was noted is one.
+
+    >>> is_noted({"interest": {"value": 3}}), is_noted({"interest": 3})
+    (True, False)
+    """
+    if not isinstance(extra, dict):
+        return False
+    for name, entry in extra.items():
+        if not (NAME.fullmatch(name) and isinstance(entry, dict) and "value" in entry):
+            return False
+        texts = all(isinstance(entry.get(key, ""), str) for key in ("unit", "description"))
+        if not (texts and (entry["value"] is None or type(entry["value"]) in FORMS)):
+            return False
+    return True
+
+
+FORMS: Mapping[type, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
+WORDS = {"bool": "true or false", "integer": "a number", "number": "a number", "text": "a text"}
+
+
+def _gathered(trials: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, list[str]]]:
+    """Forms, units and descriptions under each name, in the order given; whole numbers among others are numbers."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for trial in trials:
+        for name, entry in trial.get(EXTRA, {}).items():
+            one = found.setdefault(name, {"form": [], "unit": [], "description": []})
+            form = FORMS.get(type(entry["value"]))
+            if form is not None and form not in one["form"]:
+                one["form"] = ["number"] if {*one["form"], form} == {"integer", "number"} else [*one["form"], form]
+            for key in ("unit", "description"):
+                if key in entry:
+                    one[key].append(entry[key])
+    return found

@@ -1,0 +1,63 @@
+"""The question of one's own in experiments/README.md, pasted into the trial of a program, with real keys."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from headless import PROGRAMS, Running, headless, keep, make_set, psychopy_here
+
+from focalgradient.dataset import read_dataset, validate
+
+pytestmark = psychopy_here
+
+DESIGN = """
+task = "depthrating"
+apertures = ["pinhole", "f/5.6"]
+scenes = ["spheres-01"]
+repetitions = 1
+catch_trials = 0
+practice_trials = 0
+picture_s = 0.1
+standard_s = 0.1
+mark_s = 0.1
+blank_s = 0.1
+pause_s = 0.1
+longest_run = 4
+"""
+
+
+@pytest.mark.slow
+def test_the_question_of_the_document_is_recorded(tmp_path: Path) -> None:
+    text = (PROGRAMS / "README.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(from focalgradient.lab import Scale, ask\n.*?)^```$", text, re.DOTALL | re.M)
+    source = (PROGRAMS / "depth_rating.py").read_text(encoding="utf-8")
+    pasted = "".join(f"    {line}\n" for line in block.splitlines())
+    program = tmp_path / "mine.py"
+    program.write_text(source.replace("    return Rated(", pasted + "    return Rated("), encoding="utf-8")
+    (tmp_path / "own.toml").write_text(DESIGN)
+    make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, str(program.with_suffix("")), *given, "--stimuli", tmp_path / "set")
+        asked = 0
+        for event in running.events():
+            if event == "question":
+                asked += 1
+                screen.keys("Right", "Right", "Return")
+                keep(screen, f"question-{asked}")
+            elif event in ("instructions", "ready", "thanks", "example", "break", "debriefing"):
+                screen.keys("space")
+        assert running.end() == 0, running.errors
+    assert validate(tmp_path / "data").problems == ()
+    table = read_dataset(tmp_path / "data").depth_rating
+    assert len(table) * 2 == asked
+    assert table["interest"].between(0, 10).all()
+    sidecar = json.loads(next(tmp_path.glob("data/sub-01/**/*_beh.json")).read_text())
+    assert sidecar["interest"] == {
+        "Description": "How interesting the picture was.",
+        "Units": "points",
+        "Format": "number",
+    }
