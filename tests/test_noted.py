@@ -63,7 +63,7 @@ def test_a_value_passes_through_table_and_sidecar(value, form, told: str, read, 
 
 
 def test_what_is_noted_later_adds_a_column_also_after_a_session_was_cut_off(tmp_path: Path) -> None:
-    session = record(tmp_path / "data", {}, {"first": 1})
+    record(tmp_path / "data", {}, {"first": 1})
     with Session.resume(tmp_path / "data", "pinhole", "01", apparatus=APPARATUS) as session:
         for number, trial in enumerate(session.remaining()):
             session.record(trial, rated(number, second=0.5))

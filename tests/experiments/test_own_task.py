@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import runpy
 from pathlib import Path
 
 from extended import ROOT, build, command
-from headless import Running, headless, keep, psychopy_here
+from headless import SIZE, Running, headless, keep, psychopy_here
+
+from focalgradient.display import Display
+from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH
 
 pytestmark = psychopy_here
 
@@ -39,7 +44,11 @@ def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     lines = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
     head = lines[0].split("\t")
-    assert (head[:2], head[-1]) == (["trial", "sigma_arcmin"], "interest")
+    assert (head[:2], head[-2:]) == (["trial", "sigma_arcmin"], ["shown_sha256", "interest"])
+    own, display = runpy.run_path(str(installed / "edge_blur.py")), Display(SIZE, ASSUMED_PITCH, ASSUMED_DISTANCE)
+    for sigma, told in [(float(line.split("\t")[1]), line.split("\t")[-2]) for line in lines[1:]]:
+        pixels, _ = own["EdgeBlur"]().shown(None, own["EdgeTrial"](sigma_arcmin=sigma), display.pixels_per_degree)
+        assert told == hashlib.sha256(pixels.tobytes()).hexdigest()
     assert all(0 <= float(line.split("\t")[-1]) <= 10 for line in lines[1:])
     sidecar = json.loads(next(tmp_path.glob("data/sub-01/**/*_beh.json")).read_text())
     assert sidecar["interest"] == {"Description": "How interesting was it?", "Units": "points", "Format": "number"}

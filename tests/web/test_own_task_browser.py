@@ -41,6 +41,7 @@ def test_the_task_of_the_document_is_served(tmp_path: Path, monkeypatch: pytest.
     assert done.returncode == 0, done.stdout
     lines = next(tmp_path.glob("data/sub-*/**/*_beh.tsv")).read_text().splitlines()
     assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]
+    assert len({line.split("\t")[lines[0].split("\t").index("shown_sha256")] for line in lines[1:]}) == 3
     blur = [float(line.split("\t")[lines[0].split("\t").index("blur")]) for line in lines[1:]]
     assert all(0 <= one <= 10 for one in blur)
     assert [float(line.split("\t")[lines[0].split("\t").index("interest")]) for line in lines[1:]] == [3, 3, 3]

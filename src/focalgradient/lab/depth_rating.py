@@ -50,7 +50,7 @@ def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
     scene, aperture, fixation = shown
     if scene in DRAWINGS:
         picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
-        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]))
+        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
     mask = _noise(sitting, (int(image.size[1]), int(image.size[0]))) if sitting.design.mask == "noise" else None
@@ -62,7 +62,7 @@ def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
     """A mask: squares of 0.1 degrees, each of another grey."""
     side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
     small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
-    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]])
+    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
 def _interval(sitting: Sitting, part: _Part, seconds: float, event: str) -> float:

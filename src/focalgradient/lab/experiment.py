@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -116,6 +117,8 @@ class Sitting:
         The gaze of the last trial.
     noted
         Values noted beside the answer of this trial, by name.
+    unchanged
+        SHA-256 of the pixels of pictures of the set, as they were loaded.
     """
 
     screen: Screen
@@ -134,6 +137,7 @@ class Sitting:
     recorder: Recorder | None = None
     taken: Taken | None = None
     noted: dict[str, Noted] = field(default_factory=dict)
+    unchanged: set[str] = field(default_factory=set)
 
     @property
     def words(self) -> Words:
@@ -187,7 +191,9 @@ class Sitting:
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
         """The 8-bit values of a picture, H x W x 3."""
         assert self.stimuli is not None
-        return self.stimuli.pixels(picture)
+        pixels = self.stimuli.pixels(picture)
+        self.unchanged.add(hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest())
+        return pixels
 
     def fixated(self, picture: Picture) -> tuple[float, float]:
         """Where the object is that is fixated in a picture, in its pixels from the upper left corner."""

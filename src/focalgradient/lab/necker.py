@@ -57,7 +57,7 @@ def _loop(sitting: Sitting, trial: NeckerTrial) -> list[Any]:
             said.draw()
             screen.frame()
             screen.stop_if_asked(screen.keys.events())
-        loop.append(screen.picture(shown(light, display)))
+        loop.append(screen.picture(shown(light, display), recorded=False))
         screen.warm(loop[-1])
     return loop
 

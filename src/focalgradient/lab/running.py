@@ -31,6 +31,7 @@ from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -373,7 +374,11 @@ def parted(before: tuple[float, float], after: tuple[float, float]) -> float:
 def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[str, Noted]) -> Answer:
     """Run a trial from its start, with what was noted before it, and ask the further questions of the design."""
     sitting.screen.dropped, sitting.noted = 0, dict(noted)
+    sitting.screen.drawn.clear()
     answer = experiment.trial(sitting, trial)
+    shown = [*sitting.screen.drawn]
+    if not sitting.unchanged.issuperset(shown):  # of pictures of the set the column stimulus says it all
+        sitting.noted[SHOWN] = Noted(" ".join(shown), description=SHOWN_ABOUT)
     task = task_named(experiment.task)
     for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
         sitting.noted[name] = replace(about, value=ask(sitting.screen, control).value)

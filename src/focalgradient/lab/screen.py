@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from psychopy import logging
 
 logging.console.setLevel(logging.CRITICAL)  # its remarks would stand among ours on standard output
@@ -31,6 +30,7 @@ from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 from focalgradient.lab.focus_view import FocusView  # noqa: E402
+from focalgradient.lab.picture import ShownPicture  # noqa: E402
 from focalgradient.live import FocusSeries  # noqa: E402
 from focalgradient.luminance import Luminance  # noqa: E402
 
@@ -226,6 +226,8 @@ class Screen:
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False)
         self.dropped = 0
+        self.drawn: dict[str, None] = {}
+        """Pictures that were drawn during this trial, in order: the SHA-256 of their pixels and what was changed."""
         self.intervals: list[float] = []
         """Seconds between the frames of the last `play`."""
         self.on_event: Callable[[str, float], object] = lambda event, time: None
@@ -324,9 +326,12 @@ class Screen:
 
     def warm(self, *parts: Any) -> None:
         """Draw something where nobody sees it: the first time takes longest, and is not to delay a frame."""
+        before = [*self.drawn]
         for part in parts:
             part.draw()
         self.window.clearBuffer()
+        self.drawn.clear()
+        self.drawn.update(dict.fromkeys(before))
 
     def blank(self) -> float:
         """Clear the screen."""
@@ -390,15 +395,15 @@ class Screen:
         how = {"color": INK, "wrapWidth": wrap, **how}
         return visual.TextStim(self.window, text, pos=(x * unit, y * unit), height=height * unit, autoLog=False, **how)
 
-    def picture(self, pixels: NDArray[np.uint8]) -> Any:
-        """A picture in the middle of the screen, H x W (grey) or H x W x 3, one pixel on one of the screen's."""
+    def picture(self, pixels: NDArray[np.uint8], *, recorded: bool = True) -> Any:
+        """A picture in the middle of the screen, H x W (grey) or H x W x 3, one pixel on one of the screen's.
+
+        Where it is `recorded`, the SHA-256 of its pixels is among `drawn` once it is drawn.
+        """
         height, width = pixels.shape[:2]
         # Where one side is odd and the other even, the middle of the screen lies between pixels.
         place = ((self.size[0] - width) % 2 / 2, (self.size[1] - height) % 2 / 2)
-        image = Image.fromarray(np.ascontiguousarray(pixels))
-        return visual.ImageStim(
-            self.window, image, size=(width, height), pos=place, units="pix", interpolate=False, autoLog=False
-        )
+        return ShownPicture(self.window, pixels, place, self.drawn if recorded else None)
 
     def refocused(self, series: FocusSeries) -> FocusView:
         """A focus series in the middle of the screen, one pixel on one of the screen's."""

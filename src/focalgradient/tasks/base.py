@@ -7,7 +7,7 @@ import math
 import types
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, ClassVar, Literal, Union
@@ -61,6 +61,10 @@ class Response(metaclass=OpenRecord):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+
+
+Interval = tuple[NDArray[np.uint8], float]
+"""A picture (H x W x 3, 8 bits), and for how many seconds it is shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,12 +181,18 @@ class Task(ABC):
             )
         return own[entry].format(**values)
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> tuple[NDArray[np.uint8], float]:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Sequence[Interval]:
         """Return the picture of a trial (H x W x 3, 8 bits) and for how many seconds it is shown.
 
-        With `control` it describes a trial as data: the window and the browser both show it so.
+        Or a list of these, one an interval. With `control` it describes a trial as data: the window and the browser
+        both show it so.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def intervals(self, design: Any, trial: Any, pixels_per_degree: float) -> list[Interval]:
+        """Return the pictures of a trial as `shown` gives them, always as a list."""
+        shown: Any = self.shown(design, trial, pixels_per_degree)
+        return [shown] if isinstance(shown, tuple) and not isinstance(shown[0], tuple) else [*shown]
 
     def control(self, words: Any, trial: Any) -> Control:
         """Describe what a trial is answered on."""
@@ -223,12 +233,15 @@ class Task(ABC):
         from focalgradient.lab.questions import ask
 
         screen, design = sitting.screen, sitting.design
-        pixels, seconds = self.shown(design, trial, screen.display.pixels_per_degree)
-        picture = screen.picture(pixels)
-        onset = screen.play(lambda since: picture.draw(), seconds, "picture")
-        screen.empty(BLANK_S, "off")
+        shown = self.intervals(design, trial, screen.display.pixels_per_degree)
+        pictures = [(screen.picture(pixels), seconds) for pixels, seconds in shown]
+        screen.warm(*(picture for picture, _ in pictures))
+        onsets = []
+        for picture, seconds in pictures:
+            onsets.append(screen.play(lambda since, drawn=picture: drawn.draw(), seconds, "picture"))
+            screen.empty(BLANK_S, "off")
         given = ask(screen, self.control(sitting.words, trial))
-        times = {"onset": sitting.since_start(onset), "response_time": given.seconds}
+        times = {"onset": sitting.since_start(onsets[0]), "response_time": given.seconds}
         return self.answered(design, trial, given.value, **times)
 
     def experiment(self) -> Any:

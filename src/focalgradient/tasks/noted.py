@@ -12,10 +12,18 @@ from typing import Any
 from focalgradient.errors import InputError, described
 from focalgradient.tasks.columns import Column, Form
 
-__all__ = ["EXTRA", "Noted", "OpenRecord", "check_noted", "is_noted", "noted_columns"]
+__all__ = ["EXTRA", "SHOWN", "SHOWN_ABOUT", "Noted", "OpenRecord", "check_noted", "is_noted", "noted_columns"]
 
 EXTRA = "extra"
 """Field of every answer, and key of a trial in the journal, that holds what was noted, by name."""
+
+SHOWN = "shown_sha256"
+"""Column of the pictures shown, of trials that show pixels that no file of a set holds."""
+
+SHOWN_ABOUT = (
+    "SHA-256 of the pixels of each picture that was shown, in order: 8-bit values, row by row, three to a pixel in "
+    "colour; after a comma what was changed when it was drawn, as contrast=0.5."
+)
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 

@@ -13,11 +13,13 @@ from pydantic import BaseModel, ValidationError
 from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
 from focalgradient.design.words import Words, load_words
+from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, Ways
 from focalgradient.stimuli import StimulusSet
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
 from focalgradient.web.messages import Answer, Depth, Necker, Sitting
-from focalgradient.web.pictures import picture_file
+from focalgradient.web.pictures import picture_file, shown_sha256
 from focalgradient.web.possible import check_possible
 from focalgradient.web.screen import gamma_of, measure
 
@@ -98,6 +100,8 @@ def read_answer(
         value = 2.0 - read.rating if isinstance(control, Ways) else read.rating
         _check_reached("rating", value, control)
         given = session.task.answered(session.design, trial, value, **times)
+        shown = shown_sha256(session.task, session.design, trial, Display())
+        extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
         return replace(given, extra={**extra, **given.extra}), frames
     assert pictures is not None
     rated = Rated(

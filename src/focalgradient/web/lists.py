@@ -158,8 +158,8 @@ class Lists:
             return depth_trial(design, self.pictures, trial)
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
-        name, content, entry = own_trial(task_named(design.task), design, trial, self.words, self._display)
-        self.drawings[name] = content
+        files, entry = own_trial(task_named(design.task), design, trial, self.words, self._display)
+        self.drawings |= files
         return entry
 
 

@@ -93,15 +93,39 @@ def own_session() -> dict[str, Any]:
     return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
 
 
-def own_trial(task: Task, design: Any, trial: Any, words: Words, display: Display) -> tuple[str, bytes, dict[str, Any]]:
-    """What a trial of a task of one's own shows: name and content of its picture, and what the page needs."""
-    pixels, seconds = task.shown(design, trial, display.pixels_per_degree)
-    content = png(pixels)
-    name = f"{hashlib.sha256(content).hexdigest()}.png"
+HASHES: dict[tuple[str, str, Any], str] = {}
+"""SHA-256 of the pixels of trials of own tasks, by task, design and trial; the latest `MOST_HASHES` of them."""
+
+MOST_HASHES = 20_000
+"""Ten times the trials that one participant can be asked for."""
+
+
+def shown_sha256(task: Task, design: Any, trial: Any, display: Display) -> str:
+    """SHA-256 of the pixels of each picture that a trial of an own task shows, apart by blanks."""
+    key = (task.name, design.model_dump_json(), trial)
+    if key not in HASHES:
+        shown = task.intervals(design, trial, display.pixels_per_degree)
+        while len(HASHES) >= MOST_HASHES:
+            HASHES.pop(next(iter(HASHES)))
+        HASHES[key] = " ".join(
+            dict.fromkeys(hashlib.sha256(np.ascontiguousarray(one).tobytes()).hexdigest() for one, _ in shown)
+        )
+    return HASHES[key]
+
+
+def own_trial(
+    task: Task, design: Any, trial: Any, words: Words, display: Display
+) -> tuple[dict[str, bytes], dict[str, Any]]:
+    """What a trial of a task of one's own shows: names and contents of its pictures, and what the page needs."""
+    files, intervals = {}, []
     mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
-    interval = {"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark}
+    for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree):
+        content = png(pixels)
+        name = f"{hashlib.sha256(content).hexdigest()}.png"
+        files[name] = content
+        intervals.append({"url": f"/pictures/{name}", "seconds": seconds, "event": "picture", **mark})
     # With 1 as the interval, a choice between two ways is kept as 1 for the first, as `answered_by` expects.
-    return name, content, {"intervals": [interval], "interval": 1, "scale": task.control(words, trial).form()}
+    return files, {"intervals": intervals, "interval": 1, "scale": task.control(words, trial).form()}
 
 
 def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:
