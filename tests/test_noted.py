@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,11 +30,12 @@ def record(root: Path, *extras: dict[str, object]) -> Session:
 
 
 def test_every_answer_takes_further_fields() -> None:
+    more: dict[str, Any] = {"interest": 3}
     answers = [
-        rated(0, interest=3),
-        Watched(onset=0.0, presses=(), trial_duration=20.0, interest=3),
-        Chosen(onset=0.0, level=0.1, answer=1, correct=True, response_time=1.0, interest=3),
-        Response(onset=0.0, response_time=1.0, interest=3),
+        rated(0, **more),
+        Watched(onset=0.0, presses=(), trial_duration=20.0, **more),
+        Chosen(onset=0.0, level=0.1, answer=1, correct=True, response_time=1.0, **more),
+        Response(onset=0.0, response_time=1.0, **more),
     ]
     assert [answer.extra for answer in answers] == [{"interest": Noted(3)}] * 4
 
