@@ -53,11 +53,15 @@ class Ball:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layered:
-    """A scene with its name, the vergence in focus, and how many values of light it has."""
+    """A scene with its name, the vergence in focus, and the lens.
+
+    `lens` is 1 for a disc, 2 for a Gaussian of standard deviation 1/2, and from 3 on the number of straight blades.
+    """
 
     name: str
     things: tuple[Sheet | Ball, ...]
     focus: float
+    lens: float = 1.0
 
 
 def picture_of(scene: Layered, samples: int = 64, seed: int = 1) -> tuple[FloatArray, FloatArray]:
@@ -66,9 +70,9 @@ def picture_of(scene: Layered, samples: int = 64, seed: int = 1) -> tuple[FloatA
     return light, _traced(scene, 1, 0.0, True, seed)[1]
 
 
-def seen_through_lens(scene: Layered, rays: int = 1024, gaussian: bool = False, seed: int = 2) -> FloatArray:
-    """Light of every pixel by so many rays, evenly over the lens or (u of standard deviation 1/2) as a Gaussian."""
-    return _traced(scene, rays, 2.0 if gaussian else 1.0, False, seed)[0]
+def seen_through_lens(scene: Layered, rays: int = 1024, seed: int = 2) -> FloatArray:
+    """Light of every pixel by so many rays over the scene's lens."""
+    return _traced(scene, rays, scene.lens, False, seed)[0]
 
 
 def _traced(scene: Layered, rays: int, lens: float, middle: bool, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -115,6 +119,12 @@ def _trace(  # type: ignore[no-untyped-def]
                 elif lens == 2:
                     far = math.sqrt(-2 * math.log(1 - c)) / 2
                 down, right = far * math.sin(2 * math.pi * d), far * math.cos(2 * math.pi * d)
+                if lens >= 3:  # a triangle between the middle and two corners of a polygon of the disc's area
+                    part = 2 * math.pi / lens
+                    corner = math.sqrt(2 * math.pi / (lens * math.sin(part))) * math.sqrt(c * lens % 1.0)
+                    first, second = part * int(c * lens), part * (int(c * lens) + 1)
+                    down = corner * ((1 - d) * math.sin(first) + d * math.sin(second))
+                    right = corner * ((1 - d) * math.cos(first) + d * math.cos(second))
                 best, shown = -1e9, 0.0
                 for k in range(len(vergences)):
                     # Secant steps to where the ray meets the sheet.

@@ -1,6 +1,6 @@
 """How right blurred pictures are at outlines, and whether any place is sharper than its blur allows.
 
-    python benchmarks/seams.py [--scenes N,N] [--before SRC] [--pictures FILE]
+    python benchmarks/seams.py [--scenes N,N] [--held-back DATA] [--before SRC] [--pictures FILE]
 
 Thirty scenes of `lens_rays`, complete behind their outlines, are seen by rays through a lens (1,024 a pixel); the same
 is made of their pinhole picture and depth by `focalgradient.render.blur_picture`. Errors are within 3 pixels of
@@ -9,6 +9,8 @@ out of them. `gradient` is the largest difference between neighbouring pixels an
 reference; `local` the largest over what the reference has within 2 pixels. What is hidden cannot be known from a
 picture: `shown` is the error where the reference, blurred with other textures behind, stays within 1 %.
 References are kept in a temporary folder. `--before` takes a folder `src` of other code, of which the same is printed.
+`--held-back` takes the scenes of `held_back_scenes` instead, on which no constant was chosen: other seeds, polygons and
+Gaussians, photographs; DATA is the folder `indoor_pairs`, or "none".
 """
 
 from __future__ import annotations
@@ -24,11 +26,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
+import held_back_scenes
 import numpy as np
 from lens_rays import MARGIN, Ball, Layered, Sheet, picture_of, scenes, seen_through_lens
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
 
+from focalgradient.psf import Disc, Gaussian, Polygon
 from focalgradient.render import blur_picture
 
 PIXEL = 1e-3
@@ -58,9 +62,9 @@ class Found:
 
 
 def blurred(scene: Layered, picture: FloatArray, vergence: FloatArray) -> FloatArray:
-    return blur_picture(
-        picture, 1 / (vergence + AHEAD), Pupil(2 * PIXEL, scene.focus + AHEAD), pixel_angle=PIXEL
-    ).astype(float)
+    psf = {1: Disc(), 2: Gaussian()}.get(int(scene.lens)) or Polygon(int(scene.lens))
+    optics = Pupil(2 * PIXEL, scene.focus + AHEAD)
+    return blur_picture(picture, 1 / (vergence + AHEAD), optics, pixel_angle=PIXEL, psf=psf).astype(float)
 
 
 def gradient(image: FloatArray) -> FloatArray:
@@ -104,10 +108,10 @@ def with_other_hidden(scene: Layered, vergence: FloatArray) -> Layered:
         other = np.roll(thing.light, (37 + number, 53), axis=(0, 1))
         light = thing.light + gaussian_filter(hidden, 0.3) * (other - thing.light)
         things.append(Sheet(thing.vergence, light, thing.there))
-    return Layered(scene.name, tuple(things), scene.focus)
+    return Layered(scene.name, tuple(things), scene.focus, scene.lens)
 
 
-def reference(number: int, scene: Layered) -> dict[str, FloatArray]:
+def reference(number: str, scene: Layered) -> dict[str, FloatArray]:
     """Picture, vergence, what the lens sees, and where that does not depend on the hidden; kept."""
     kept = Path(tempfile.gettempdir()) / "focalgradient-seams" / f"{number}.npz"
     if not kept.exists():
@@ -121,13 +125,13 @@ def reference(number: int, scene: Layered) -> dict[str, FloatArray]:
         return {name: held[name] for name in held}
 
 
-def table(numbers: list[int], pictures: Path | None) -> list[dict[str, float]]:
+def table(given: list[Layered], numbers: list[int], pictures: Path | None, prefix: str = "") -> list[dict[str, float]]:
     print(f"{'scene':22} {'px':>5} {'median':>7} {'99 %':>6} {'shown':>6} {'gradient':>9} {'local':>6}")
     rows, shown = [], []
-    for number, scene in enumerate(scenes()):
+    for number, scene in enumerate(given):
         if number not in numbers:
             continue
-        held = reference(number, scene)
+        held = reference(f"{prefix}{number}", scene)
         made = blurred(scene, held["picture"], held["vergence"])
         found = compared(scene, made, held["vergence"], held["seen"], held["known"].astype(bool))
         largest = np.abs(held["vergence"] - scene.focus).max()
@@ -148,7 +152,7 @@ def table(numbers: list[int], pictures: Path | None) -> list[dict[str, float]]:
 
 def speed() -> float:
     """Processor seconds for a million pixels with 15 pixels of blur: balls on a floor, six times as large."""
-    held = reference(0, scenes()[0])
+    held = reference("0", scenes()[0])
     picture, vergence = (np.kron(held[name], np.ones((6, 6))) for name in ("picture", "vergence"))
     vergence = vergence + np.linspace(0, 0.1, vergence.shape[1])
     scene = Layered("", (), 0.0)
@@ -160,15 +164,19 @@ def speed() -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenes", default=",".join(str(number) for number in range(30)))
+    parser.add_argument("--scenes", help="numbers of some")
+    parser.add_argument("--held-back", metavar="DATA", help="folder indoor_pairs, or none")
     parser.add_argument("--before", type=Path, help="folder src of the code to compare with")
     parser.add_argument("--pictures", type=Path, help="PNG of pinhole, reference, blurred and their difference")
     options = parser.parse_args()
-    table([int(number) for number in options.scenes.split(",")], options.pictures)
+    given = scenes() if options.held_back is None else held_back_scenes.scenes(options.held_back)
+    numbers = [int(number) for number in options.scenes.split(",")] if options.scenes else list(range(len(given)))
+    table(given, numbers, options.pictures, "" if options.held_back is None else "held-back-")
     print(json.dumps({"processor_s_per_megapixel": round(speed(), 2)}), flush=True)
     if options.before is not None:
         print(f"\n{options.before}", flush=True)
-        again = [sys.executable, __file__, "--scenes", options.scenes]
+        again = [sys.executable, __file__, "--scenes", ",".join(map(str, numbers))]
+        again += ["--held-back", options.held_back] if options.held_back is not None else []
         subprocess.run(again, check=True, env={**os.environ, "PYTHONPATH": str(options.before)})
 
 

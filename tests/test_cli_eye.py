@@ -21,7 +21,6 @@ def small(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(PLACE, "SHAPE", (96, 128))
     monkeypatch.setattr(PLACE, "SAMPLES", 16)
-    monkeypatch.setattr(PLACE, "WAVELENGTHS", 2)
     monkeypatch.setattr(PLACE, "FRAMES", 4)
 
 

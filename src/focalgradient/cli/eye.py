@@ -51,7 +51,7 @@ FRAMES = 16
 
 NOISE, CORRELATION = 0.01, 0.95
 ASSUMED = {"pixel_arcmin": 1.0, "noise_of_mean": NOISE, "texture_correlation_of_bands": CORRELATION}
-SAMPLES, WAVELENGTHS = 64, 5
+SAMPLES = 64
 NAMES = ("spheres", "slant", "step", "plane")
 STAGES = 8
 CUES: dict[str, Cue] = {"bands": "bands", "oscillation": "moments", "both": "both"}
@@ -132,9 +132,9 @@ def eye(
 ) -> None:
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could that has nothing but blur.
 
-    The scene is blurred by waves, with diffraction, in five wavelengths for each cone class, with 1 % noise; the S
-    cones resolve 10 cycles a degree, and their texture correlates with the others' at 0.95. Depth is then recovered
-    from these views alone.
+    The scene is blurred by waves, with diffraction, in as many wavelengths for each cone class as the pupil needs (5 to
+    15), with 1 % noise; the S cones resolve 10 cycles a degree, and their texture correlates with the others' at 0.95.
+    Depth is then recovered from these views alone.
 
     Writes DIR/views.png (what is seen, true and recovered depth, error), DIR/focus.png (focus over time),
     DIR/oscillation.mp4, DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.
@@ -238,7 +238,7 @@ def _cones(subject: Any, band: Band) -> Cones:
     from focalgradient.eye import Cones
     from focalgradient.eye.retina import S_FINEST_CPD
 
-    return Cones.of(subject, band, wavelengths=WAVELENGTHS, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
+    return Cones.of(subject, band, finest_cpd=S_FINEST_CPD if band == "S" else math.inf)
 
 
 def _scene(name: str, seed: int, fixation: float) -> Scene:

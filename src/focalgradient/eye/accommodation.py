@@ -332,14 +332,14 @@ class _Formed(_AtFocus):
     light_nm: float | None
 
     def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
-        wavelengths = (self.light_nm,) if self.light_nm is not None else self.cones.wavelengths_nm
+        shares = dict(zip(self.cones.wavelengths_nm, self.cones.shares.tolist(), strict=True))
         total: Any = 0.0
-        for nm in wavelengths:
+        for nm, share in (shares if self.light_nm is None else {self.light_nm: 1.0}).items():
             # An eye whose own aberration is 1 focuses where one of another scale does if it accommodates otherwise.
             changed = self.focus + (1 - self.chromatic_scale) * float(chromatic_difference(nm))
-            one = replace(self.cones.accommodated(changed), wavelengths_nm=(nm,))
-            total = total + one.transfer(frequency, vergence)
-        return np.asarray(total / len(wavelengths))
+            one = replace(self.cones.accommodated(changed), wavelengths_nm=(nm,), weights=())
+            total = total + share * one.transfer(frequency, vergence)
+        return np.asarray(total)
 
 
 STEP, SPAN = 0.0125, 10.0

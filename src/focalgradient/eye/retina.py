@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_finite, check_number, described
-from focalgradient.eye.chromatic import chromatic_wavelength
+from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.light import Band, Light, band_light
 from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.parts import fewest, parts_of_band
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.through_focus import through_focus
@@ -26,7 +26,7 @@ from focalgradient.eye.transfer import BlurName, blur_transfer, geometric_shape
 from focalgradient.eye.wavefront import Pupil
 from focalgradient.psf import Psf
 
-__all__ = ["S_FINEST_CPD", "Cones", "few_wavelengths", "sampling"]
+__all__ = ["S_FINEST_CPD", "Cones", "sampling", "wavelengths_needed"]
 
 S_FINEST_CPD = 10.0
 """Cycles per degree that S cones, which are sparse, resolve at best."""
@@ -46,16 +46,18 @@ class Cones:
     light
         Name of the light, such as the band's: views of one name share a texture, views of two need not.
     wavelengths_nm
-        The light's wavelengths in nm, each counting alike.
+        The light's wavelengths in nm.
     finest_cpd
         Cycles per degree that the cones resolve: infinite for a mosaic finer than the pixels.
     model
         How each wavelength is blurred: ``"wave"``, or by geometric optics ``"disc"`` or its stand-in ``"gaussian"``.
+    weights
+        How much each wavelength counts, in any unit; empty: all alike.
 
     Raises
     ------
     InputError
-        If a number is out of range, there is no wavelength, or the model is unknown.
+        If a number is out of range, there is no wavelength, weights do not pair, or the model is unknown.
 
     Examples
     --------
@@ -74,6 +76,7 @@ class Cones:
     wavelengths_nm: tuple[float, ...]
     finest_cpd: float = np.inf
     model: BlurName = "wave"
+    weights: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         check_number("finest_cpd", self.finest_cpd, "cycles per degree", positive=True, finite=False)
@@ -83,6 +86,8 @@ class Cones:
                 "in nanometres."
             )
         visible(self.wavelengths_nm, "wavelengths_nm")
+        if len(self.weights):
+            Light(np.asarray(self.wavelengths_nm), np.asarray(self.weights))  # refuses weights that do not pair
         if self._shape is not None and not self._shape.isotropic:
             raise InputError(f"model is {self._shape}, but the blur of cones must be alike in all directions.")
 
@@ -93,12 +98,20 @@ class Cones:
         band: Band,
         *,
         illuminant: str = "D65",
-        wavelengths: int = 5,
+        wavelengths: int | None = None,
         finest_cpd: float = np.inf,
         model: BlurName = "wave",
     ) -> Cones:
-        """The cones of a `band` in the light of an `illuminant`, at so many `wavelengths` (see `few_wavelengths`)."""
-        return cls(eye, band, few_wavelengths(band_light(band, illuminant), wavelengths), finest_cpd, model)
+        """Return the cones of a `band` in the light of an `illuminant`, at so many `wavelengths`.
+
+        None is as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
+        """
+        light = band_light(band, illuminant)
+        if wavelengths is None:
+            check_number("finest_cpd", finest_cpd, "cycles per degree", positive=True, finite=False)
+            wavelengths = wavelengths_needed(light, eye.pupil_diameter, eye.chromatic_scale, finest_cpd)
+        nm, share = parts_of_band(light, wavelengths)
+        return cls(eye, band, nm, finest_cpd, model, share)
 
     @property
     def aperture_diameter(self) -> float:
@@ -108,7 +121,13 @@ class Cones:
     @property
     def focus_vergence(self) -> float:
         """Vergence in dioptres of the plane that is in focus on average over the light's wavelengths."""
-        return float(np.mean(self.eye.focus_in(self.wavelengths_nm)))
+        return float(self.shares @ self.eye.focus_in(self.wavelengths_nm))
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """How much each wavelength counts, in sum 1."""
+        weights = np.asarray(self.weights or np.ones(len(self.wavelengths_nm)), float)
+        return weights / weights.sum()
 
     def eyes(self) -> list[Eye]:
         """The eye in each of the light's wavelengths."""
@@ -143,14 +162,13 @@ class Cones:
         if self._shape is None and not self._clear:
             return self._radial(frequency, vergence)
         total, shape = np.zeros(np.broadcast_shapes(frequency.shape, vergence.shape)), self._shape
-        for eye in self.eyes():
+        for eye, share in zip(self.eyes(), self.shares, strict=True):
             defocus = np.abs(eye.focus_vergence - vergence)
             if shape is None:
-                total += _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
+                total += share * _wave_transfer(frequency, defocus, eye.pupil_diameter, eye.wavelength_nm)
             else:
-                total += shape.transfer(frequency, defocus * eye.pupil_diameter / 2)
-        resolved: NDArray[np.float64] = total / len(self.wavelengths_nm) * sampling(frequency, self.finest_cpd)
-        return resolved
+                total += share * shape.transfer(frequency, defocus * eye.pupil_diameter / 2)
+        return total * sampling(frequency, self.finest_cpd)
 
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
@@ -159,16 +177,16 @@ class Cones:
 
         >>> coma = Eye(0.004, 1.0, aberrations=((3, 1, 0.2),))
         >>> complex(Cones.of(coma, "L+M").optical_transfer(0, np.degrees(5), 1.0).round(2))
-        (0.54-0.09j)
+        (0.53-0.09j)
         """
         down = check_finite("frequency_y", frequency_y, "cycles per radian")
         right = check_finite("frequency_x", frequency_x, "cycles per radian")
         if self._shape is not None or self._clear:
             return self.transfer(np.hypot(down, right), vergence)
         seen = np.zeros(np.broadcast_shapes(down.shape, right.shape), np.complex128)
-        for eye in self.eyes():
-            seen += blur_transfer(down, right, eye, vergence)
-        seen *= sampling(np.hypot(down, right), self.finest_cpd) / len(self.wavelengths_nm)
+        for eye, share in zip(self.eyes(), self.shares, strict=True):
+            seen += share * blur_transfer(down, right, eye, vergence)
+        seen *= sampling(np.hypot(down, right), self.finest_cpd)
         return seen
 
     def through_focus(
@@ -188,10 +206,10 @@ class Cones:
         resolved = sampling(radial, self.finest_cpd)
         some = resolved > 0
         total = np.zeros((len(levels), *radial.shape), np.complex128)
-        for eye in self.eyes():
+        for eye, share in zip(self.eyes(), self.shares, strict=True):
             pupil = Pupil(eye.pupil_diameter, eye.wavelength_nm, 0.0, eye.aberrations, eye.stiles_crawford)
-            total[:, some] += through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
-        total *= resolved / len(self.wavelengths_nm)
+            total[:, some] += share * through_focus(down[some], right[some], pupil, eye.focus_vergence - levels)
+        total *= resolved
         return total
 
     @property
@@ -225,23 +243,34 @@ def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
     return np.where(share < 1e-3, 0.0, share)
 
 
-@lru_cache(maxsize=32)
-def few_wavelengths(light: Light, count: int) -> tuple[float, ...]:
-    """`count` wavelengths in nm that stand for a light: each for an equal part of it, focused as that part on average.
+@lru_cache(maxsize=64)
+def wavelengths_needed(light: Light, pupil_diameter: float, chromatic_scale: float, finest_cpd: float) -> int:
+    """Return the number of parts of a band's light that leave the transfer of a clear pupil right to 0.01.
 
-    >>> [round(nm) for nm in few_wavelengths(band_light("S", "D65"), 3)]
-    [427, 450, 477]
+    At all frequencies up to 60 cycles per degree that the cones resolve, in focus (where it takes the most parts: what
+    is out of focus has less fine detail) and up to half a dioptre to either side.
+
+    >>> [wavelengths_needed(band_light("L+M", "D65"), mm / 1000, 1.0, np.inf) for mm in (2, 4, 7)]
+    [5, 9, 15]
     """
-    if not (isinstance(count, int) and count >= 1):
-        raise InputError(f"count is {count!r}, but must be a whole number of wavelengths: give 1 or more.")
-    ends = np.linspace(0, 1, count + 1)
-    after = np.cumsum(light.share)
-    before = after - light.share
-    parts = [
-        np.clip(np.minimum(after, high) - np.maximum(before, low), 0, None) for low, high in pairwise(ends.tolist())
-    ]
-    return tuple(float(chromatic_wavelength(Light(light.wavelength_nm, part).difference())) for part in parts)
+    frequency = np.degrees(np.linspace(0.5, min(1.25 * finest_cpd, HIGHEST_CPD), FREQUENCIES))
+    focus = light.difference()
 
+    def made(count: int) -> NDArray[np.float64]:
+        total = np.zeros((len(DEFOCI), FREQUENCIES))
+        for nm, share in zip(*parts_of_band(light, count), strict=True):
+            own = chromatic_scale * (float(chromatic_difference(nm)) - focus)
+            total += share * _wave_transfer(frequency, np.abs(DEFOCI + own), pupil_diameter, nm)
+        return total * sampling(frequency, finest_cpd)
+
+    return fewest(made)
+
+
+HIGHEST_CPD, FREQUENCIES = 60.0, 60
+"""Highest frequency (cycles per degree) that people resolve, and the number of frequencies that are compared."""
+
+DEFOCI: NDArray[np.float64] = np.array([[-0.5], [-0.2], [0.0], [0.2], [0.5]])
+"""Defocus (D) at which numbers of wavelengths are compared."""
 
 SHIFTS = np.linspace(0, 1, 65)[:-1]
 """Frequencies over the cut-off at which the table is worked out."""

@@ -12,6 +12,7 @@ from focalgradient.eye.chromatic import chromatic_difference, chromatic_waveleng
 from focalgradient.eye.colours import PRIMARIES, display_primaries
 from focalgradient.eye.light import cone_fundamentals
 from focalgradient.eye.model_eye import Eye
+from focalgradient.eye.parts import fewest, parts_of_focus
 from focalgradient.eye.transfer import blur_transfer
 from focalgradient.progress import Progress
 from focalgradient.render import blur_picture
@@ -21,16 +22,6 @@ __all__ = ["caught_by_cones", "parts_needed", "parts_of_light", "retinal_image"]
 ENDS_NM = (420.0, 680.0)
 """Wavelengths between which parts of the spectrum are equally wide in focus; the first and the last take what lies
 beyond: of a display's light less than 1 % of what the L and M cones catch, and 3 % of what the S cones do."""
-
-ERROR = 0.008
-"""Error, as a share of white, up to which a step from black to white may differ from `FINEST` parts: below 0.01 also
-where steps lie side by side."""
-
-FINEST = 41
-"""Parts of the spectrum from which on more change nothing: of a step at 7 mm and 2 D, less than 0.001 of white."""
-
-COUNTS = (3, 5, 7, 9, 11, 13, 15, 17, 21, 25, 29, 33)
-"""Numbers of parts that are tried."""
 
 
 def retinal_image(
@@ -144,11 +135,7 @@ def parts_needed(distance: ArrayLike, eye: Eye, *, pixel_angle: float, primaries
     vergence = 1 / np.asarray(distance, dtype=float)
     low, high = float(vergence.min()), float(vergence.max())
     levels = sorted({low, high, min(max(eye.focus_vergence, low), high)})
-    wanted = _steps(FINEST, eye, levels, pixel_angle, primaries)
-    for count in COUNTS:
-        if np.abs(_steps(count, eye, levels, pixel_angle, primaries) - wanted).max() < ERROR:
-            return count
-    return FINEST
+    return fewest(lambda count: _steps(count, eye, levels, pixel_angle, primaries))
 
 
 def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, primaries: str) -> NDArray[np.float64]:
@@ -172,12 +159,12 @@ def parts_of_light(count: int, primaries: str) -> tuple[list[float], NDArray[np.
     nm, spectra = display_primaries(primaries)
     focus = chromatic_difference(nm)
     first, last = chromatic_difference(ENDS_NM).tolist()
-    edges = np.linspace(first, last, count + 1)
-    part = np.clip(np.searchsorted(edges, focus) - 1, 0, count - 1)
+    part = parts_of_focus(focus, (first, last), count)
     catches = spectra[:, :, None] * cone_fundamentals(nm)[:, None, :]  # wavelength x primary x cone class
     caught = np.stack([catches[part == number].sum(axis=0) for number in range(count)])
     # Each part is in the mean focus of its light, each primary and cone class counting alike.
     weight = (catches / catches.sum(axis=0)).sum(axis=(1, 2))
     total = np.bincount(part, weight, count)
+    edges = np.linspace(first, last, count + 1)
     middle = np.where(total > 0, np.bincount(part, weight * focus, count), (edges[1:] + edges[:-1]) / 2)
     return np.asarray(chromatic_wavelength(middle / np.where(total > 0, total, 1))).tolist(), caught

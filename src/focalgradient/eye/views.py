@@ -53,7 +53,7 @@ def band_views(
     gain: float = 1.0,
     s_finest_cpd: float = S_FINEST_CPD,
     illuminant: str = "D65",
-    wavelengths: int = 5,
+    wavelengths: int | None = None,
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
@@ -77,7 +77,7 @@ def band_views(
     s_finest_cpd
         Cycles per degree that the S cones resolve.
     illuminant, wavelengths
-        The light, and how many wavelengths stand for it in each band (see `Cones.of`).
+        The light, and how many wavelengths stand for it in each band; None: as many as the pupil needs (`Cones.of`).
     noise
         Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
     samples, seed
@@ -131,7 +131,7 @@ def accommodation_views(
     pixel_angle: float,
     *,
     illuminant: str = "D65",
-    wavelengths: int = 5,
+    wavelengths: int | None = None,
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
@@ -296,9 +296,9 @@ def _by_rays(
     parts = _parts(scene, mix)
     image = np.zeros(shape)
     for weight, painted in parts:
-        for eye in cones.eyes():
+        for eye, share in zip(cones.eyes(), cones.shares, strict=True):
             rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
-            image += weight / len(cones.wavelengths_nm) * rendered.view.image
+            image += weight * share * rendered.view.image
     _check_depth(rendered.distance)
     if np.isfinite(cones.finest_cpd):
         image = _filtered(image, pixel_angle, lambda frequency: sampling(frequency, cones.finest_cpd))
