@@ -119,7 +119,7 @@ HOMES = {
     "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
     "pydantic": {"design", "photographs", "stimuli", "tables", "web"},
     "rawpy": {"photographs"},
-    "skimage": {"analysis"},
+    "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},
     "psycopg": {"web"},
     "pyglet": {"lab"},
