@@ -49,7 +49,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
     multiple=True,
     callback=_pairs,
     help="Names in a table of your own: participant=subject,aperture=fstop,fixation=focus,rating=resp; of reports on "
-    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds.",
+    "the cube: participant=subject,gradient=blur,percept=seen,duration=seconds; of thresholds: level=blur,correct=hit.",
 )
 @click.option(
     "--conditions",
@@ -111,7 +111,9 @@ def report(
     farthest) and rating, and may have scene, repetition, trial and catch; or a column for each condition. Other names
     are given by --columns, other words in the cells by --conditions. A table of reports on the cube has a row for each
     report with the columns participant, trial, gradient (none, rigid, nonrigid), percept (rigid, nonrigid, none, both)
-    and duration in seconds, and may have onset, strength, trial_duration, censored and catch.
+    and duration in seconds, and may have onset, strength, trial_duration, censored and catch. A table of answers at
+    levels, for thresholds, has a row for each trial with the columns participant, level (above 0) and correct (1 or 0),
+    or interval and response, and may have condition, session and catch.
 
     The sessions of a data set are checked by the workers, those of a --scheduler must see it under the same path.
 
@@ -122,11 +124,11 @@ def report(
       focalgradient report demo/ratings.csv --columns participant=subject,fixation=focus --out report --bound 1.2
       focalgradient report data --out report --bound 1.2
       focalgradient report reports.csv --columns participant=subject,percept=seen --out report
+      focalgradient report answers.csv --columns level=blur_D --out report
       focalgradient report --preregister design.toml --out preregistration
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.report import Stated, load_rules, make_report
+    from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
     from focalgradient.statistics import Rules
-    from focalgradient.statistics.own_reports import holds_reports
 
     inputs = [path for path in (folder, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
@@ -152,9 +154,8 @@ def report(
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
-    if given and folder.is_file() and holds_reports(folder, columns):
-        where = printable(folder)
-        raise InputError(f"{given[0]} is of depth ratings, but {where} holds reports on the cube: leave it out.")
+    if given and folder.is_file() and (other := other_than_ratings(folder, columns)):
+        raise InputError(f"{given[0]} is of depth ratings, but {printable(folder)} holds {other}: leave it out.")
     seconds = 0.0 if folder.is_file() else SESSION_S * sum(1 for _ in folder.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,

@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +23,16 @@ from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
+from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
-from focalgradient.scales import Analysis, analysis_named
-from focalgradient.statistics import Rules, read_ratings, read_reports
+from focalgradient.scales import Analysis, Choices, analysis_named
+from focalgradient.statistics import Rules, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_reports import holds_reports
+from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 
 __all__ = [
@@ -42,6 +44,7 @@ __all__ = [
     "analyse_table",
     "load_rules",
     "make_report",
+    "other_than_ratings",
 ]
 
 
@@ -87,12 +90,14 @@ def make_report(
     ----------
     root
         The data set's folder; or a CSV or TSV file, read by `focalgradient.statistics.read_ratings` with `columns`,
-        `conditions` and `focal_length_mm`, or, with a column of percepts, by `focalgradient.statistics.read_reports`.
+        `conditions` and `focal_length_mm`; with a column of percepts by `focalgradient.statistics.read_reports`, with
+        one of levels and one of right answers by `focalgradient.statistics.read_thresholds`.
     bound
         Of equivalence: see `focalgradient.statistics.depth_rating`. Without it that of `stated`, or 1.2, and the report
         says so.
     scale
-        What the ratings are; None: what the designs of the data set say, and ratios in a table of one's own.
+        What the ratings are; None: what the designs of the data set say, and in a table of one's own choices where all
+        are 0 or 1, else ratios.
     stated
         Rules of exclusion: see `load_rules`.
     columns, conditions, focal_length_mm
@@ -107,8 +112,8 @@ def make_report(
     Raises
     ------
     InputError
-        If nothing can be analysed, for the first reason; or if a table of reports on the cube is given with `bound`,
-        `scale`, `bayes` or `focal_length_mm`, which are of ratings.
+        If nothing can be analysed, for the first reason; or if a table of reports on the cube or of answers at levels
+        is given with `bound`, `scale`, `bayes` or `focal_length_mm`, which are of ratings.
     """
     root, stated = Path(root), stated or Stated(Rules())
     if bayes:
@@ -116,18 +121,16 @@ def make_report(
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
-    elif holds_reports(root, columns):
+    elif other := other_than_ratings(root, columns):
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if given := [name for name, value in settings.items() if value is not None]:
-            raise InputError(
-                f"{given[0]} is of depth ratings, but {root.name} holds reports on the cube: leave it out."
-            )
-        read = read_reports(root, columns, conditions)
-        cube = CubePart.of(analyse_report_table(read.table, rules=stated.rules))
-        found = _Analysed(root.stem, [cube], notes=[*read.notes], notices=[*read.notices])
+            raise InputError(f"{given[0]} is of depth ratings, but {root.name} holds {other}: leave it out.")
+        found = _of_table(root, asked, columns, conditions)
     else:
         whole = scale is not None and analysis_named(scale).whole
         own = read_ratings(root, columns, conditions, focal_length_mm=focal_length_mm, steps=whole)
+        scale = Choices() if scale is None and own.choices else scale
+        asked = replace(asked, scale=scale)
         ratings = RatingPart.of(
             analyse_table(own.table, bound=asked.used_bound, scale=scale, rules=stated.rules, progress=progress), asked
         )
@@ -167,6 +170,26 @@ class _Analysed:
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
+
+
+def other_than_ratings(path: Path, columns: Mapping[str, str] | None = None) -> str | None:
+    """What a table of one's own holds where it is not of ratings, in words; else None."""
+    if holds_reports(path, columns):
+        return "reports on the cube"
+    return "answers at levels" if holds_thresholds(path, columns) else None
+
+
+def _of_table(
+    path: Path, asked: Asked, columns: Mapping[str, str] | None, conditions: Mapping[str, str] | None
+) -> _Analysed:
+    """The reports on the cube, or the answers at levels, of a table of one's own."""
+    if holds_reports(path, columns):
+        read = read_reports(path, columns, conditions)
+        cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
+        return _Analysed(path.stem, [cube], notes=[*read.notes], notices=[*read.notices])
+    own = read_thresholds(path, columns, conditions)
+    part = OwnThresholdPart.of(own, asked.progress)
+    return _Analysed(path.stem, [part], notes=[*own.notes], notices=[*own.notices])
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:

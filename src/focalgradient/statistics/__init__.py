@@ -34,6 +34,7 @@ from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_factors import FactorEffect, factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
+from focalgradient.statistics.own_thresholds import OwnThresholds, read_thresholds
 from focalgradient.statistics.psychometric import fit_psychometric_groups
 from focalgradient.statistics.psychometric_records import (
     GroupFunction,
@@ -85,6 +86,7 @@ __all__ = [
     "OrdinalResult",
     "OwnRatings",
     "OwnReports",
+    "OwnThresholds",
     "PeopleDominance",
     "PerceptShare",
     "PersonFunction",
@@ -120,4 +122,5 @@ __all__ = [
     "quality",
     "read_ratings",
     "read_reports",
+    "read_thresholds",
 ]

@@ -12,9 +12,11 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.scales import Choices, Ratios
 from focalgradient.statistics.own_names import rows_named
 from focalgradient.statistics.own_rows import in_seconds, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
+    ABSENT,
     PARTICIPANT,
     answered,
     catch_trials,
@@ -40,7 +42,8 @@ ROLES = {
     "aperture": ("f_number", "fnumber", "fstop", "f-stop"),
     "aperture_mm": ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
     "fixation": ("focus", "fixated"),
-    "rating": ("answer", "response", "resp"),
+    "rating": ("answer", "response", "resp", "choice", "chosen", "chosen_interval"),
+    "interval": ("picture_interval", "target_interval"),
     "scene": ("picture", "image", "item", "stimulus"),
     "trial": (),
     "session": (),
@@ -74,12 +77,15 @@ class OwnRatings:
         What was left out though it may be ratings, a sentence each.
     notices
         What was taken otherwise than it stands, and changes the results, a sentence each: for the top of a report.
+    choices
+        Whether ratings are choices between a picture and a reference: 1 where the picture was chosen, else 0.
     """
 
     table: pd.DataFrame
     notes: tuple[str, ...]
     problems: tuple[str, ...] = ()
     notices: tuple[str, ...] = ()
+    choices: bool = False
 
 
 def read_ratings(
@@ -98,7 +104,8 @@ def read_ratings(
         Commas, semicolons or tabs between the cells; decimal points or commas.
     columns
         The file's name of each of our columns: participant, aperture, fixation, rating, and, where there are such,
-        scene, trial, catch, session, response_time, aperture_mm. Without a column of ratings, every column whose name
+        scene, trial, catch, session, response_time, aperture_mm; and interval, the one of two in which the picture
+        was shown, where ratings are the interval chosen. Without a column of ratings, every column whose name
         holds an aperture ("near_f5.6", "pinhole, far") is one: what else stands in the name is fixation and scene.
     conditions
         Our name of each of the file's conditions: {"vorn": "nearest", "weit offen": "f/5.6", "scharf": "pinhole"}.
@@ -142,9 +149,13 @@ def read_ratings(
     if "aperture" in table and "aperture_mm" not in table:
         table = with_diameters(table, theirs.get("aperture", ""), words, notices)
     table = _checked_cells(path, table, words, focal_length_mm, notes)
+    table = _of_intervals(table, notes)
     table = _answers(path, table, theirs, notes, notices)
     table = meant(table, words, " ".join(map(str, headers)), notices)
-    if not steps:
+    choices = not steps and set(table["rating"]) == {0.0, 1.0}
+    if choices:
+        notices.append("All answers are 0 or 1: they are taken for choices of the picture (1) or of a reference (0).")
+    elif not steps:
         notices += whole_steps(table["rating"])
     if "scene" not in table:
         table["scene"] = "all"
@@ -156,7 +167,8 @@ def read_ratings(
             notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    return OwnRatings(rating_table(table), tuple(notes), tuple(problems), tuple(notices))
+    checked = rating_table(table, Choices() if choices else Ratios())
+    return OwnRatings(checked, tuple(notes), tuple(problems), tuple(notices), choices)
 
 
 def _renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
@@ -256,6 +268,20 @@ def _checked_cells(
                 f"{add} in each row."
             )
     return table
+
+
+def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """The table with 1 where the interval of the picture was chosen, and 0 else, where ratings are intervals chosen."""
+    if "interval" not in table:
+        return table
+    shown, chosen = (table[role].str.strip().str.casefold() for role in ("interval", "rating"))
+    both = set(shown) - ABSENT
+    if len(both) != 2 or not set(chosen) <= both | ABSENT or not set(shown) <= both:
+        notes.append("The column of intervals was not used: answers are not intervals.")
+        return table.drop(columns="interval")
+    notes.append("Answers are intervals: 1 where the picture's was chosen, 0 where the reference's was.")
+    answer = (shown == chosen).map({True: "1", False: "0"}).where(~chosen.isin(list(ABSENT)), "")
+    return table.assign(rating=answer).drop(columns="interval")
 
 
 LONGEST_RESPONSE_S = 60.0

@@ -1,0 +1,203 @@
+"""The part of the report on thresholds from a table of one's own: each person's function, and those of the groups."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from focalgradient.dataset import DataSet
+from focalgradient.plotting.psychometric import person_figure, psychometric_figure
+from focalgradient.progress import Progress
+from focalgradient.report.document import Block, Notice, Paragraph
+from focalgradient.report.exclusions import EFFECT
+from focalgradient.report.export import safe_csv
+from focalgradient.report.parts import Output, Part
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import Sheet, many, number
+from focalgradient.statistics import (
+    Interval,
+    NotComputed,
+    PsychometricGroups,
+    ThresholdFit,
+    ThresholdResult,
+    as_table,
+    blur_thresholds,
+    fit_psychometric_groups,
+)
+from focalgradient.statistics.own_thresholds import OwnThresholds
+from focalgradient.statistics.thresholds import ATTENDING
+
+__all__ = ["OwnThresholdPart"]
+
+GROUPS = (
+    "Left: each person’s function (thin) and that of the mean person (bold), by condition. Right: thresholds with 95 % "
+    "intervals. By the hierarchical model: people with few answers are drawn towards the others."
+)
+PEOPLE = "Each person’s share of right answers at each level (disc: larger for more trials) and function."
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnThresholdPart(Part):
+    """Answers at levels of a table, analysed.
+
+    Parameters
+    ----------
+    own
+        The table.
+    results
+        Each person's thresholds, by condition.
+    groups
+        The hierarchical model of all, or why there is none.
+    simulated, data
+        As of every part.
+    """
+
+    own: OwnThresholds
+    results: Mapping[str, ThresholdResult]
+    groups: PsychometricGroups | NotComputed
+    simulated: bool
+    data: DataSet | None = None
+
+    @classmethod
+    def of(cls, own: OwnThresholds, progress: Progress | None = None) -> OwnThresholdPart:
+        """Fit each person in each condition, and the hierarchical model of all."""
+        table = own.table
+        least, most = float(table["level"].min()), float(table["level"].max())
+        results = {
+            str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit)
+            for name, rows in table.groupby("condition", sort=True)
+        }
+        counted = table[~table["catch"]]
+        groups: PsychometricGroups | NotComputed
+        if len(counted.groupby(["participant_id", "condition"])) < 2:
+            groups = NotComputed("There is one person in one condition: there are no groups to be compared.")
+        elif counted["level"].nunique() < 2:
+            groups = NotComputed("Beside catch trials there is one level only.")
+        else:
+            groups = fit_psychometric_groups(counted, unit=own.unit, progress=progress)
+        return cls(own, results, groups, bool((table["kind"] == "simulated").any()))
+
+    @property
+    def title(self) -> str:
+        return "Thresholds"
+
+    @property
+    def name(self) -> str:
+        return "threshold"
+
+    def findings(self, output: Output) -> Iterator[Block]:
+        table, unit = self.own.table, self.own.unit
+        people = table["participant_id"].nunique()
+        several = f" in {len(self.results)} conditions" if len(self.results) > 1 else ""
+        yield Paragraph(
+            f"Thresholds of {many(people, 'person').replace('persons', 'people')}{several}, of "
+            f"{many(len(table), 'trial')} at levels from {_level(table['level'].min(), unit)} to "
+            f"{_level(table['level'].max(), unit)}."
+        )
+        for name, result in self.results.items():
+            yield from self._notices(name, result)
+            where = f"{name}: geometric" if name else "Geometric"
+            if isinstance(result.mean, Interval):
+                yield Paragraph(f"{where} mean of each person’s threshold: {_ends(result.mean, unit)}.")
+            else:
+                yield Notice(f"{name}: {result.mean.reason}" if name else result.mean.reason)
+        output.tables([self._means()])
+        if isinstance(self.groups, NotComputed):
+            yield Notice(self.groups.reason)
+        else:
+            yield from self._grouped(self.groups, output)
+        yield from output.tables([self._each()])
+
+    def _notices(self, condition: str, result: ThresholdResult) -> Iterator[Block]:
+        low, high = self.own.table["level"].min(), self.own.table["level"].max()
+        for one in result.subjects:
+            who = " ".join(filter(None, [one.participant, one.session, condition]))
+            if isinstance(one.fit, NotComputed):
+                yield Notice(f"{who}: {one.fit.reason}")
+            elif one.fit.low < 1.1 * low or one.fit.high > high / 1.1:
+                yield Notice(
+                    f"{who}: the interval reaches the end of the levels, which go from {_level(low, self.own.unit)} to "
+                    f"{_level(high, self.own.unit)}: the threshold may lie beyond."
+                )
+            if not one.kept:
+                yield Notice(
+                    f"{who} was right in {one.catch_right} of {one.catch_trials} catch trials, fewer than "
+                    f"{ATTENDING:.0%}: by inattention, or because the threshold is high."
+                )
+
+    def _grouped(self, groups: PsychometricGroups, output: Output) -> Iterator[Block]:
+        unit = self.own.unit
+        for one in groups.groups:
+            where = f"{one.condition}: threshold" if one.condition else "Threshold"
+            yield Paragraph(
+                f"{where} of the mean person by the hierarchical model: {_ends(one.threshold, unit)}; slope "
+                f"{_ends(one.slope, '')}."
+            )
+        for pair in groups.differences:
+            ratio = pair.effect.ratio
+            yield Paragraph(
+                f"Threshold of {pair.condition} over that of {pair.other}: {_ends(ratio, '')}, "
+                f"t({number(pair.effect.df)}) = {number(pair.effect.statistic)}, p = {number(pair.effect.p)}"
+                + (f" ({number(pair.effect.p_holm)} by Holm)" if len(groups.differences) > 1 else "")
+                + "."
+            )
+        yield from map(Notice, groups.remarks)
+        yield output.figure("thresholds", psychometric_figure(groups, simulated=self.simulated), GROUPS)
+        yield output.figure("threshold_people", person_figure(groups, simulated=self.simulated), PEOPLE)
+        head = ["condition", "people", "threshold", "low", "high", "slope", "slope low", "slope high"]
+        rows = [[one.condition, str(one.subjects), *_three(one.threshold), *_three(one.slope)] for one in groups.groups]
+        yield from output.tables([listed("threshold_groups.csv", "Functions of the mean person", head, rows)])
+
+    def _means(self) -> Sheet:
+        """Means over people as a file, for results.json."""
+        unit = f" ({self.own.unit})" if self.own.unit else ""
+        rows = []
+        for name, result in self.results.items():
+            what = f"geometric mean threshold{unit}" + (f", {name}" if name else "")
+            about = {"exclusions": "without exclusions", "what": what, "subjects": len(result.subjects)}
+            rows.append(about | as_table([result.mean]).iloc[0].to_dict())
+        return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
+
+    def _each(self) -> Sheet:
+        head = ["participant", "session", "condition", "threshold", "low", "high", "slope", "lapses", "trials"]
+        rows = []
+        for name, result in self.results.items():
+            for one in result.subjects:
+                fit = one.fit
+                values = [""] * 5 + ["0"]
+                if isinstance(fit, ThresholdFit):
+                    values = [f"{value:.4g}" for value in (fit.threshold, fit.low, fit.high, fit.slope, fit.lapse)]
+                    values.append(str(fit.trials))
+                rows.append([one.participant, one.session, name, *values])
+        unit = f" ({self.own.unit})" if self.own.unit else ""
+        return listed("thresholds.csv", f"Each person’s threshold{unit} with its 95 % interval", head, rows)
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        yield Paragraph(
+            "Each person’s answers in each condition were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, "
+            "2016) as those of two alternatives: Weibull’s function of the logarithm of the level, from one half "
+            "upwards, threshold evenly distributed over the levels shown, slope log-normal about 3.5 (0.5), lapse rate "
+            "beta (1, 20) up to 10 %, no overdispersion. Given are the median of the posterior and its central 95 %. "
+            "At threshold 75 % are right, without lapses. The mean is geometric, its interval by Student’s t over "
+            "people. Catch trials do not count."
+        )
+        if isinstance(self.groups, PsychometricGroups):
+            yield Paragraph(f"All people and conditions together: {self.groups.method}")
+
+    def exports(self) -> Mapping[str, bytes]:
+        return {"threshold_trials.csv": safe_csv(self.own.table)}
+
+
+def _level(value: float, unit: str) -> str:
+    return f"{number(float(value))} {unit}".strip()
+
+
+def _ends(found: Interval, unit: str) -> str:
+    ends = "" if found.low is None else f" (95 % interval {number(found.low)} to {_level(found.high or 0, unit)})"
+    return _level(found.estimate, unit) + ends
+
+
+def _three(found: Interval) -> list[str]:
+    return ["" if value is None else f"{value:.4g}" for value in (found.estimate, found.low, found.high)]

@@ -1,0 +1,154 @@
+"""Answers at levels and choices of intervals from tables of one's own, as the report takes them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.cli import main
+from focalgradient.errors import InputError
+from focalgradient.report import make_report
+from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.statistics.own_thresholds import holds_thresholds
+
+pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
+
+TRUE = {"fovea": 0.15, "10 deg": 0.3}
+
+
+def answers(people: int = 4, repeats: int = 30) -> pd.DataFrame:
+    """Trials of people whose thresholds are known, by Weibull's function of slope 3 and 2 % lapses."""
+    random = np.random.default_rng(5)
+    levels = np.repeat([0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8], repeats)
+    tables = []
+    for person in range(people):
+        own = np.exp(0.1 * (person - (people - 1) / 2))
+        for condition, threshold in TRUE.items():
+            chance = 0.5 + 0.48 * (1 - 0.5 ** ((levels / (threshold * own)) ** 3))
+            interval = random.integers(1, 3, len(levels))
+            right = random.random(len(levels)) < chance
+            tables.append(
+                pd.DataFrame(
+                    {
+                        "subject": f"P{person}",
+                        "where": condition,
+                        "level": levels,
+                        "correct": right.astype(int),
+                        "interval": interval,
+                        "response": np.where(right, interval, 3 - interval),
+                    }
+                )
+            )
+    return pd.concat(tables, ignore_index=True)
+
+
+def write(folder: Path, table: pd.DataFrame, name: str = "own.csv", **how: object) -> Path:
+    table.to_csv(folder / name, index=False, **how)  # type: ignore[call-overload]
+    return folder / name
+
+
+def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
+    path = write(tmp_path, answers().drop(columns=["interval", "response"]))
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["report", str(path), "--columns", "condition=where", "--out", str(tmp_path / "out")])
+    results = json.loads((tmp_path / "out" / "results.json").read_text())["results"]
+    found = {row["what"].rpartition(", ")[2]: row for row in results}
+    for condition, threshold in TRUE.items():
+        assert found[condition]["low"] < threshold < found[condition]["high"]
+        assert found[condition]["estimate"] == pytest.approx(threshold, rel=0.15)
+    each = pd.read_csv(tmp_path / "out" / "thresholds.csv")
+    assert len(each) == 8
+    groups = pd.read_csv(tmp_path / "out" / "threshold_groups.csv").set_index("condition")
+    assert groups.loc["10 deg", "threshold"] / groups.loc["fovea", "threshold"] == pytest.approx(2, rel=0.15)
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "Threshold of" in page
+    assert "psignifit" in page
+
+
+def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None:
+    table = answers(people=1, repeats=4)
+    plain = read_thresholds(write(tmp_path, table[["subject", "level", "correct"]])).table
+    pairs = table[["subject", "level", "interval", "response"]].rename(columns={"level": "Level (D)"})
+    own = read_thresholds(write(tmp_path, pairs, "b.csv", sep=";", decimal=","))
+    assert own.unit == "D"
+    pd.testing.assert_frame_equal(own.table.reset_index(drop=True), plain.reset_index(drop=True))
+    words = table[["subject", "level"]].assign(hit=table["correct"].map({1: "richtig", 0: "daneben"}))
+    said = read_thresholds(write(tmp_path, words, "c.csv"), conditions={"daneben": "0"}).table
+    assert said["correct"].tolist() == plain["correct"].tolist()
+    counts = table.groupby(["subject", "level"])["correct"].agg(["sum", "size"]).reset_index()
+    counts.columns = ["subject", "level", "n_correct", "n"]
+    whole = read_thresholds(write(tmp_path, counts, "d.csv")).table
+    for one in (plain, whole):
+        one["correct"] = one["correct"].astype(int)
+    expected = plain.groupby("level")["correct"].agg(["sum", "size"])
+    pd.testing.assert_frame_equal(whole.groupby("level")["correct"].agg(["sum", "size"]), expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("subject,level,correct\nA,-3,1\nA,0.2,1\n", "row 2: level is -3, but must be above 0"),
+        ("subject,level,correct\nA,0.1,2\nA,0.2,1\n", "row 2: correct is '2'"),
+        ("subject,level,correct\nA,0.1,1\nA,0.1,0\n", "one level 0.1"),
+        ("subject,level,correct\nA,much,1\nA,0.1,0\n", "level is 'much'"),
+        ("level,correct\n0.1,1\n0.2,0\n", "no column for participant"),
+        (
+            "subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n",
+            "response is 'left', but the intervals are 1, 2",
+        ),
+        ("subject,level,interval,response\nA,1,a,a\nA,2,b,b\nA,3,c,c\n", "intervals a, b, c, but must have two"),
+        ("subject,level,correct,n\nA,0.1,9,5\nA,0.2,3,5\n", "9 of 5 trials"),
+        ("subject,level,correct\nA,0,1\nA,0,1\n", "no level above 0"),
+    ],
+)
+def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(text)
+    assert holds_thresholds(path)
+    with pytest.raises(InputError) as error:
+        make_report(path)
+    assert said in str(error.value)
+
+
+def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    for header, columns, expected in (
+        ("subject,level,correct", {}, True),
+        ("subject,blur_mm,acc", {}, True),
+        ("subject,strength,correct", {"level": "strength"}, True),
+        ("subject,aperture,fixation,rating", {}, False),
+        ("subject,level,rating,correct", {}, False),
+        ("subject,percept,gradient,level,correct", {}, False),
+        ("subject,aperture,fixation,correct", {"aperture": "aperture"}, False),
+    ):
+        path.write_text(f"{header}\n")
+        assert holds_thresholds(path, columns) is expected, header
+    path.write_text("subject,level,correct\nA,1,1\n")
+    with pytest.raises(InputError, match=r"bound is of depth ratings, but .* holds answers at levels"):
+        make_report(path, bound=1.2)
+
+
+def test_choices_of_intervals_are_ratings_of_0_and_1(tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    lines = ["subject,aperture,focus,scene,interval,chosen"]
+    for person in range(8):
+        for aperture, depth in (("pinhole", 0.0), ("f/5.6", 2.0)):
+            for focus in ("nearest", "farthest"):
+                for scene in "abcd":
+                    interval = random.integers(1, 3)
+                    deeper = random.random() < 1 / (1 + np.exp(-depth * (focus == "nearest")))
+                    lines.append(
+                        f"P{person},{aperture},{focus},{scene},{interval},{interval if deeper else 3 - interval}"
+                    )
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(lines))
+    own = read_ratings(path)
+    assert own.choices
+    assert set(own.table["rating"]) == {0.0, 1.0}
+    made = make_report(path)
+    assert "chosen" in made.files["report.md"].decode() or "choice" in made.files["report.md"].decode()
+    assert any("0 or 1" in one for one in made.notices)
