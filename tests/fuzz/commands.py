@@ -91,6 +91,7 @@ LINES = (
     "serve study.toml --data new --links links.jsonl --consent consent.txt --port 0",
     "serve study.toml --export study --participants 2",
     "serve rating.toml --stimuli pictures --data new --port 0",
+    "trials rating.toml --participant 01 --stimuli pictures --files out",
     "validate data",
     "validate cut --export",
     "validate data --stimuli pictures",

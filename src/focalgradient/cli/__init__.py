@@ -25,6 +25,7 @@ from focalgradient.cli.simulate import simulate
 from focalgradient.cli.stereo import stereo
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.cli.stream import stream
+from focalgradient.cli.trials import trials
 from focalgradient.cli.validate import validate
 from focalgradient.cli.withdraw import withdraw
 
@@ -66,5 +67,6 @@ main.add_command(simulate)
 main.add_command(stereo)
 main.add_command(stimuli)
 main.add_command(stream)
+main.add_command(trials)
 main.add_command(validate)
 main.add_command(withdraw)

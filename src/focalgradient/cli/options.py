@@ -449,3 +449,19 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
         if names:
             words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
         raise InputError(words) from error
+
+
+trials_option = click.option(
+    "--trials",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="List of trials instead of the design's own (CSV or XLSX), as 'focalgradient trials' writes it.",
+)
+"""Adds ``trials``, a table for `with_trials`."""
+
+
+def with_trials(design: Any, trials: Path | None) -> Any:
+    """Return a design with the trials of a table in the place of its own, where one is given."""
+    from focalgradient.design.given_list import read_trials
+
+    return design if trials is None else design.with_trials(str(trials), read_trials(trials))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import SERVER, STORE
+from focalgradient.cli.options import SERVER, STORE, trials_option, with_trials
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import refuse_overwriting
 
@@ -45,6 +45,7 @@ __all__ = ["serve"]
     help="In place of --data, for several servers: keep journals and links in a PostgreSQL database, as "
     "postgresql://user@host/name. 'focalgradient collect --store' makes the data set.",
 )
+@trials_option
 @click.option("--invite", type=click.IntRange(1, 10_000), metavar="N", help="Print so many new links, one a person.")
 @click.option("--no-open-link", is_flag=True, help="Only people with an invitation take part.")
 @click.option("--consent", type=click.Path(path_type=Path), metavar="FILE", help="Text to agree to before all else.")
@@ -94,6 +95,7 @@ def serve(
     host: str,
     links: Path | None,
     store: str | None,
+    trials: Path | None,
     invite: int | None,
     no_open_link: bool,
     consent: Path | None,
@@ -139,7 +141,7 @@ def serve(
     agreed = _consent(consent, completion)
     if export is not None:
         _refuse_serving(data, links, store, invite, public, no_open_link=no_open_link)
-        lists = Lists(_design(design), stimuli, agreed, gamma=gamma)
+        lists = Lists(with_trials(_design(design), trials), stimuli, agreed, gamma=gamma)
         _export(lists, completion, export, participants, datapipe)
         return
     if data is None and store is None:
@@ -153,10 +155,10 @@ def serve(
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
     with ExitStack() as opened:
         if data is not None:
-            study = _study(design, data, links, consent, options)
+            study = _study(design, data, links, consent, trials, options)
         else:
             folder = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="focalgradient-")))
-            study = _shared_study(design, str(store), folder, options)
+            study = _shared_study(design, str(store), folder, trials, options)
         limits = Limits(joins=join_rate, guesses=guess_rate)
         _serve(study, password, host, port, public, limits, invite or 0)
     click.echo("Ended; every answer that was acknowledged is kept.")
@@ -228,7 +230,9 @@ def _design(path: Path) -> Design:
     return design
 
 
-def _study(design: Path, data: Path, links: Path | None, consent: Path | None, options: dict[str, Any]) -> Study:
+def _study(
+    design: Path, data: Path, links: Path | None, consent: Path | None, trials: Path | None, options: dict[str, Any]
+) -> Study:
     """What is run, with journals and links in local files."""
     from focalgradient.dataset import journals
     from focalgradient.dataset.bids import check_folder
@@ -239,12 +243,12 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
     # Not Path.resolve, which links in a circle end with a RuntimeError.
     if Path(os.path.realpath(place)).is_relative_to(os.path.realpath(data)):
         raise InputError(f"--links {place} is inside the data set, but names who is who: give it a place elsewhere.")
-    refuse_overwriting([path for path in (design, consent) if path is not None], [place])
+    refuse_overwriting([path for path in (design, consent, trials) if path is not None], [place])
     check_folder(data, "human")
     above = next(one for one in (data, *data.absolute().parents) if one.exists())
     if not os.access(above, os.W_OK):
         raise InputError(f"{above} cannot be written: see who may write there, or give another folder with --data.")
-    loaded, there = _design(design), place.exists()
+    loaded, there = with_trials(_design(design), trials), place.exists()
     taken = {path.name.partition("_")[0].removeprefix("sub-") for path in journals(data)} if data.exists() else set()
     people = People(place, frozenset(taken), data)
     try:
@@ -256,7 +260,7 @@ def _study(design: Path, data: Path, links: Path | None, consent: Path | None, o
         raise
 
 
-def _shared_study(design: Path, store: str, folder: Path, options: dict[str, Any]) -> Study:
+def _shared_study(design: Path, store: str, folder: Path, trials: Path | None, options: dict[str, Any]) -> Study:
     """What is run, with journals and links in a database; the folder is this server's own."""
     from focalgradient.web import Lists, Study
 
@@ -265,6 +269,6 @@ def _shared_study(design: Path, store: str, folder: Path, options: dict[str, Any
     check_installed(*STORE)
     from focalgradient.web.postgres import Postgres, SharedPeople
 
-    loaded = _design(design)
+    loaded = with_trials(_design(design), trials)
     kept = Postgres(store, folder, loaded, Lists(loaded, options["stimuli"]).manifest)
     return Study(loaded, folder, SharedPeople(kept.database), store=kept, **options)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from focalgradient.cli.options import shared_options, shared_work
+from focalgradient.cli.options import shared_options, shared_work, trials_option, with_trials
 from focalgradient.cli.program import json_option, resumable, show, warnings_given
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -57,6 +57,7 @@ LEFT = "what is recorded stays, and the same command goes on from it."
     metavar="FILE",
     help="Design of the experiment, if not the usual.",
 )
+@trials_option
 @json_option
 def simulate(
     experiment: str,
@@ -68,6 +69,7 @@ def simulate(
     workers: int | None,
     scheduler: str | None,
     design: Path | None,
+    trials: Path | None,
 ) -> None:
     """Let simulated observers take part in EXPERIMENT (depth-rating, necker or blur-threshold).
 
@@ -98,7 +100,7 @@ def simulate(
     from focalgradient.observers import observer_named
 
     observer_named(observer)
-    chosen = _design(experiment, design)
+    chosen = with_trials(_design(experiment, design), trials)
     seconds = OBSERVER_S.get(experiment, OWN_S) * observers
     with resumable(LEFT) as say, warnings_given(), shared_work(workers, scheduler, seconds) as executor:
         run: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer, "executor": executor}

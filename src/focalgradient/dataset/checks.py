@@ -339,7 +339,7 @@ class _Checked:
         for files, (_, stated) in self.stated.items():
             groups.setdefault((files.task, files.session), {})[files] = stated
         for group in groups.values():
-            texts = {files: json.dumps(stated, sort_keys=True) for files, stated in group.items()}
+            texts = {files: json.dumps(_without_list(stated), sort_keys=True) for files, stated in group.items()}
             usual = Counter(texts.values()).most_common(1)[0][0]
             like = next(files for files, text in texts.items() if text == usual)
             for files, text in texts.items():
@@ -401,12 +401,18 @@ class _Checked:
                 yield f"{late} trials of {task} dropped frames (column dropped_frames); none is left out."
 
 
+def _without_list(stated: Mapping[str, Any]) -> dict[str, Any]:
+    """What is stated of a session, without a list of trials that was given: each participant may have another."""
+    design = {key: value for key, value in stated["Design"].items() if key != "given_trials"}
+    return {**stated, "Design": design}
+
+
 def _differing(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
     """Name what differs of two designs and sets of pictures."""
     if one["StimuliSHA256"] != other["StimuliSHA256"]:
         yield "StimuliSHA256"
     own, usual = one["Design"], other["Design"]
-    yield from sorted(key for key in {*own, *usual} if own.get(key) != usual.get(key))
+    yield from sorted(key for key in {*own, *usual} - {"given_trials"} if own.get(key) != usual.get(key))
 
 
 def _other_stimuli(stimuli: Path, manifests: set[str]) -> Iterator[str]:

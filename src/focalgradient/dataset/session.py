@@ -185,7 +185,7 @@ class Session:
             participant=participant,
             session=session,
             kind=kind,
-            design=design.model_dump(mode="json"),
+            design=design.of(participant).model_dump(mode="json"),
             keys=design.keys_of(participant) if task_named(design.task).percepts else None,  # type: ignore[union-attr]
             stimuli=None if manifest is None else manifest.sha256,
             about=dict(about or {}),

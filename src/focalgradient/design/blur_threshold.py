@@ -77,6 +77,7 @@ class BlurThresholdDesign(Plan):
     blank_s: OrNone = 0.5
     pause_s: OrNone = 0.3
 
+    closed: ClassVar = ("scene",)
     shortened: ClassVar = {
         "repetitions": 2,
         "scenes": 1,

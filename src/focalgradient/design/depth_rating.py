@@ -164,6 +164,7 @@ class DepthRatingDesign(Plan):
         "least_break_s": 1.0,
         "practice_rounds": 1,
     }
+    closed: ClassVar[tuple[str, ...]] = ("scene", "aperture", "fixation")
     tables: ClassVar[dict[str, type[Table]]] = {**Plan.tables, "factors": Factor}
 
     @model_validator(mode="after")

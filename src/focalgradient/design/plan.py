@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import wraps
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
 from focalgradient.design.also import Also, check_also
 from focalgradient.design.draws import Draws
+from focalgradient.design.given_list import PARTICIPANT, listed_rows, numbered, trial_row, trials_of
 from focalgradient.design.order import Place, check_label, in_order, scatter
 from focalgradient.design.words import LANGUAGES
+from focalgradient.errors import InputError
 from focalgradient.tables import Table
 
 __all__ = ["ASKED", "Names", "OrNone", "Phase", "Plan", "Question", "Seconds", "Trial", "no_repeats"]
@@ -72,10 +75,33 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
         raise ValueError(f"{key} names {twice[0]!r} more than once: leave out the second.")
 
 
-LATER = frozenset({"also"})
+PILOT = 4
+"""Trials of practice, and others, that a pilot run takes of a list that was given: our choice."""
+
+LATER = frozenset({"also", "given_trials"})
 """Settings that came after version 0.2, whose default is empty: designs without them stay as they were recorded."""
 
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
+
+
+Making = Callable[..., tuple[Any, ...]]
+
+
+def _unless_given(making: Making) -> Making:
+    """Return the method that lists a design's trials, or those that were given in their place."""
+    if getattr(making, "unless_given", False):
+        return making
+
+    @wraps(making)
+    def trials(self: Any, participant: str, session: str | None = None) -> tuple[Any, ...]:
+        if not self.given_trials:
+            return making(self, participant, session)
+        check_label("the participant", participant)
+        own = making(self.model_copy(update={"given_trials": ()}), participant, session)
+        return numbered(listed_rows(self.given_trials, participant), type(own[0]), [*getattr(own[0], "factors", {})])
+
+    trials.unless_given = True  # type: ignore[attr-defined]
+    return trials
 
 
 class Plan(Table):
@@ -98,7 +124,16 @@ class Plan(Table):
         default_factory=dict
     )
 
+    given_trials: Annotated[
+        tuple[dict[str, bool | int | float | str | None], ...],
+        Field(strict=False, description="a list of trials, each a table of its settings"),
+    ] = ()
+    """Trials that are shown in the place of those that the design would list."""
+
     tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
+
+    closed: ClassVar[tuple[str, ...]] = ()
+    """Fields of a trial whose values in a list from elsewhere must be among those of the design's own list."""
 
     shortened: ClassVar[dict[str, Any]] = {}
     """What a pilot run changes."""
@@ -138,9 +173,61 @@ class Plan(Table):
                 f"catch_trials is {self.catch_trials}, but must be less than the other trials, here {trials}."
             )
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **others: Any) -> None:
+        """Let a list that was given take the place of the one that a class of designs makes."""
+        super().__pydantic_init_subclass__(**others)
+        if "trials" in vars(cls):
+            cls.trials = _unless_given(cls.trials)  # type: ignore[method-assign]
+
     def trials(self, participant: str, session: str | None = None) -> tuple[Trial, ...]:
         """Make the list of one participant: practice first, then all else."""
         raise NotImplementedError
+
+    def with_trials(self, name: str, rows: Sequence[Mapping[str, str]]) -> Self:
+        """Return the design with a table's trials in the place of its own.
+
+        Parameters
+        ----------
+        name
+            Of the table, for errors.
+        rows
+            Cells by column: the fields of a trial, and the names of factors. A column ``participant`` says whose a row
+            is; without it all participants have all rows.
+
+        Raises
+        ------
+        InputError
+            If a column is missing or not known, a cell is not what its column holds, or a value is none of the
+            design's.
+        """
+        own = self.trials("01")
+        kind, factors = type(own[0]), [*getattr(own[0], "factors", {})]
+        checked = trials_of(name, rows, kind, factors)
+        for column in (*self.closed, *factors):
+            known = {trial_row(trial)[column] for trial in own}
+            for number, row in enumerate(checked, start=2):
+                if row[column] not in known:
+                    listed = ", ".join(map(str, sorted(known)))
+                    raise InputError(
+                        f"{name}, row {number}: {column} is {row[column]!r}, but the design has {listed}: mend it."
+                    )
+        for row in checked:
+            if PARTICIPANT in row:
+                check_label("the participant", row[PARTICIPANT].removeprefix("sub-"))
+        made = self.model_copy(update={"given_trials": tuple(checked)})
+        for participant in {str(row.get(PARTICIPANT, "01")).removeprefix("sub-") for row in checked}:
+            if len(made.trials(participant)) > MOST_TRIALS:
+                raise InputError(
+                    f"{name} has more than {MOST_TRIALS} trials of participant {participant}: leave some out."
+                )
+        return made
+
+    def of(self, participant: str) -> Self:
+        """Return the design as it is recorded with a participant: of a list that was given, that participant's rows."""
+        if not self.given_trials:
+            return self
+        return self.model_copy(update={"given_trials": listed_rows(self.given_trials, participant)})
 
     def ordered(self, participant: str, session: str | None, conditions: Sequence[Kind]) -> tuple[Kind, ...]:
         """Put conditions, each `repetitions` times, in a participant's order, after `practice_trials` of them.
@@ -172,7 +259,12 @@ class Plan(Table):
 
     def pilot(self) -> Self:
         """Give the same design cut short, to see that everything works."""
-        return self.model_validate(self.model_dump() | {key: self._cut(key, to) for key, to in self.shortened.items()})
+        cut = {key: self._cut(key, to) for key, to in self.shortened.items()}
+        if self.given_trials:
+            first = listed_rows(self.given_trials, str(self.given_trials[0].get(PARTICIPANT, "01")))
+            practice = [row for row in first if row.get("phase") == "practice"]
+            cut["given_trials"] = (*practice[:PILOT], *first[len(practice) :][:PILOT])
+        return self.model_validate(self.model_dump() | cut)
 
     def _cut(self, key: str, to: Any) -> Any:
         value = getattr(self, key)

@@ -23,6 +23,7 @@ import numpy as np
 from focalgradient.dataset import Session
 from focalgradient.design import Design, check_label, design_text, load_design
 from focalgradient.design.consent import Consent, read_consent
+from focalgradient.design.given_list import read_trials
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -104,6 +105,10 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     design = task_named(experiment.task).design() if options.design is None else load_design(options.design)
     if design.task != experiment.task:
         raise InputError(f"{options.design} is a design of {design.task!r}, but {experiment.task!r} is to be run.")
+    if options.trials is not None:
+        if options.resume:
+            raise InputError("--trials is given, but a session goes on with the list that it began with: leave it out.")
+        design = design.with_trials(str(options.trials), read_trials(options.trials))
     design = check_session(options, _with_gaze(options, design.pilot() if options.pilot else design))
     tracker = _tracker(options, design)
     stimuli = _stimuli(options, experiment, design)
@@ -165,6 +170,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
         metavar="LANGUAGE",
         help=f"print all that is said on the screen in {' or '.join(LANGUAGES)}, to copy and change",
     )
+    add("--trials", type=Path, metavar="FILE", help="list of trials instead of the design's own (CSV, XLSX)")
     add("--consent", type=Path, metavar="FILE", help="text to agree to before all else")
     add("--resume", action="store_true", help="go on with a session that was cut off")
     add("--pilot", action="store_true", help="a short run in a small window, to see that all works")

@@ -14,9 +14,9 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import check_width, printable, read_bytes
+from focalgradient.files.workbooks import is_workbook, sheet_text
 from focalgradient.statistics.own_names import clean, united
 from focalgradient.statistics.own_rows import without_headers, without_summaries
-from focalgradient.statistics.own_workbooks import is_workbook, sheet_text
 
 __all__ = [
     "ABSENT",

@@ -194,6 +194,30 @@ class Task(ABC):
         shown: Any = self.shown(design, trial, pixels_per_degree)
         return [shown] if isinstance(shown, tuple) and not isinstance(shown[0], tuple) else [*shown]
 
+    def pictures(
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+    ) -> dict[str, str | NDArray[np.uint8]]:
+        """Return what a trial shows, for other programs: a file of the set of pictures, or pixels, by column.
+
+        Parameters
+        ----------
+        design, trial
+            Of the session.
+        stimuli
+            The set of pictures; None where none was given.
+        pixels_per_degree
+            Of the screen; None where pixels are not asked for.
+
+        Returns
+        -------
+        dict
+            "picture", and further intervals as "picture_2"; or "reference", what it is compared with.
+        """
+        if pixels_per_degree is None or not self.described:
+            return {}
+        shown = self.intervals(design, trial, pixels_per_degree)
+        return {f"picture_{n}" if n > 1 else "picture": pixels for n, (pixels, _) in enumerate(shown, start=1)}
+
     def control(self, words: Any, trial: Any) -> Control:
         """Describe what a trial is answered on."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")

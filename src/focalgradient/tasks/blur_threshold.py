@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL, Column
 
@@ -50,6 +53,11 @@ class BlurThreshold(Task):
         from focalgradient.dataset.answers import Chosen
 
         return Chosen
+
+    def pictures(
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+    ) -> dict[str, str | NDArray[np.uint8]]:
+        return {} if stimuli is None else {"picture": stimuli.picture(trial.scene, "pinhole", design.fixation).png}
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
         return COLUMNS

@@ -8,6 +8,9 @@ from dataclasses import fields, replace
 from functools import lru_cache
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from focalgradient.scales import AnswerColumn, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
@@ -123,6 +126,24 @@ class DepthRating(Task):
         from focalgradient.dataset.answers import Rated
 
         return Rated
+
+    def pictures(
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+    ) -> dict[str, str | NDArray[np.uint8]]:
+        if stimuli is None:
+            return {}
+        from focalgradient.stimuli.drawings import drawing_of
+
+        shown = {"picture": (trial.scene, trial.aperture, trial.fixation)}
+        if design.response_scale.intervals > 1 or design.reference == "same-scene":
+            shown["reference"] = design.reference_of(trial)
+        found: dict[str, str | NDArray[np.uint8]] = {}
+        for column, (scene, aperture, fixation) in shown.items():
+            drawing = drawing_of(scene, stimuli)
+            found[column] = (
+                stimuli.picture(scene, aperture, fixation, trial.factors).png if drawing is None else drawing
+            )
+        return found
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
         """Return the columns; designs of earlier versions say nothing of a scale, and lack what came with it."""

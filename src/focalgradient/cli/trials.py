@@ -1,0 +1,110 @@
+"""``focalgradient trials``: the list of trials of one participant, as a table for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import click
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, write_whole
+
+__all__ = ["trials"]
+
+
+@click.command(short_help="Write the list of trials of a participant as a table.")
+@click.argument("design", metavar="DESIGN")
+@click.option("--participant", required=True, metavar="LABEL", help="Letters and digits, as 01.")
+@click.option("--session", metavar="LABEL", help="Of participants who come more than once.")
+@click.option(
+    "--stimuli", type=click.Path(path_type=Path), metavar="DIR", help="Pictures of the set, to name their files."
+)
+@click.option(
+    "--files",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="New folder for conditions.csv, practice.csv, and PNG files of drawings and of what own tasks draw.",
+)
+@click.option(
+    "--pixels-per-degree",
+    type=click.FloatRange(1, 1000),
+    default=37.5,
+    show_default=True,
+    help="Of the screen, for --files.",
+)
+def trials(
+    design: str,
+    participant: str,
+    session: str | None,
+    stimuli: Path | None,
+    files: Path | None,
+    pixels_per_degree: float,
+) -> None:
+    """Print the trials of a participant, practice first, as CSV with one row a trial: for PsychoPy Builder, OpenSesame.
+
+    DESIGN is a settings file (TOML), the name of a task for its usual design, or the Python file of a task. The columns
+    are the settings of a trial; the column picture has the file that is shown, where there is one, reference the
+    file that it is compared with, seconds for how long. 'run', 'serve' and 'simulate' take such a table, as CSV or
+    XLSX, by --trials FILE; a further column participant says whose a row is.
+
+    \b
+    Examples:
+      focalgradient trials depth-rating --participant 01 > conditions.csv
+      focalgradient trials necker --participant 02
+    """  # noqa: D301  click's mark against rewrapping is a real backspace
+    from focalgradient.design.given_list import trial_row
+    from focalgradient.stimuli import read_set
+    from focalgradient.stimuli.sets import png
+    from focalgradient.tasks import task_named
+
+    made = _design(design)
+    task = task_named(made.task)
+    pictures = None if stimuli is None else read_set(stimuli)
+    if files is not None and files.exists() and any(files.iterdir()):
+        raise InputError(f"{printable(files)} holds files already: give a new folder.")
+    contents: dict[str, bytes] = {}
+    rows = []
+    for trial in made.trials(participant, session):
+        row = trial_row(trial)
+        drawn = f"{trial.phase}-{trial.trial:03}"
+        for column, shown in task.pictures(
+            made, trial, pictures, pixels_per_degree if files is not None else None
+        ).items():
+            if isinstance(shown, str):
+                row[column] = shown
+            elif files is not None:
+                row[column] = f"{drawn}{'' if column == 'picture' else '-' + column}.png"
+                contents[row[column]] = png(shown)
+        rows.append(row)
+    columns = [*dict.fromkeys(name for row in rows for name in row)]
+    if files is not None:
+        for name, phase in (("practice", "practice"), ("conditions", "main")):
+            contents[f"{name}.csv"] = _csv(columns, [row for row in rows if row["phase"] == phase]).encode()
+        files.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            write_whole(files / name, content)
+    click.echo(_csv(columns, rows), nl=False)
+
+
+def _design(given: str) -> Any:
+    """The design of a settings file; or the usual one of a task."""
+    from focalgradient.design import load_design
+    from focalgradient.tasks import task_named
+
+    return load_design(given) if given.endswith(".toml") else task_named(given).design()
+
+
+def _csv(columns: list[str], rows: list[dict[str, Any]]) -> str:
+    written = io.StringIO()
+    writer = csv.writer(written, lineterminator="\n")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([_cell(row.get(name)) for name in columns])
+    return written.getvalue()
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)

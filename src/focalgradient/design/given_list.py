@@ -1,0 +1,197 @@
+"""Lists of trials as tables: a design's list written out, and a table read in the place of a design's own list."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import dataclasses
+import io
+import typing
+from collections import Counter
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_bytes
+from focalgradient.files.workbooks import is_workbook, sheet_text
+
+__all__ = ["LEFT_ASIDE", "PARTICIPANT", "listed_rows", "numbered", "read_trials", "trial_row", "trials_of"]
+
+PARTICIPANT = "participant"
+"""Column that says whose row it is, by label; a table without it is everybody's."""
+
+LEFT_ASIDE = frozenset({"trial", "repetition", "picture", "reference", "seconds"})
+"""Columns that are written for other programs and follow from the rest."""
+
+LARGEST = 16 * 2**20
+"""Maximum size of a table, in bytes: a hundred participants with 2000 trials each."""
+
+NONE = ("", "n/a")
+
+Row = Mapping[str, Any]
+
+
+def read_trials(path: Path) -> list[dict[str, str]]:
+    """Read a table of trials: CSV (comma, semicolon or tab) or the one sheet of an Excel workbook.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, has no header, a column twice, or no rows.
+    """
+    name = printable(path)
+    data = read_bytes(path, "a table of trials", LARGEST)
+    if is_workbook(data):
+        text, delimiter = sheet_text(data, name), "\t"
+    else:
+        try:
+            text = data.removeprefix(codecs.BOM_UTF8).decode()
+        except UnicodeDecodeError as error:
+            raise InputError(f"{name} is not text in UTF-8 ({error.reason}): save it as CSV UTF-8.") from error
+        first = text.partition("\n")[0]
+        delimiter = max("\t;,", key=first.count)
+    try:
+        rows = [
+            row for row in csv.reader(io.StringIO(text, newline=""), delimiter=delimiter) if any(map(str.strip, row))
+        ]
+    except csv.Error as error:
+        raise InputError(f"{name} cannot be read as a table ({error}): give a CSV file.") from error
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    twice = [one for one, count in Counter(header).items() if count > 1 and one]
+    if twice or not all(header) or len(rows) < 2:
+        what = f"has the column {twice[0]} twice" if twice else "has a column without a name" if header else "is empty"
+        what = what if twice or not all(header) or not header else "has no rows below its header"
+        raise InputError(f"{name} {what}: give one row a trial below a header of their settings.")
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) > len(header) and any(cell.strip() for cell in row[len(header) :]):
+            raise InputError(f"{name}, row {number}: there are {len(row)} cells, but must be {len(header)}.")
+    width = len(header)
+    return [dict(zip(header, [cell.strip() for cell in (row + [""] * width)[:width]], strict=True)) for row in rows[1:]]
+
+
+def trial_row(trial: Any) -> dict[str, Any]:
+    """Return a trial as a row of a table: its fields, those of its factors by name.
+
+    >>> from focalgradient.design import PinholeTrial
+    >>> trial_row(PinholeTrial(trial=1, repetition=1, form="real", viewing="tube", scene="room"))["viewing"]
+    'tube'
+    """
+    row: dict[str, Any] = {}
+    for one in dataclasses.fields(trial):
+        value = getattr(trial, one.name)
+        row |= value if isinstance(value, dict) else {one.name: value}
+    return row
+
+
+def listed_rows(rows: Iterable[Row], participant: str) -> tuple[dict[str, Any], ...]:
+    """Return the rows of a participant, without the column that says whose they are.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    own = tuple(
+        {name: value for name, value in row.items() if name != PARTICIPANT}
+        for row in rows
+        if PARTICIPANT not in row or _same(str(row[PARTICIPANT]), participant)
+    )
+    if not own:
+        raise InputError(f"the list of trials has no rows of participant {participant}: add them.")
+    return own
+
+
+def _same(one: str, other: str) -> bool:
+    one, other = one.removeprefix("sub-"), other.removeprefix("sub-")
+    return one == other or (one.isdigit() and other.isdigit() and int(one) == int(other))
+
+
+def trials_of(
+    name: str, rows: Sequence[Mapping[str, str]], kind: type[Any], factors: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Check the rows of a table and give their cells the types of a kind of trial.
+
+    Parameters
+    ----------
+    name
+        Of the table, for errors.
+    rows
+        Its rows, as texts.
+    kind
+        Class of the trials.
+    factors
+        Names of the columns that are levels of factors.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or not known, or a cell is not what its column holds: row and column are named.
+    """
+    hints = typing.get_type_hints(kind)
+    fields = {one.name: one for one in dataclasses.fields(kind) if one.name != "factors"}
+    known = {*fields, *factors, PARTICIPANT, *LEFT_ASIDE}
+    for column in rows[0]:
+        if column not in known:
+            raise InputError(
+                f"{name}: {column} is no setting of a trial: leave the column out, or use {', '.join(fields)}."
+            )
+    needed = {one.name for one in fields.values() if _needed(one)} | set(factors)
+    if missing := sorted(needed - {*rows[0]}):
+        raise InputError(f"{name}: there is no column {missing[0]}: add it.")
+    checked = []
+    for number, row in enumerate(rows, start=2):
+        made: dict[str, Any] = {}
+        for column, cell in row.items():
+            if column in LEFT_ASIDE:
+                continue
+            text = column in factors or column == PARTICIPANT
+            if not text and cell in NONE and not _needed(fields[column]):
+                continue
+            try:
+                made[column] = cell if text else _value(hints[column], cell)
+            except ValidationError as error:
+                wanted = error.errors()[0]["msg"].removeprefix("Input should be ")
+                raise InputError(f"{name}, row {number}: {column} is {cell[:60]!r}, but must be {wanted}.") from error
+        checked.append(made)
+    return checked
+
+
+def _needed(one: Any) -> bool:
+    return one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
+
+
+def _value(hint: Any, cell: str) -> Any:
+    if type(None) in typing.get_args(hint) and cell in NONE:
+        return None
+    if typing.get_origin(hint) is Literal:
+        cell = next((part for part in typing.get_args(hint) if str(part) == cell), cell)
+    return TypeAdapter(hint).validate_python(cell)
+
+
+def numbered(rows: Sequence[Row], kind: type[Any], factors: Sequence[str]) -> tuple[Any, ...]:
+    """Return the trials of checked rows, numbered in each phase, with the repetitions of each condition counted.
+
+    Raises
+    ------
+    InputError
+        If practice comes after a trial that counts, or none counts.
+    """
+    phases = [row.get("phase", "main") for row in rows]
+    if "main" not in phases or "practice" in phases[phases.index("main") :]:
+        raise InputError("a list of trials has its practice first, then trials that count: put it in that order.")
+    count: Counter[str] = Counter()
+    met: Counter[Hashable] = Counter()
+    trials = []
+    for row, phase in zip(rows, phases, strict=True):
+        count[phase] += 1
+        own = {name: value for name, value in row.items() if name not in factors}
+        levels = {"factors": {name: row[name] for name in factors}} if factors else {}
+        trial = kind(**own, **levels, trial=count[phase])
+        if phase == "main":
+            met[trial.catch, trial.condition] += 1
+            trial = dataclasses.replace(trial, repetition=met[trial.catch, trial.condition])
+        trials.append(trial)
+    return tuple(trials)
