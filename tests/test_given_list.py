@@ -16,7 +16,8 @@ from focalgradient.design.given_list import read_trials, trial_row
 from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 
-sys.path[:0] = [str(Path(__file__).parent / "fuzz"), str(Path(__file__).parent / "experiments")]
+sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
+sys.path.insert(0, str(Path(__file__).parent / "experiments"))
 
 from headless import make_set
 from structures import workbook

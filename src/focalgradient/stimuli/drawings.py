@@ -5,18 +5,13 @@ They are shown in practice and as catch trials: the right answer is "clearly fla
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.errors import InputError
 
-if TYPE_CHECKING:
-    from focalgradient.stimuli.sets import StimulusSet
-
-__all__ = ["DRAWINGS", "drawing_of", "example_picture"]
+__all__ = ["DRAWINGS", "example_picture"]
 
 DRAWINGS = tuple(EXAMPLES.values())
 """Their names, as scenes."""
@@ -66,8 +61,3 @@ def _tiles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.f
     board = np.where((np.floor(one) + np.floor(other)) % 2 == 0, LIGHT, DARK)
     line = (np.minimum(one % 1, 1 - one % 1) < 0.03) | (np.minimum(other % 1, 1 - other % 1) < 0.03)
     return np.where(line, MORTAR, board)
-
-
-def drawing_of(scene: str, stimuli: StimulusSet) -> NDArray[np.uint8] | None:
-    """Return the drawing of that name in the size of a set's pictures; None of a scene of the set."""
-    return example_picture(scene, stimuli.pixels(stimuli.pictures[0]).shape[:2]) if scene in DRAWINGS else None

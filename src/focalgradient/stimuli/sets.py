@@ -200,6 +200,12 @@ class StimulusSet:
                     "it, or say pictures = false."
                 )
 
+    def drawing(self, scene: str) -> NDArray[np.uint8] | None:
+        """Return the drawing of that name, H x W, in the size of the set's pictures; None of a scene of the set."""
+        from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+
+        return example_picture(scene, self.pixels(self.pictures[0]).shape[:2]) if scene in DRAWINGS else None
+
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
         """The 8-bit values of a picture, H x W x 3, of a file that is as it was when the set was made.
 

@@ -132,14 +132,12 @@ class DepthRating(Task):
     ) -> dict[str, str | NDArray[np.uint8]]:
         if stimuli is None:
             return {}
-        from focalgradient.stimuli.drawings import drawing_of
-
         shown = {"picture": (trial.scene, trial.aperture, trial.fixation)}
         if design.response_scale.intervals > 1 or design.reference == "same-scene":
             shown["reference"] = design.reference_of(trial)
         found: dict[str, str | NDArray[np.uint8]] = {}
         for column, (scene, aperture, fixation) in shown.items():
-            drawing = drawing_of(scene, stimuli)
+            drawing = stimuli.drawing(scene)
             found[column] = (
                 stimuli.picture(scene, aperture, fixation, trial.factors).png if drawing is None else drawing
             )
