@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 from focalgradient.cli import main
 from focalgradient.cli.program import announce, json_option, show
 
-NO_RESULT = {"run", "serve"}
+NO_RESULT = {"run", "serve", "trials"}
 """Commands whose result is a data set that a person makes."""
 
 
