@@ -47,8 +47,8 @@ def trials(
 
     DESIGN is a settings file (TOML), the name of a task for its usual design, or the Python file of a task. The columns
     are the settings of a trial; the column picture has the file that is shown, where there is one, reference the
-    file that it is compared with, seconds for how long. 'run', 'serve' and 'simulate' take such a table, as CSV or
-    XLSX, by --trials FILE; a further column participant says whose a row is. Takes about a second, with --files some more.
+    file that it is compared with. 'run', 'serve' and 'simulate' take such a table, as CSV or XLSX, by --trials FILE; a
+    further column participant says whose a row is. Takes about a second, with --files some more.
 
     \b
     Examples:
