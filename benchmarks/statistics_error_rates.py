@@ -207,16 +207,17 @@ def compare(seed: int) -> None:
 TRIALS, LASTS = 3, 30.0  # of each gradient of the cube, and seconds
 
 
-def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFrame:
+def reports(rng: np.random.Generator, subjects: int, spread: float, middle: float = 0.0) -> pd.DataFrame:
     """Reports on the cube by people whose two percepts last alike, on the mean, with a gradient as without.
 
-    Then the mean share of time and the mean odds are none together, for their curve bends at a half.
+    Then the mean share of time and the mean odds are none together, for their curve bends at a half. `middle` is half
+    the mean log odds of the nonrigid reading: where it is seen rarely, it and all strengths differ alike.
     """
     rows = []
     for subject in range(subjects):
-        level = rng.normal(0, 0.3)
+        level = rng.normal(middle, 0.3)
         for gradient, strength in (("none", 0.0), ("nonrigid", 10.0)):
-            own = rng.normal(0, 2 * spread) if strength else 0.0
+            own = rng.normal(0, 2 * spread) if strength or middle else 0.0  # alike, so that shares do not differ either
             for trial in range(TRIALS):
                 now, rigid = 0.0, bool(rng.integers(2))
                 while now < LASTS:
@@ -231,12 +232,19 @@ def reports(rng: np.random.Generator, subjects: int, spread: float) -> pd.DataFr
     return table.assign(catch=False, trial_duration=LASTS)
 
 
-def cube(task: tuple[int, int, int]) -> dict[str, float]:
+RARE = -1.53  # half the log odds of a share of 4.5 %
+
+
+def cube(task: tuple[int, int, int, float]) -> dict[str, float]:
     """Probabilities of each test of one experiment on the cube; NaN where it could not be done."""
-    seed, subjects, number = task
-    table = reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2)
+    seed, subjects, number, middle = task
+    table = reports(np.random.default_rng([seed, subjects, number]), subjects, 0.2, middle)
     (effect,) = necker(table, durations=False).effects
-    tests = {"GEE, time": effect.odds_of_time, "GEE, reports": effect.odds_of_reports, "paired t, share": effect.share}
+    tests = {
+        "odds, time": effect.odds_of_time,
+        "odds, reports": effect.odds_of_reports,
+        "paired t, share": effect.share,
+    }
     found = {name: test.p if isinstance(test, Effect) else math.nan for name, test in tests.items()}
     return found | {"Wilcoxon, share": math.nan if effect.wilcoxon_p is None else effect.wilcoxon_p}
 
@@ -290,9 +298,11 @@ def main() -> None:
         rows = list(in_order(executor, cell, tasks)) if asked.sets else []
         print(markdown(rows) if rows else "")
         for subjects in SUBJECTS if asked.cube else ():
-            of_cube = [(asked.seed, subjects, number) for number in range(asked.cube)]
-            p = pd.DataFrame(list(in_order(executor, cube, of_cube)))
-            print(f"cube, N = {subjects}:", dict((p < 0.05).mean().round(3)), flush=True)
+            for middle in (0.0, RARE):
+                of_cube = [(asked.seed, subjects, number, middle) for number in range(asked.cube)]
+                p = pd.DataFrame(list(in_order(executor, cube, of_cube)))
+                rates = dict((p < 0.05).mean().round(3))
+                print(f"cube, N = {subjects}, nonrigid {100 / (1 + math.exp(-2 * middle)):.1f} %:", rates, flush=True)
     if asked.markdown and rows:
         asked.markdown.write_text(markdown(rows), encoding="utf-8")
     if asked.out:

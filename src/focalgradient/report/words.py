@@ -249,13 +249,14 @@ def analysis_necker(shortest_both: float) -> str:
     """How reports on the cube are analysed."""
     return (
         "The nonrigid share of the time with one of the two readings was taken for each subject and gradient. Each "
-        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and by marginal logistic "
-        "models (GEE, independence, standard errors corrected for few subjects after Mancl and DeRouen, t with N − 1 "
-        "degrees of freedom) of each trial’s share of time and of single reports; Holm’s method corrects each kind "
+        "gradient was compared with none by a paired t-test and by Wilcoxon’s signed ranks, and the subjects’ own log "
+        "odds of the nonrigid reading, of time and of reports, by paired t-tests; half a report was added to either "
+        "reading, which reduces the bias of log odds (Firth, 1993). Holm’s method corrects each kind "
         "over gradients, and a change is called reliable where the corrected p is below .05. Intervals are 95 % "
-        f"intervals over subjects by t. Both keys held for less than {shortest_both:g} s were taken as a change "
-        "from one to the other, not as a report. Gamma and log-normal distributions were fitted to the durations of "
-        "each percept by maximum likelihood, durations cut off by the end of a trial as lower limits."
+        "intervals over subjects by t, those of shares on their log odds. Both keys held for less than "
+        f"{shortest_both:g} s were taken as a change from one to the other, not as a report. Gamma and log-normal "
+        "distributions were fitted to the durations of each percept by maximum likelihood, durations cut off by the "
+        "end of a trial as lower limits."
     )
 
 

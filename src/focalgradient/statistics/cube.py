@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from focalgradient.errors import InputError
@@ -22,8 +22,7 @@ from focalgradient.statistics.durations import (
     fit_durations,
     fit_durations_of_people,
 )
-from focalgradient.statistics.marginal import marginal_effect
-from focalgradient.statistics.means import family, holm, paired_effect, t_interval
+from focalgradient.statistics.means import family, holm, paired_effect, share_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 
@@ -76,8 +75,8 @@ class PerceptShare:
     gradient, strength, percept
         Which.
     time
-        Mean share of the trials' time, with the 95 % interval over subjects (t). What no report covers
-        is "none".
+        Mean share of the trials' time, with the 95 % interval over subjects (t on log odds, so that it lies within 0
+        and 1; none where all subjects have 0, or 1). What no report covers is "none".
     reports
         Mean share of the reports that are not "none", likewise.
     """
@@ -146,7 +145,8 @@ class GradientEffect:
     wilcoxon_p, wilcoxon_p_holm
         Of the same changes by Wilcoxon's signed ranks, which supposes no normal distribution; None where all are zero.
     odds_of_time, odds_of_reports
-        Log odds ratios of the nonrigid reading, in each trial's time and in its reports: marginal models (GEE).
+        Log odds ratios of the nonrigid reading, of its time and of its reports: mean over subjects of their own,
+        which are bias-reduced (`_log_odds`), by a paired t-test.
 
     Notes
     -----
@@ -277,7 +277,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
         dominance=tuple(
             _dominance(condition, percept, reported) for condition in conditions for percept in READINGS if durations
         ),
-        effects=_effects(conditions, trials, reported, own, remarks),
+        effects=_effects(conditions, reported, own, remarks),
         remarks=tuple(remarks),
         people=tuple(_people(conditions[0], percept, reported) for percept in READINGS if durations),
     )
@@ -323,8 +323,8 @@ def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShar
         elif not counted.any():
             reports = NotComputed("There are no reports.")
         else:
-            reports = t_interval((own[f"{percept}_reports"] / counted)[counted > 0])
-        shares.append(PerceptShare(*condition, percept, t_interval(own[f"{percept}_time"] / whole), reports))
+            reports = share_interval((own[f"{percept}_reports"] / counted)[counted > 0])
+        shares.append(PerceptShare(*condition, percept, share_interval(own[f"{percept}_time"] / whole), reports))
     return shares
 
 
@@ -347,13 +347,13 @@ def _people(condition: tuple[str, float], percept: str, reported: pd.DataFrame) 
 
 def _effects(
     conditions: list[tuple[str, float]],
-    trials: pd.DataFrame,
     reported: pd.DataFrame,
     own: dict[tuple[str, float], pd.DataFrame],
     remarks: list[str],
 ) -> tuple[GradientEffect, ...]:
     """Each gradient against none."""
     plain = ("none", 0.0)
+    half_report = 0.5 * float(reported["duration"].mean()) if len(reported) else 0.5
     effects = []
     for gradient, strength in conditions:
         if (gradient, strength) == plain:
@@ -369,16 +369,8 @@ def _effects(
                 f"The effect of {gradient} ({strength:g} mm) on shares leaves out "
                 f"{', '.join(map(str, pairs.index[pairs.isna()]))}: neither reading was reported with it, or with none."
             )
-        odds = []
-        for rows, answer in (
-            (trials, _share(trials["nonrigid_time"], trials["rigid_time"])),
-            (reported, (reported["percept"] == "nonrigid").astype(float)),
-        ):
-            with_it = _of(rows, (gradient, strength))
-            used = (with_it | _of(rows, plain)) & answer.notna()
-            subject = pd.factorize(rows["participant_id"][used])[0]
-            answers: NDArray[np.float64] = np.asarray(answer[used], dtype=float)
-            odds.append(marginal_effect(answers, with_it[used].to_numpy(), subject))
+        both, none = own[gradient, strength], own[plain]
+        odds = [_odds_ratio(both, none, kind, weight) for kind, weight in (("time", half_report), ("reports", 0.5))]
         share = paired_effect(change, "the subjects' own changes of share, paired t-test")
         effects.append(GradientEffect(gradient, strength, share, _signed_ranks(change), None, *odds))
     shares = family(effect.share for effect in effects)
@@ -395,6 +387,30 @@ def _effects(
         )
         for effect, share, p, time, report in zip(effects, shares, ranks, times, reports, strict=True)
     )
+
+
+def _odds_ratio(given: pd.DataFrame, plain: pd.DataFrame, kind: str, weight: float) -> Effect | NotComputed:
+    """Mean over subjects of the log odds of the nonrigid reading with a gradient less those without."""
+    pairs = given.join(plain.add_suffix("_without"), how="inner")
+    logs = []
+    for when, suffix in (("with", ""), ("without", "_without")):
+        nonrigid, rigid = (pairs[f"{reading}_{kind}{suffix}"] for reading in ("nonrigid", "rigid"))
+        if not (nonrigid.any() and rigid.any()):
+            what = "was never given" if not (nonrigid.any() or rigid.any()) else f"is always {int(nonrigid.any())}"
+            return NotComputed(f"The answer {when} the condition {what}: it has no odds ratio.")
+        logs.append(np.where(nonrigid + rigid > 0, _log_odds(nonrigid, rigid, weight), np.nan))
+    change = logs[0] - logs[1]
+    method = f"the subjects' own bias-reduced log odds of {kind}, paired t-test"
+    return paired_effect(change[np.isfinite(change)], method)
+
+
+def _log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
+    """Log odds with half an observation added to either side.
+
+    Of counts this is Firth's penalised logistic regression (Haldane 1956): finite where one side is empty, and its
+    bias is of second order. Of time the observation is a report of mean duration.
+    """
+    return np.log((np.asarray(part, float) + weight) / (np.asarray(other, float) + weight))
 
 
 def _signed_ranks(changes: NDArray[np.float64]) -> float | None:

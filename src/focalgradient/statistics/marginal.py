@@ -13,42 +13,7 @@ from focalgradient.statistics.crossed import generalised
 from focalgradient.statistics.means import student_effect
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["marginal_effect", "marginal_slope"]
-
-
-def marginal_effect(
-    answers: NDArray[np.float64], condition: NDArray[np.bool_], subject: NDArray[np.int_]
-) -> Effect | NotComputed:
-    """Log odds ratio of an answer in a condition against without it, by generalised estimating equations.
-
-    Answers of one subject may go together in any way: the standard error is taken between subjects, and corrected for
-    there being few of them (Mancl and DeRouen 2001); the test is on Student's t with a degree of freedom less than
-    subjects.
-
-    Parameters
-    ----------
-    answers
-        One a trial or report: 0 or 1, or a share.
-    condition
-        Whether it was given in the condition.
-    subject
-        Number of its subject.
-
-    Examples
-    --------
-    >>> share = np.array([0.2, 0.5, 0.1, 0.4, 0.3, 0.5, 0.2, 0.5])
-    >>> effect = marginal_effect(share, np.tile([False, True], 4), np.repeat(np.arange(4), 2))
-    >>> round(effect.estimate, 2), round(effect.p, 3)
-    (1.29, 0.009)
-    """
-    subjects = len(np.unique(subject))
-    if subjects < 2:
-        return NotComputed("A test over subjects needs two or more, and there is 1.")
-    for rows, name in ((condition, "with"), (~condition, "without")):
-        if not rows.any() or (answers[rows].min() == answers[rows].max() and answers[rows][0] in (0, 1)):
-            what = f"is always {answers[rows][0]:.0f}" if rows.any() else "was never asked for"
-            return NotComputed(f"The answer {name} the condition {what}: it has no odds ratio.")
-    return _fitted(answers, np.asarray(condition, float), subject)[0]
+__all__ = ["marginal_slope"]
 
 
 def marginal_slope(
@@ -56,7 +21,9 @@ def marginal_slope(
 ) -> tuple[Effect | NotComputed, Effect | NotComputed]:
     """Change of the log odds of an answer for a unit of some amount: over subjects and scenes, and for these scenes.
 
-    The second is as `marginal_effect` for a condition. The first adds what scenes differ by, as `generalised` has it of
+    Answers of one subject may go together in any way: the standard error is taken between subjects, and corrected for
+    there being few of them (Mancl and DeRouen 2001); the test is on Student's t with a degree of freedom less than
+    subjects. That is the second. The first adds what scenes differ by, as `generalised` has it of
     the trials' influence on the estimate, where there are five scenes or more.
 
     Parameters

@@ -17,6 +17,7 @@ __all__ = [
     "holm",
     "only_difference",
     "paired_effect",
+    "share_interval",
     "student_effect",
     "t_interval",
     "within_half_widths",
@@ -68,6 +69,28 @@ def t_interval(values: ArrayLike) -> Interval:
         return Interval(mean, None, None)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1) * values.std(ddof=1) / math.sqrt(values.size))
     return Interval(mean, mean - half, mean + half)
+
+
+def share_interval(shares: ArrayLike) -> Interval:
+    """The mean of the subjects' shares and its 95 % interval, which lies within 0 and 1.
+
+    Student's t on the log odds of the mean, by the delta method. No ends where there is one subject, or all shares are
+    0 (or 1).
+
+    Examples
+    --------
+    >>> mean = share_interval([0.02, 0.01, 0.08, 0.0, 0.05])
+    >>> round(mean.estimate, 3), round(mean.low, 3), round(mean.high, 3)
+    (0.032, 0.009, 0.109)
+    """
+    values = np.asarray(shares, dtype=float)
+    mean = float(values.mean())
+    if values.size < 2 or not 0 < mean < 1:
+        return Interval(mean, None, None)
+    error = float(values.std(ddof=1)) / math.sqrt(values.size) / (mean * (1 - mean))
+    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1)) * error
+    middle = math.log(mean / (1 - mean))
+    return Interval(mean, *(1 / (1 + math.exp(-end)) for end in (middle - half, middle + half)))
 
 
 def student_effect(

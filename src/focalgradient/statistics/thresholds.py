@@ -37,9 +37,12 @@ logarithm: two thirds of all slopes lie between 2.1 and 5.8."""
 
 SLOPE_RANGE = (1.0, 10.0)
 
-LAPSE_PRIOR = 20.0
-"""Second parameter of the beta prior of the lapse rate (the first is 1): a mean of 5 %, Wichmann & Hill's (2001) upper
-end for trained people."""
+LAPSE_PRIOR = 65.0
+"""Second parameter of the beta prior of the lapse rate (the first is 1): a mean of 1.5 %, within the 0 to 5 % of
+trained people (Wichmann & Hill 2001). QUEST+ shows few levels that everybody sees, so that 60 answers do not tell the
+lapse rate: its posterior is the prior, and the threshold is biased by -1.5 % for each 1 % by which the prior's mean is
+above it (simulated: -4.7, -3.5 and -2.2 % for lapse rates of 0, 1 and 2 % with a mean of 5 %; -2.2, -0.8 and +0.7 %
+with 1.5 %)."""
 
 LAPSE_MOST = 0.1
 
@@ -70,7 +73,7 @@ class ThresholdFit:
         The level that is detected in half of the trials in which it is not guessed, 75 % right without lapses: median
         of the posterior of its logarithm and its 95 % interval; in the unit of the levels.
     slope
-        Of Weibull's function, posterior mean.
+        Of Weibull's function, posterior median.
     lapse
         Lapse rate: share of trials answered without looking; posterior mean.
     levels, right, shown
@@ -248,7 +251,7 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
         threshold=10.0 ** _median(found.parameter_values["threshold"], found.marginal_posterior_values["threshold"]),
         low=float(low),
         high=float(high),
-        slope=float(WIDTH / means["width"]),
+        slope=WIDTH / _median(found.parameter_values["width"], found.marginal_posterior_values["width"]),
         lapse=float(means["lambda"]),
         levels=tuple(there.tolist()),
         right=tuple(hits.tolist()),
