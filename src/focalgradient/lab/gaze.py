@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
-from collections.abc import Sequence
-from pathlib import Path
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from focalgradient.dataset.gaze import Sample as Kept
 from focalgradient.dataset.gaze import Shown, away
-from focalgradient.errors import InputError, check_installed
-from focalgradient.files import printable, read_json
+from focalgradient.errors import InputError, one_line
+from focalgradient.lab.trackers import SIMULATED, check_answers
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["SIMULATED", "Gaze", "Recorder", "Sample", "Taken", "add_tracker", "open_gaze", "tracker_settings"]
-
-SIMULATED = "eyetracker.hw.mouse.EyeTracker"
-"""ioHub's eye tracker that follows the mouse."""
-
-RATE = 100
-"""Samples a second of the simulated tracker."""
+__all__ = ["Gaze", "Recorder", "Sample", "Taken", "open_gaze"]
 
 
 class Sample(NamedTuple):
@@ -97,12 +91,26 @@ class _Tracker:
         where = {
             "physical_dimensions": {"width": width, "height": height, "unit_type": "mm"},
             "default_eye_distance": {"surface_center": 1e3 * screen.display.distance, "unit_type": "mm"},
+            # Without a unit ioHub gives every place as 0.
+            "reporting_unit_type": "pix",
+            "device_number": screen.window.screen,
         }
-        self._hub = launchHubServer(window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}})
-        self._tracker: Any = getattr(self._hub.devices, "tracker", None)
-        if self._tracker is None:
+        try:
+            with _quiet():
+                self._hub = launchHubServer(
+                    window=screen.window, Display=where, **{kind: {"name": "tracker", **settings}}
+                )
+        except Exception as error:
+            raise InputError(
+                f"the eye tracker {kind} cannot be started ({one_line(error)}): see the settings of --tracker."
+            ) from error
+        device: Any = getattr(self._hub.devices, "tracker", None)
+        try:
+            check_answers(kind, device)
+        except InputError:
             self._hub.quit()
-            raise InputError(f"the eye tracker {kind} does not answer: see that it is on, and its --tracker file.")
+            raise
+        self._tracker: Any = device
         self._tracker.setRecordingState(True)
 
     def calibrate(self) -> None:
@@ -118,12 +126,14 @@ class _Tracker:
 
     def sample(self) -> Sample | None:
         sample, place = self._tracker.getLastSample(), self._tracker.getLastGazePosition()
-        if not sample or place is None:
+        # Some trackers give a number while they have no sample.
+        if not isinstance(sample, list | tuple) or not isinstance(place, list | tuple):
             return None
         return Sample(float(place[0]), float(place[1]), self._here(sample[7]))  # the header's field "time"
 
     def samples(self) -> list[Sample]:
-        found = [_averaged(event) for event in self._tracker.getEvents() if hasattr(event, "status")]
+        # Fixations and saccades that a tracker finds by itself have a place and a status, too.
+        found = [_averaged(event) for event in self._tracker.getEvents() if "Sample" in type(event).__name__]
         kept = [Sample(x, y, self._here(time), pupil) for time, x, y, pupil in found]
         return sorted(kept, key=lambda one: one.time)
 
@@ -136,6 +146,23 @@ class _Tracker:
     def close(self) -> None:
         self._tracker.setRecordingState(False)
         self._hub.quit()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what ioHub and its process print, tracebacks among it, off the terminal: one sentence is to stand there."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with open(os.devnull, "wb") as nowhere:
+        kept = [os.dup(stream) for stream in (1, 2)]
+        try:
+            for stream in (1, 2):
+                os.dup2(nowhere.fileno(), stream)
+            yield
+        finally:
+            for stream, own in zip((1, 2), kept, strict=True):
+                os.dup2(own, stream)
+                os.close(own)
 
 
 def _averaged(event: Any) -> tuple[float, float, float, float | None]:
@@ -159,42 +186,6 @@ def _averaged(event: Any) -> tuple[float, float, float, float | None]:
 
 def _size(pupil: float) -> float | None:
     return float(pupil) if pupil > 0 else None
-
-
-def add_tracker(parser: argparse.ArgumentParser) -> None:
-    """Add --tracker to a command."""
-    parser.add_argument(
-        "--tracker",
-        type=Path,
-        metavar="FILE",
-        help='JSON file with the eye tracker\'s ioHub settings, as {"eyetracker.hw.tobii.EyeTracker": {...}} '
-        "(default: ioHub's simulated tracker, which follows the mouse)",
-    )
-
-
-def tracker_settings(gaze: str, file: Path | None) -> tuple[str, dict[str, Any]]:
-    """Name of the eye tracker in ioHub, and its settings; "mouse" without one.
-
-    Raises
-    ------
-    InputError
-        If ioHub lacks something, or the file names no eye tracker.
-    """
-    if gaze == "mouse":
-        return "mouse", {}
-    if importlib.util.find_spec("psychopy") is not None:
-        check_installed("ioHub, which reads eye trackers,", "gaze", "gevent", "astunparse", "esprima")
-    if file is None:
-        controls = {"move": ["CONTINUOUS"], "blink": ["LEFT_BUTTON", "RIGHT_BUTTON"], "saccade_threshold": 0.5}
-        runtime = {"sampling_rate": RATE, "track_eyes": "RIGHT_EYE"}
-        return SIMULATED, {"controls": controls, "runtime_settings": runtime}
-    table = read_json(file, "the settings of an eye tracker")
-    if not (isinstance(table, dict) and len(table) == 1 and isinstance(next(iter(table.values())), dict)):
-        raise InputError(
-            f"{printable(file)} must hold one eye tracker's name with its settings, as "
-            '{"eyetracker.hw.tobii.EyeTracker": {}}.'
-        )
-    return next(iter(table.items()))
 
 
 def open_gaze(screen: Screen, tracker: tuple[str, dict[str, Any]]) -> Gaze:

@@ -24,7 +24,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
 from focalgradient.lab.experiment import Again, Quit
-from focalgradient.lab.gaze import Gaze, add_tracker, open_gaze, tracker_settings
+from focalgradient.lab.gaze import Gaze, open_gaze
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
     ASSUMED_PITCH,
@@ -34,6 +34,7 @@ from focalgradient.lab.preparation import (
     import_screen,
 )
 from focalgradient.lab.running import guard
+from focalgradient.lab.trackers import add_tracker, tracker_settings
 from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
 

@@ -28,7 +28,7 @@ from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.experiment import Experiment
-from focalgradient.lab.gaze import add_tracker, tracker_settings
+from focalgradient.lab.trackers import add_tracker, tracker_settings
 from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
 from focalgradient.stimuli import StimulusSet, read_set
