@@ -16,7 +16,7 @@ from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.parallel import processes
-from focalgradient.plotting.subjects import power_figure
+from focalgradient.plotting.power import power_figure
 from focalgradient.power import (
     CubeModel,
     CubeStudy,

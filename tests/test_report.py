@@ -18,11 +18,13 @@ from recorded import edit, rating_file, record_necker, record_ratings
 from focalgradient import InputError
 from focalgradient.design import DepthRatingDesign
 from focalgradient.files import plain_name
+from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Heading, Table, as_html, as_markdown
 from focalgradient.report.words import rating_findings
+from focalgradient.statistics.residuals import rating_residuals
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,9 @@ def table(made, name: str) -> pd.DataFrame:
 
 
 def page(made) -> str:
-    return made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
+    """The page without the marks of its symbols."""
+    html = made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
+    return re.sub("</?(?:i|sub)>", "", html)
 
 
 def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
@@ -77,7 +81,13 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
     others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary", "wide")}
-    others |= {"necker_subjects.csv", "necker_reports.csv", "necker_reports_dictionary.csv", "necker_wide.csv"}
+    others |= {
+        "results.csv",
+        "necker_subjects.csv",
+        "necker_reports.csv",
+        "necker_reports_dictionary.csv",
+        "necker_wide.csv",
+    }
     assert said | others == {name for name in made.files if name.endswith(".csv")}
 
 
@@ -96,15 +106,16 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
 
     Reader().feed(text)
     assert not open_tags
-    assert len(sources) == 3
-    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    pictures = [source for source in sources if not source.startswith("#")]
+    assert len(pictures) == 4
+    assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
 
 def test_markdown_names_its_figures_and_says_what_html_says(made):
     text = made.files["report.md"].decode()
     named = re.findall(r"!\[.*\]\((.*)\)", text)
-    assert named == ["depth_rating.png", "depth_rating_scenes.png", "necker.png"]
+    assert named == ["depth_rating.png", "depth_rating_scenes.png", "depth_rating_residuals.png", "necker.png"]
     assert all(made.files[name].startswith(b"\x89PNG") for name in named)
     assert made.files["necker.pdf"].startswith(b"%PDF")
     cells = {cell for line in text.splitlines() if line.startswith("| ") for cell in line[2:-2].split(" | ")}
@@ -171,10 +182,16 @@ def test_every_subject_and_the_mean_are_drawn(data):
             assert tuple(own) in heights
         mean = [m.ratio.estimate for m in result.means if m.fixation == fixation]
         assert tuple(mean) in heights
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["pinhole", "f/22", "f/11", "f/5.6"]
+    names = [label.get_text().split() for label in ax.get_xticklabels()]
+    assert [one[0] for one in names] == ["pinhole", "f/22", "f/11", "f/5.6"]
+    sizes = sorted({mean.aperture_mm for mean in result.subject_means})
+    np.testing.assert_allclose(ax.get_xticks(), sizes)  # the trend is by the millimetre
+    heights = [point for line in ax.lines for point in line.get_ydata()]
+    heights += [end for mean in result.means if mean.ratio.low for end in (mean.ratio.low, mean.ratio.high)]
     low, high = ax.get_ylim()
-    assert low < 1
-    assert high > 3
+    span = max(heights) - min(heights)
+    assert max(heights) < high < max(heights) + 0.05 * span  # fitted to what is drawn
+    assert min(heights) > low > min(heights) - 0.05 * span
 
 
 def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
@@ -290,3 +307,38 @@ def test_documents_escape_what_they_are_given():
     blocks = [Heading("a < b"), Table("c & d", ["e|f"], [["<g>"]])]
     assert "<td>&lt;g&gt;</td>" in as_html("t", blocks)
     assert "| e\\|f |" in as_markdown("t", blocks)
+
+
+def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
+    tidy = pd.read_csv(io.BytesIO(made.files["results.csv"]))
+    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"]))
+    own = tidy[tidy["table"] == "depth_rating_rises"]
+    for column in ("estimate", "low", "high", "p", "df"):
+        np.testing.assert_array_equal(own[own["measure"] == "effect"][column], rises[column])
+    assert {"depth_rating_means", "necker_effects", "necker_shares"} <= set(tidy["table"])
+    trials = made.files["depth_rating_trials.csv"].decode().splitlines()
+    at = trials[0].split(",").index("catch")
+    assert {row.split(",")[at] for row in trials[1:]} == {"TRUE", "FALSE"}
+    types = re.findall(r'"(\w+)"', made.files["read_depth_rating_trials.R"].decode().split("colClasses")[1])
+    assert types[at] == "logical"
+    assert len(types) == len(trials[0].split(","))
+
+
+def test_symbols_are_italic_and_every_choice_has_its_paragraph(made):
+    html, markdown = made.files["report.html"].decode(), made.files["report.md"].decode()
+    assert "p_Holm" not in html + markdown
+    assert "<i>t</i>(" in html
+    assert "*p*<sub>Holm</sub>" in markdown
+    links = set(re.findall(r'href="#([\w-]+)"', html))
+    assert len(links) >= 5
+    assert links <= set(re.findall(r'id="([\w-]+)"', html))
+
+
+def test_normal_quantiles_and_residuals_are_drawn(data):
+    part = analyse_ratings(data)
+    found = rating_residuals(part.kept, part.analysis)
+    for one, fixation in zip(found, part.result.fixations, strict=True):
+        assert one.subjects.mean() == pytest.approx(fixation.rise.estimate)
+        assert one.residual.mean() == pytest.approx(0, abs=1e-9)
+    quantiles = residual_figure(found, simulated=True).axes[0]
+    np.testing.assert_array_equal(quantiles.lines[-1].get_ydata(), np.sort(found[0].subjects))

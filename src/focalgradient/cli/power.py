@@ -108,7 +108,7 @@ def power(
       focalgradient power necker --subjects 6,10,20 --effect 1.5 --out power
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
-    from focalgradient.plotting.subjects import power_figure
+    from focalgradient.plotting.power import power_figure
     from focalgradient.power import power as sum_up
     from focalgradient.power import run
     from focalgradient.statistics import as_table

@@ -5,9 +5,8 @@ Where observers were simulated the picture itself says so.
 
 from __future__ import annotations
 
-import math
-import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,6 @@ from matplotlib.patheffects import withStroke
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
-from focalgradient.power import AnyStudy, Power
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 if TYPE_CHECKING:
@@ -37,7 +35,6 @@ __all__ = [
     "draw_steps",
     "necker_figure",
     "ordinal_figure",
-    "power_figure",
     "scenes_figure",
 ]
 
@@ -176,16 +173,16 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     each subject's.
     """
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
-    place = {mm: x for x, (mm, _) in enumerate(sizes)}
+    place, apart = {mm: mm for mm, _ in sizes}, _apart(sizes)
     ratio = any(mean.ratio is not None for mean in result.subject_means)
-    drawn = [1.0, 3.0] if ratio else []
+    drawn = [1.0] if ratio else []
     labels = []
     looks = fixation_looks(mean.fixation for mean in result.subject_means)
     for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
         alpha = 0.35 if len(result.participants) > 8 else 0.55
         for participant in result.participants:
             own = [
-                (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
+                (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
                 for mean in result.subject_means
                 if (mean.participant_id, mean.fixation) == (participant, fixation)
             ]
@@ -195,7 +192,7 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
             )
             drawn += [y for _, y in points]
         intervals = (
-            (place[mean.aperture_mm] + side, mean.ratio if ratio else mean.rating)
+            (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
             for mean in result.means
             if mean.fixation == fixation
         )
@@ -206,9 +203,8 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         elif any(mean.fixation == fixation for mean in result.subject_means):
             labels.append((drawn[-1], label, colour))
     low, high = min(drawn), max(drawn)
-    ax.set(xlim=(-0.3, len(sizes) - 0.7), ylim=(low - 0.04 * (high - low), high + 0.04 * (high - low)))
-    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
-    ax.set_xlabel("aperture")
+    ax.set_ylim(low - 0.04 * (high - low), high + 0.04 * (high - low))
+    _apertures(ax, sizes)
     if ratio:
         ax.set_ylabel("increase in depth (ratio to the pinhole)")
         ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
@@ -223,16 +219,23 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
 def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
     """Draw ratios to the pinhole of each scene over subjects, thin, and of all of them, bold."""
     sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
-    place = {mm: x for x, (mm, _) in enumerate(sizes)}
+    place = {mm: mm for mm, _ in sizes}
+    apart = _apart(sizes)
     labels = []
     looks = fixation_looks(mean.fixation for mean in result.scene_means)
     for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
         for scene in result.scenes:
             own = [each for each in result.scene_means if (each.scene, each.fixation) == (scene, fixation)]
             heights = [each.ratio.estimate for each in own]
-            ax.plot([place[each.aperture_mm] + side for each in own], heights, color=colour, linewidth=0.6, alpha=0.6)
+            ax.plot(
+                [place[each.aperture_mm] + side * apart for each in own],
+                heights,
+                color=colour,
+                linewidth=0.6,
+                alpha=0.6,
+            )
         means = [
-            (place[mean.aperture_mm] + side, mean.ratio)
+            (place[mean.aperture_mm] + side * apart, mean.ratio)
             for mean in result.means
             if mean.fixation == fixation and isinstance(mean.ratio, Interval)
         ]
@@ -240,8 +243,8 @@ def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes
             _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
     ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-    ax.set_xticks(range(len(sizes)), [name for _, name in sizes])
-    ax.set(xlim=(-0.3, len(sizes) - 0.7), xlabel="aperture", ylabel="increase in depth (ratio to the pinhole)")
+    ax.set_ylabel("increase in depth (ratio to the pinhole)")
+    _apertures(ax, sizes)
     _labels(ax, labels, 0.12)
     if simulated:
         _say_simulated(ax)
@@ -334,7 +337,9 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
     for x, values in means:
         if len(values) > 1:
             half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
-            ax.errorbar(x, np.mean(values), half, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
+            mean = float(np.mean(values))
+            ends = [[min(half, mean)], [min(half, 100 - mean)]]  # of a share, within 0 and 100 %
+            ax.errorbar(x, mean, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
     ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
     ax.set(ylim=(-2, 102), ylabel="nonrigid share of the time (%)", title="Seen as nonrigid")
     _gradients(ax, conditions)
@@ -389,6 +394,25 @@ def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
     return ax
 
 
+def _apart(sizes: Sequence[tuple[float, str]]) -> float:
+    """Millimetres of the axis that count as a step between apertures."""
+    return (sizes[-1][0] - sizes[0][0]) / max(len(sizes) - 1, 1) or 1.0
+
+
+def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
+    """Name apertures at their diameters; where two lie close, the names are turned."""
+    first, last = sizes[0][0], sizes[-1][0]
+    room = 0.3 * _apart(sizes)
+    ax.set_xlim(first - room, last + room)
+    close = any(other - one < 0.11 * (last - first) for (one, _), (other, _) in pairwise(sizes))
+    labels = [f"{name}\n{mm:.3g}" if not close else f"{name} ({mm:.3g})" for mm, name in sizes]
+    ax.set_xticks([mm for mm, _ in sizes], labels)
+    if close:
+        for label in ax.get_xticklabels():
+            label.set(rotation=45, ha="right", rotation_mode="anchor")
+    ax.set_xlabel("aperture (diameter in mm)")
+
+
 def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> list[float]:
     """Draw means with their intervals; return the ends."""
     ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], color=colour, linewidth=2, zorder=3)
@@ -441,50 +465,3 @@ def _settle(figure: Figure) -> None:
 
 def _say_simulated(ax: Axes) -> None:
     ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=EDGE, zorder=6)
-
-
-def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
-    """How often experiments with so many simulated subjects find what they seek, and how wide their intervals are."""
-    with style():
-        figure = new_figure(150, 75, layout="constrained")
-        left, right = figure.subplots(1, 2)
-        subjects = [each.subjects for each in found]
-        handles = []
-        drawn = {
-            meaning: [(one.found[name], one.standard_error[name]) for one in found]
-            for name, meaning in study.tests.items()
-        }
-        if len(study.tests) > 1:
-            drawn["all of them"] = [(one.joint, one.joint_error) for one in found]
-        colours = [BLUE, ORANGE, GREEN, *(colour for colour, _ in OTHERS)]
-        for number, (meaning, shares) in enumerate(drawn.items()):
-            whole = meaning == "all of them"
-            look = {"color": "black" if whole else colours[number % len(colours)], "linestyle": ":" if whole else "-"}
-            at = [(100 * share, 100 * half) for share, half in shares]
-            ends = [[min(1.96 * half, share), min(1.96 * half, 100 - share)] for share, half in at]
-            left.errorbar(
-                subjects, [share for share, _ in at], np.transpose(ends), marker="o", markersize=4, capsize=2, **look
-            )
-            handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
-        left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-        left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
-        figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
-        for name, colour, marker, label in zip(
-            ("width", "far_width"), (BLUE, ORANGE), ("o", "s"), study.widths, strict=True
-        ):
-            widths = [getattr(each, name) for each in found]
-            if not all(map(math.isnan, widths)):
-                right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
-        right.set(ylabel=study.width_label)
-        right.set_ylim(1 if study.logs else 0, None)
-        right.legend(loc="upper right", fontsize=7)
-        for ax in (left, right):
-            ax.set(xlabel="subjects", xticks=subjects)
-        right.text(0.03, 0.03, "simulated subjects", transform=right.transAxes, va="bottom")
-        _settle(figure)
-    return figure
-
-
-def _folded(label: str, room: int = 34) -> str:
-    """A label in lines of so many letters."""
-    return textwrap.fill(label, room)

@@ -19,6 +19,7 @@ from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
+from focalgradient.report.choices import chosen, explained
 from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import main_results
@@ -28,6 +29,7 @@ from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.tidy import tidy_results
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
@@ -145,7 +147,8 @@ def make_report(
         body += [Heading(part.title), *part.findings(output)]
     body.append(Heading("Methods"))
     for part in found.parts:
-        body += [Heading(part.title, 3), *part.methods(output)]
+        body += [Heading(part.title, 3), *part.methods(output), chosen(part.choices)]
+    body += explained([key for part in found.parts for key in part.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
@@ -231,6 +234,7 @@ def _files(title: str, blocks: list[Block], output: Output) -> dict[str, bytes]:
     files = dict(output.figures)
     files["report.html"] = as_html(title, blocks).encode()
     files["report.md"] = as_markdown(title, blocks).encode()
+    files["results.csv"] = safe_csv(tidy_results(output.sheets))
     for sheet in output.sheets:
         files[sheet.file] = safe_csv(sheet.digits)
     return files

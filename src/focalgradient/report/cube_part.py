@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_necker
+from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, place_sheet, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import with_and_without
@@ -89,6 +90,10 @@ class CubePart(Part):
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_necker(self.reports))
         yield from output.tables(self.design_table())
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return CUBE
 
     def exports(self) -> Mapping[str, bytes]:
         part = self.reports

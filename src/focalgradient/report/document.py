@@ -8,7 +8,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Block", "Figure", "Heading", "Notice", "Paragraph", "Table", "as_html", "as_markdown"]
+__all__ = [
+    "Anchored",
+    "Block",
+    "Figure",
+    "Heading",
+    "Links",
+    "Notice",
+    "Paragraph",
+    "Table",
+    "as_html",
+    "as_markdown",
+    "typeset",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +35,23 @@ class Heading:
 class Paragraph:
     """A paragraph of plain text."""
 
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Links to paragraphs of the same page, by their anchors: `before` is the text before them."""
+
+    before: str
+    to: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Anchored:
+    """A paragraph with a title in bold that `Links` lead to by `anchor`."""
+
+    anchor: str
+    title: str
     text: str
 
 
@@ -57,7 +86,7 @@ class Figure:
     caption: str
 
 
-Block = Heading | Paragraph | Notice | Table | Figure
+Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure
 
 
 def as_html(title: str, blocks: Sequence[Block]) -> str:
@@ -99,25 +128,35 @@ def _html(block: Block) -> str:
         case Heading(text, level):
             return f"<h{level}>{html.escape(text)}</h{level}>\n"
         case Paragraph(text):
-            return f"<p>{html.escape(text)}</p>\n"
+            return f"<p>{typeset(text)}</p>\n"
+        case Links(before, to):
+            links = ", ".join(f'<a href="#{anchor}">{html.escape(text)}</a>' for anchor, text in to)
+            return f'<p class="note">{html.escape(before)} {links}.</p>\n'
+        case Anchored(anchor, title, text):
+            return f'<p id="{anchor}"><b>{html.escape(title)}.</b> {typeset(text)}</p>\n'
         case Notice(text):
-            return f'<p class="notice">{html.escape(text)}</p>\n'
+            return f'<p class="notice">{typeset(text)}</p>\n'
         case Figure(_, png, caption):
             source = base64.b64encode(png).decode("ascii")
             text = html.escape(caption)
-            image = f'<img src="data:image/png;base64,{source}" alt="{text}">'
-            return f"<figure>{image}<figcaption>{text}</figcaption></figure>\n"
+            wide = ' class="panels"' if _is_wide(png) else ""
+            image = f'<img{wide} src="data:image/png;base64,{source}" alt="{text}">'
+            return f"<figure>{image}<figcaption>{typeset(caption)}</figcaption></figure>\n"
         case Table(caption, header, rows, notes, csv, folded):
-            heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in header)
-            body = "".join(
-                "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
-            )
-            under = "".join(f'<p class="note">{html.escape(note)}</p>\n' for note in _notes(notes, csv))
+            heads = "".join(f"<th>{typeset(cell)}</th>" for cell in header)
+            body = "".join("<tr>" + "".join(f"<td>{typeset(cell)}</td>" for cell in row) + "</tr>\n" for row in rows)
+            under = "".join(f'<p class="note">{typeset(note)}</p>\n' for note in _notes(notes, csv))
             head = f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n{under}"
             if folded:
                 summary = f"<summary>{html.escape(caption)} ({len(rows)} rows)</summary>"
                 return f'<details>{summary}\n<div class="wide"><table>\n{head}</details>\n'
-            return f'<div class="wide"><table><caption>{html.escape(caption)}</caption>\n{head}'
+            return f'<p class="caption">{typeset(caption)}</p>\n<div class="wide"><table>\n{head}'
+
+
+def _is_wide(png: bytes) -> bool:
+    """Whether a picture is much wider than high, so that a phone must scroll it."""
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    return width > 1.5 * height
 
 
 def _markdown(block: Block) -> str:
@@ -126,6 +165,10 @@ def _markdown(block: Block) -> str:
             return f"{'#' * level} {_plain(text)}"
         case Paragraph(text):
             return _plain(text)
+        case Links(before, to):
+            return _plain(f"{before} {', '.join(text for _, text in to)}.")
+        case Anchored(_, title, text):
+            return f"**{_plain(title)}.** {_plain(text)}"
         case Notice(text):
             return f"> **{_plain(text)}**"
         case Figure(name, _, caption):
@@ -134,8 +177,30 @@ def _markdown(block: Block) -> str:
             under = "".join(f"\n\n{_plain(note)}" for note in _notes(notes, csv))
             if folded:
                 return f"**{_plain(caption)}** ({len(rows)} rows){under}"
-            lines = [list(map(_plain, header)), ["---"] * len(header), *(list(map(_plain, row)) for row in rows)]
+            cells = [[_plain(cell) for cell in row] for row in (header, *rows)]
+            lines = [cells[0], ["---"] * len(header), *cells[1:]]
             return f"**{_plain(caption)}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines) + under
+
+
+_SYMBOL = re.compile(
+    r"(?<![\w.*])(?:(?:d_z|p_Holm)|(?:t|F|z|W|Q)(?=\()|(?:p|t|d|N|M|W)(?=[ \N{NO-BREAK SPACE}](?:=|<|&lt;|\())"
+    r"|^(?:p|d|N|t)$|\bt(?=-tests?\b)|p(?= values?\b))"
+)
+"""Statistical symbols, which the APA's manual sets in italics: before their value, in heads of tables, in words."""
+
+
+def typeset(text: str) -> str:
+    """Text as HTML, statistical symbols in italics.
+
+    >>> typeset("t(7) = 5.00, p < .001 (d_z = 1.2)")
+    '<i>t</i>(7) = 5.00, <i>p</i> &lt; .001 (<i>d</i><sub>z</sub> = 1.2)'
+    """
+
+    def mark(found: re.Match[str]) -> str:
+        symbol, _, index = found.group().partition("_")
+        return f"<i>{symbol}</i>{f'<sub>{index}</sub>' if index else ''}"
+
+    return _SYMBOL.sub(mark, html.escape(text))
 
 
 _MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;", ">": "&gt;", "\n": " ", "\r": " "})
@@ -143,7 +208,8 @@ _MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;"
 
 def _plain(text: str) -> str:
     """Text that Markdown, and HTML within it, shows as it stands: nothing in a data set can become markup."""
-    return re.sub(r"&(?=[#\w]+;)", "&amp;", text).translate(_MARKS)
+    escaped = re.sub(r"&(?=[#\w]+;)", "&amp;", text).translate(_MARKS)
+    return re.sub(r"\b([dp])_(z|Holm)\b", r"*\1*<sub>\2</sub>", escaped)
 
 
 def _notes(notes: Sequence[str], csv: str | None) -> list[str]:
@@ -151,23 +217,32 @@ def _notes(notes: Sequence[str], csv: str | None) -> list[str]:
 
 
 _CSS = """
-:root { color-scheme: light; }
-body { font: 16px/1.55 Charter, "Bitstream Charter", "Iowan Old Style", Cambria, Georgia, serif; color: #1d1d1f;
-  background: #fff; max-width: 58rem; margin: 3rem auto 5rem; padding: 0 1.25rem; }
+:root { color-scheme: light dark; --ink: #1d1d1f; --paper: #fff; --soft: #555; --line: #dcdcdc; --warn: #fdf3ec; }
+body { font: 16px/1.55 Charter, "Bitstream Charter", "Iowan Old Style", Cambria, Georgia, serif; color: var(--ink);
+  background: var(--paper); max-width: 58rem; margin: 3rem auto 5rem; padding: 0 1.25rem; }
 p, figcaption { max-width: 46rem; } h1 { font-size: 2rem; line-height: 1.15; font-weight: 600; margin: 0 0 1rem; }
-h2 { font-size: 1.4rem; font-weight: 600; border-top: 1px solid #dcdcdc; padding-top: 1.4rem; margin: 2.6rem 0 .8rem; }
-h3 { font-size: 1.1rem; font-weight: 600; margin: 1.8rem 0 .5rem; }
-.notice { border-left: 4px solid #d55e00; background: #fdf3ec; padding: .6rem .9rem; font-weight: 600; }
-figure { margin: 1rem 0 1.4rem; } img { max-width: min(100%, 46rem); height: auto; display: block; }
-figcaption { font-size: .9rem; color: #444; margin-top: .5rem; }
+h2 { font-size: 1.4rem; font-weight: 600; border-top: 1px solid var(--line); padding-top: 1.4rem; margin: 2.6rem 0
+.8rem; } h3 { font-size: 1.1rem; font-weight: 600; margin: 1.8rem 0 .5rem; }
+.notice { border-left: 4px solid #d55e00; background: var(--warn); padding: .6rem .9rem; font-weight: 600; }
+figure { margin: 1rem 0 1.4rem; overflow-x: auto; }
+img { max-width: min(100%, 46rem); height: auto; display: block; background: #fff; } a { color: inherit; }
+figcaption { font-size: .9rem; color: var(--soft); margin-top: .5rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font: .8rem/1.4 system-ui, "Segoe UI", Helvetica, Arial, sans-serif;
-  font-variant-numeric: tabular-nums; margin-top: 1.2rem; }
-caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
-th { text-align: left; font-weight: 600; border-bottom: 1px solid #888; padding: .28rem .6rem .28rem 0;
+  font-variant-numeric: tabular-nums; margin-top: .3rem; }
+.caption { font: 600 .8rem/1.4 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; margin: 1.4rem 0 0; max-width: none;
+} th { text-align: left; font-weight: 600; border-bottom: 1px solid #888; padding: .28rem .6rem .28rem 0;
   vertical-align: bottom; }
-td { border-bottom: 1px solid #e6e6e6; padding: .28rem .6rem .28rem 0; vertical-align: top; }
+td { border-bottom: 1px solid var(--line); padding: .28rem .6rem .28rem 0; vertical-align: top; }
 details { margin-top: 1.2rem; } summary { cursor: pointer; font: 600 .8rem/1.4 system-ui, sans-serif; }
-.note { font-size: .82rem; color: #555; margin: .3rem 0; overflow-wrap: anywhere; }
-@media print { body { margin: 0 auto; max-width: none; font-size: 10pt; } tr, figure { break-inside: avoid; } }
+.note { font-size: .82rem; color: var(--soft); margin: .3rem 0; overflow-wrap: anywhere; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e8e8ea; --paper: #17181a; --soft: #a8a8ad; --line: #3a3b3f; --warn: #3a2417; }
+}
+@media (max-width: 40rem) {
+  body { margin: 1.2rem auto 3rem; padding: 0 .9rem; overflow-wrap: anywhere; } h1 { font-size: 1.5rem; }
+  img.panels { max-width: none; width: 34rem; } table { width: auto; } th, td { overflow-wrap: normal; }
+}
+@media print { :root { color-scheme: light; } body { margin: 0 auto; max-width: none; font-size: 10pt; } tr, figure {
+break-inside: avoid; } }
 """

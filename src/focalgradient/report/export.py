@@ -18,7 +18,7 @@ from focalgradient.statistics import (
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
-__all__ = ["report_files", "safe_csv", "trial_files"]
+__all__ = ["reader", "report_files", "safe_csv", "trial_files"]
 
 MEANING = {
     "participant_id": "participant",
@@ -282,6 +282,7 @@ def trial_files(
     files = {
         "depth_rating_trials.csv": safe_csv(out),
         "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING),
+        "read_depth_rating_trials.R": reader("depth_rating_trials.csv", out),
     }
     if isinstance(result, ComparisonResult):
         tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
@@ -364,7 +365,11 @@ def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult |
     """
     out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
     out = out[[name for name in CUBE_MEANING if name in out]]
-    files = {"necker_reports.csv": safe_csv(out), "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING)}
+    files = {
+        "necker_reports.csv": safe_csv(out),
+        "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING),
+        "read_necker_reports.R": reader("necker_reports.csv", out),
+    }
     found = "".join(
         f"# focalgradient: {each.gradient} {each.strength:g}: {each.share.summary()}\n"
         for each in (result.effects if result is not None else ())
@@ -379,6 +384,21 @@ def report_files(table: pd.DataFrame, kept: pd.DataFrame, result: NeckerResult |
     return files | ({"necker_headline.R": (CUBE + found).encode()} if found else {})
 
 
+def reader(file: str, table: pd.DataFrame) -> bytes:
+    """A script that reads a table into R with the type of each column, as `d`: texts as factors, truth as logical.
+
+    >>> print(reader("a.csv", pd.DataFrame({"scene": ["01"], "mm": [1.5], "catch": [True]})).decode())
+    # Reads the table with the type of each column. Run in the report's folder: source("read_a.R")
+    d <- read.csv("a.csv", na.strings = "", colClasses = c("factor", "numeric", "logical"))
+    <BLANKLINE>
+    """
+    kinds = {"b": "logical", "i": "integer", "u": "integer", "f": "numeric"}
+    types = ", ".join(f'"{kinds.get(table[name].dtype.kind, "factor")}"' for name in table)
+    name = file.removesuffix(".csv")
+    head = f'# Reads the table with the type of each column. Run in the report\'s folder: source("read_{name}.R")\n'
+    return f'{head}d <- read.csv("{file}", na.strings = "", colClasses = c({types}))\n'.encode()
+
+
 def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
     """What each column means, its type, and how many values and gaps it has."""
     rows = [
@@ -391,10 +411,14 @@ def _dictionary(table: pd.DataFrame, meaning: Mapping[str, str]) -> bytes:
 def safe_csv(table: pd.DataFrame) -> bytes:
     r"""A table as CSV; text that a spreadsheet would take for a formula gets an apostrophe before it.
 
+    Truth values are TRUE and FALSE, which R, JASP and spreadsheets read as such.
+
     Examples
     --------
     >>> safe_csv(pd.DataFrame({"a": ["=1+1", "b"], "c": [-1.5, 2.0]}))
     b"a,c\n'=1+1,-1.5\nb,2.0\n"
+    >>> safe_csv(pd.DataFrame({"catch": [True, False]}))
+    b'catch\nTRUE\nFALSE\n'
     """
 
     def safe(value: object) -> object:
@@ -402,5 +426,8 @@ def safe_csv(table: pd.DataFrame) -> bytes:
 
     texts = {name: table[name].map(safe) for name in table if table[name].dtype.kind not in "biuf"}
     out = table.assign(**{str(name): values for name, values in texts.items()}) if texts else table
-    out = out.rename(columns=lambda name: safe(str(name)))
+    truth = {name: out[name].map({True: "TRUE", False: "FALSE"}) for name in out if out[name].dtype.kind == "b"}
+    out = out.assign(**{str(name): values for name, values in truth.items()}).rename(
+        columns=lambda name: safe(str(name))
+    )
     return bytes(out.to_csv(index=False, lineterminator="\n").encode())

@@ -15,9 +15,10 @@ from focalgradient.design import recorded_design
 from focalgradient.errors import InputError
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.power import TaskStudy, power, run_here
+from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
-from focalgradient.report.export import safe_csv
+from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
@@ -109,8 +110,13 @@ class OwnTask(Part):
         yield from map(Paragraph, _methods(self.task, self.settings, self.tests))
         yield from output.tables(self.design_table())
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return OWN
+
     def exports(self) -> Mapping[str, bytes]:
-        return {f"{self.name}_trials.csv": safe_csv(self.table)}
+        file = f"{self.name}_trials.csv"
+        return {file: safe_csv(self.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.table)}
 
 
 def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:

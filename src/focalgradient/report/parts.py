@@ -99,6 +99,11 @@ class Part(ABC):
     def methods(self, output: Output) -> Iterator[Block]:
         """Return what was done, for a paper."""
 
+    @property
+    @abstractmethod
+    def choices(self) -> tuple[str, ...]:
+        """Choices of the analysis that are explained: keys of `focalgradient.report.choices`."""
+
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:
         """Return the files for other software, by name: all trials as a table, and scripts."""

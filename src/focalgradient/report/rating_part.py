@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from focalgradient.dataset import DataSet
+from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
 from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
+from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, place_sheet, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import with_and_without
@@ -21,6 +23,7 @@ from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_findings
 from focalgradient.statistics import DepthRatingResult, NotComputed, OrdinalResult, Quality
 from focalgradient.statistics.posteriors import BayesResult
+from focalgradient.statistics.residuals import rating_residuals
 
 __all__ = ["RatingPart"]
 
@@ -33,6 +36,12 @@ BLUR_CAPTION = (
 SCENES_CAPTION = (
     "The same by scenes. Left: each scene thin, geometric mean over subjects and scenes bold. Right: the rise at the "
     "largest aperture of each scene, with its 95 % interval over subjects."
+)
+
+RESIDUALS = (
+    "Assumptions. Left: each subject’s own effect by normal quantiles; the line and the grey band are those of normal "
+    "samples of that size and standard deviation (95 % at each rank). Middle and right: what is left of each subject "
+    "and scene, by normal quantiles and by fitted value."
 )
 
 ORDINAL_CAPTION = (
@@ -117,6 +126,9 @@ class RatingPart(Part):
             yield from without
             yield from self._figures(part.result, output)
             own = [*rating_sheets(part.result), *own]
+        checked = rating_residuals(part.kept, part.analysis)
+        if not part.kept.empty and checked:
+            yield output.figure("depth_rating_residuals", residual_figure(checked, simulated=part.simulated), RESIDUALS)
         yield from output.tables(own)
         if isinstance(part.result, DepthRatingResult):
             yield from map(Paragraph, part.result.remarks)
@@ -148,6 +160,10 @@ class RatingPart(Part):
         if self.asked.bound is None and self.ratings.analysis.ratios:
             used = self.asked.used_bound
             yield Notice(f"The bound of equivalence, {used:.3g}, is the default: state your own in advance.")
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return of_analysis(self.ratings.analysis)
 
     def exports(self) -> Mapping[str, bytes]:
         part = self.ratings

@@ -12,9 +12,10 @@ import pandas as pd
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import threshold_figure
+from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
-from focalgradient.report.export import safe_csv
+from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -99,8 +100,13 @@ class Thresholds(Part):
         yield from map(Paragraph, methods_thresholds(self.design))
         yield from output.tables(self.design_table())
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return THRESHOLDS
+
     def exports(self) -> Mapping[str, bytes]:
-        return {"blur_threshold_trials.csv": safe_csv(self.table)}
+        file = "blur_threshold_trials.csv"
+        return {file: safe_csv(self.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.table)}
 
 
 def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:

@@ -1,0 +1,65 @@
+"""Figure of the power of an experiment by its number of subjects."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.power import AnyStudy, Power
+
+__all__ = ["power_figure"]
+
+COLOURS = (BLUE, ORANGE, GREEN, "#AA3377", "#66CCEE", "#BBAA22")
+
+
+def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
+    """How often experiments with so many simulated subjects find what they seek, and how wide their intervals are."""
+    with style():
+        figure = new_figure(150, 75, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        subjects = [each.subjects for each in found]
+        handles = []
+        drawn = {
+            meaning: [(one.found[name], one.standard_error[name]) for one in found]
+            for name, meaning in study.tests.items()
+        }
+        if len(study.tests) > 1:
+            drawn["all of them"] = [(one.joint, one.joint_error) for one in found]
+        for number, (meaning, shares) in enumerate(drawn.items()):
+            whole = meaning == "all of them"
+            look = {"color": "black" if whole else COLOURS[number % len(COLOURS)], "linestyle": ":" if whole else "-"}
+            at = [(100 * share, 100 * half) for share, half in shares]
+            ends = [[min(1.96 * half, share), min(1.96 * half, 100 - share)] for share, half in at]
+            left.errorbar(
+                subjects, [share for share, _ in at], np.transpose(ends), marker="o", markersize=4, capsize=2, **look
+            )
+            handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
+        left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        left.set(ylim=(0, 103), ylabel="experiments that find it (%)")
+        figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
+        for name, colour, marker, label in zip(
+            ("width", "far_width"), (BLUE, ORANGE), ("o", "s"), study.widths, strict=True
+        ):
+            widths = [getattr(each, name) for each in found]
+            if not all(map(math.isnan, widths)):
+                right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
+        right.set(ylabel=_folded(study.width_label, 38))
+        least = 1 if study.logs else 0
+        right.set_ylim(least, least + 1.3 * (right.get_ylim()[1] - least))  # room for the legend
+        right.legend(loc="upper right", fontsize=7)
+        for ax in (left, right):
+            ax.set(xlabel="subjects", xticks=subjects)
+        right.text(0.03, 0.03, "simulated subjects", transform=right.transAxes, va="bottom")
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    return figure
+
+
+def _folded(label: str, room: int = 34) -> str:
+    """A label in lines of so many letters."""
+    return textwrap.fill(label, room)

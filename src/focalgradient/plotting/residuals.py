@@ -1,0 +1,69 @@
+"""Figures that check the assumptions of the tests: normal quantiles of the subjects' effects, and residuals."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy import stats
+
+from focalgradient.plotting.figures import GREY, new_figure, style
+from focalgradient.plotting.subjects import SIMULATED, fixation_looks
+from focalgradient.statistics.residuals import Residuals
+
+__all__ = ["draw_quantiles", "draw_residuals", "residual_figure"]
+
+DRAWS = 2000
+"""Samples of normal numbers whose middle 95 % at each rank are the band: their ends are known to some 5 % of an SD."""
+
+
+def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
+    """Draw for each fixation (a row each) the Q-Q plot of the subjects, that of the residuals, and residuals by fit."""
+    with style():
+        rows = len(found)
+        columns = 3 if any(one.residual.size for one in found) else 1
+        figure = new_figure(62 * columns + 8, 56 * rows + 6, layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False)
+        looks = fixation_looks(one.fixation for one in found)
+        for line, one in zip(axes, found, strict=True):
+            colour, _, label = looks[one.fixation]
+            name = label.replace("\n", " ")
+            draw_quantiles(line[0], one.subjects, colour).set_title(f"Subjects, {name}")
+            line[0].set_ylabel(textwrap.fill(one.what, 26))
+            if columns > 1 and one.residual.size:
+                draw_quantiles(line[1], one.residual, colour).set_title("Residuals of subjects and scenes")
+                draw_residuals(line[2], one, colour).set_title("Residuals by fitted value")
+        if simulated:
+            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    return figure
+
+
+def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
+    """Draw values by normal quantiles, with the line and the band in which 95 % of normal samples of that size lie."""
+    count = len(values)
+    at = stats.norm.ppf((np.arange(1, count + 1) - 0.375) / (count + 0.25))  # Blom's plotting positions
+    ordered = np.sort(values)
+    spread = float(ordered.std(ddof=1)) if count > 1 else 0.0
+    if count > 2 and spread > 0:
+        samples = np.sort(np.random.default_rng(1).normal(size=(DRAWS, count)), axis=1)
+        samples = (samples - samples.mean(axis=1, keepdims=True)) / samples.std(axis=1, ddof=1, keepdims=True)
+        low, high = (ordered.mean() + spread * end for end in np.quantile(samples, [0.025, 0.975], axis=0))
+        ax.fill_between(at, low, high, color=GREY, alpha=0.18, linewidth=0)
+        ax.plot(at, ordered.mean() + spread * at, color=GREY, linewidth=0.8)
+    ax.plot(at, ordered, "o", color=colour, markersize=3.5 if count < 60 else 2)
+    ax.set_xlabel("normal quantile")
+    return ax
+
+
+def draw_residuals(ax: Axes, found: Residuals, colour: str) -> Axes:
+    """Draw the residual of each subject and scene by its fitted value."""
+    ax.axhline(0, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.plot(found.fitted, found.residual, "o", color=colour, markersize=2.5, alpha=0.7)
+    ax.set(xlabel="fitted value", ylabel="residual")
+    return ax
