@@ -24,10 +24,11 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy
 from focalgradient.statistics import Effect, Equivalence, NotComputed, depth_rating, quality
-from focalgradient.statistics.crossed import FEWEST_SCENES, error_skewness, moments
+from focalgradient.statistics.crossed import FEWEST_SCENES, moments
 from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
+from focalgradient.statistics.skewness import error_skewness, two_sided_p
 
 __all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "rise_power", "simulated_ratings"]
 
@@ -39,7 +40,7 @@ TESTS = {
 """What is counted, and what it means: each at .05 by the rule of the report, the first and the last by Holm's p."""
 
 
-ANALYSIS = 3
+ANALYSIS = 4
 """Number of the analysis, stated in the file of experiments: those of another are not gone on with."""
 
 
@@ -274,7 +275,7 @@ def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
     for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
         rise = of[fixation].rise if fixation in of else None
         if isinstance(rise, Effect):
-            outcome[width] = rise.high - rise.low
+            outcome[width] = rise.robust.high - rise.robust.low if rise.robust else rise.high - rise.low
     if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
         outcome["near_rise"] = float(near.significant and near.estimate > 0)
     if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
@@ -319,8 +320,6 @@ def rise_power(
     others are equivalent to zero, "interaction" that the first rise is larger than each; without others there is
     neither.
     """
-    from scipy import stats
-
     rng = default_rng(SeedSequence([seed, subjects, experiments]))
     shape = (experiments, subjects, len(design.scenes))
     noise = model.noise * math.sqrt(2 / design.repetitions)
@@ -332,16 +331,18 @@ def rise_power(
         for mean in (model.effect, *[model.far_effect] * (len(design.fixations) - 1))
     ]
     pairs = list(combinations(range(len(rises)), 2))
-    found = [_tested(cells) for cells in (*rises, *(rises[one] - rises[other] for one, other in pairs))]
-    p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
+    tables = [*rises, *(rises[one] - rises[other] for one, other in pairs)]
+    found = [_tested(cells) for cells in tables]
+    skewness = [error_skewness(cells, error) for cells, (_, error, _) in zip(tables, found, strict=True)]
+    tests = zip(found, skewness, strict=True)
+    p = np.stack([two_sided_p(mean / error, df, skew) for (mean, error, df), skew in tests], axis=-1)
     corrected = holm(p) < ALPHA
     shares = {"near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean())}
     if not pairs:
         return shares
     none = np.ones(experiments, bool)
     for one in range(1, len(rises)):
-        skewness = error_skewness(rises[one], found[one][1])
-        none &= np.maximum(*one_sided(*found[one], math.log(bound), subjects, skewness)) < ALPHA
+        none &= np.maximum(*one_sided(*found[one], math.log(bound), skewness[one])) < ALPHA
     larger = np.ones(experiments, bool)
     for at, (one, _) in enumerate(pairs, start=len(rises)):
         if one == 0:

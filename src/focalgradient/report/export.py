@@ -16,6 +16,7 @@ from focalgradient.statistics import (
     OrdinalResult,
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
+from focalgradient.statistics.skewness import FACTOR
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["reader", "report_files", "safe_csv", "trial_files"]
@@ -77,19 +78,18 @@ HEADLINE = """# The headline test of the report: the rise of the ratings from th
 # subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
 # Complete tables: base R, by mean squares; before it, with the packages lme4 and lmerTest, the same by REML, which may
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
-# Tables with empty cells: REML by lmerTest, as in the report.
+# Tables with empty cells: REML, by lmerTest where it is installed, else in base R. The robust test decides.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
 of <- all_rises(d)
 for (f in names(of)) {{
-  cells <- of[[f]]
+  y <- of[[f]]
   cat("rise:", f, "\\n")
-  whole <- nrow(cells) == length(unique(cells$scene)) * length(unique(cells$participant_id))
-  if (whole && length(unique(cells$scene)) >= {fewest} && requireNamespace("lmerTest", quietly = TRUE)) {{
-    fit <- lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene), cells)
+  if (!anyNA(y) && ncol(y) >= {fewest} && requireNamespace("lmerTest", quietly = TRUE)) {{
+    fit <- lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene), cells_of(y))
     print(summary(fit)$coefficients)
   }}
-  print(headline(cells))
+  print(headline(y), digits = 7)
 }}
 """
 
@@ -101,7 +101,7 @@ d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
 of <- all_rises(d)
-for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]])) }}
+for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
 """
 
 ORDINAL = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
@@ -148,115 +148,159 @@ if (length(unique(d$scene)) >= FEWEST_SCENES) {
 }
 """
 
-COMPARED = """# The headline tests of the report: does the answer change with the aperture, over subjects? Steps:
-# straight lines of each subject, t over subjects (base R). Choices (0 or 1): one logistic line of all answers, errors
-# between subjects (CR3, package clubSandwich). Below it the same over subjects and scenes: what scenes differ by is
-# added to the variance, by mean squares of complete tables. Run in the report's folder: Rscript headline_comparisons.R
-# In JASP steps alone: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
+MEANS = """student <- function(mean, error, df) {
+  half <- qt(.975, df) * error
+  c(mean = mean, low = mean - half, high = mean + half, t = mean / error, df = df, p = 2 * pt(-abs(mean / error), df))
+}
+cells_of <- function(y) {  # a row for each cell that has a value
+  cells <- expand.grid(participant_id = rownames(y), scene = colnames(y), stringsAsFactors = FALSE)
+  na.omit(cbind(cells, value = as.vector(y)))
+}
+by_lmertest <- function(y) {  # a table with empty cells, by REML
+  cells <- cells_of(y)
+  random <- c(if (max(table(cells$participant_id)) > 1) "(1 | participant_id)",
+              if (max(table(cells$scene)) > 1) "(1 | scene)")
+  model <- as.formula(paste("value ~ 1 +", paste(random, collapse = " + ")))
+  found <- summary(suppressMessages(lmerTest::lmer(model, cells)))$coefficients[1, ]
+  student(found[["Estimate"]], found[["Std. Error"]], found[["df"]])
+}
+by_reml <- function(y) {  # the same in base R: deviance in relative SDs, Satterthwaite by its Hessian
+  at <- which(!is.na(y), arr.ind = TRUE); v <- y[at]; v <- v / sd(v); n <- length(v)
+  same <- lapply(1:2, function(k) outer(at[, k], at[, k], "==") + 0)
+  free <- which(sapply(1:2, function(k) max(table(at[, k]))) > 1)
+  solved <- function(theta) {
+    root <- chol(diag(n) + theta[1]^2 * same[[1]] + theta[2]^2 * same[[2]])
+    one <- backsolve(root, rep(1, n), transpose = TRUE); w <- backsolve(root, v, transpose = TRUE)
+    m <- sum(one * w) / sum(one^2)
+    c(mean = m, information = sum(one^2), square = sum((w - m * one)^2), logdet = 2 * sum(log(diag(root))))
+  }
+  full <- function(some) { theta <- c(0, 0); theta[free] <- some; theta }
+  profiled <- function(some) {
+    s <- solved(full(some)); (n - 1) * log(s[["square"]] / (n - 1)) + s[["logdet"]] + log(s[["information"]])
+  }
+  starts <- list(c(1, 1), c(.2, 1), c(1, .2), c(.1, .1))
+  minimum <- function(start) nlminb(start[free], profiled, lower = 0, upper = 1e3, control = list(rel.tol = 1e-13))
+  fits <- lapply(starts, minimum)
+  theta <- full(fits[[which.min(sapply(fits, `[[`, "objective"))]]$par); s <- solved(theta)
+  point <- c(theta, sqrt(s[["square"]] / (n - 1)))
+  deviance <- function(x) {
+    s <- solved(x[1:2]); 2 * (n - 1) * log(x[3]) + s[["square"]] / x[3]^2 + s[["logdet"]] + log(s[["information"]])
+  }
+  variance <- function(x) x[3]^2 / solved(x[1:2])[["information"]]
+  used <- c(free, 3); size <- 1e-3 * c(pmax(theta, 1), point[3])
+  step <- function(k) replace(c(0, 0, 0), k, size[k])
+  gradient <- sapply(used, function(k) (variance(point + step(k)) - variance(point - step(k))) / (2 * size[k]))
+  hessian <- outer(used, used, Vectorize(function(i, j) (deviance(point + step(i) + step(j)) -
+    deviance(point + step(i) - step(j)) - deviance(point - step(i) + step(j)) + deviance(point - step(i) - step(j))) /
+    (4 * size[i] * size[j])))
+  e <- eigen(hessian, symmetric = TRUE); kept <- e$values > 1e-8 * max(e$values, 1)
+  along <- as.vector(t(e$vectors[, kept, drop = FALSE]) %*% gradient)
+  df <- 2 * variance(point)^2 / sum(2 * along^2 / e$values[kept]); unit <- sd(y[at])
+  student(s[["mean"]] * unit, point[3] / sqrt(s[["information"]]) * unit, df)
+}
+robust <- function(found, own, factor = FACTOR) {  # the test robust to skewed subjects; `own`: the subjects' means
+  n <- length(own); error <- (found[["mean"]] - found[["low"]]) / qt(.975, found[["df"]]); df <- found[["df"]]
+  third <- if (n < 3) 0 else n / ((n - 1) * (n - 2)) * sum((own - mean(own))^3)
+  skewness <- third / n^2 / error^3; q <- qt(1 - .025 / factor, df); longer <- (1 + 2 * q^2) / 6
+  t <- abs(found[["t"]]); s <- max(0, -sign(found[["t"]]) * skewness)
+  under <- 1 + 4 / 3 * s * (t - s / 6)
+  if (s > 0) t <- if (under > 0) (sqrt(under) - 1) * 3 / (2 * s) else min(t, -3 / (2 * s))
+  c(found, robust_low = found[["mean"]] - (q + longer * max(0, -skewness)) * error,
+    robust_high = found[["mean"]] + (q + longer * max(0, skewness)) * error,
+    robust_p = min(1, 2 * min(1, factor * pt(t, df, lower.tail = FALSE))))
+}
+own_means <- function(y) {  # of subjects; empty cells are filled by subject + scene where that is possible
+  y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
+  if (!anyNA(y)) return(rowMeans(y))
+  line <- lm(value ~ participant_id + scene, cells_of(y))
+  if (anyNA(coef(line))) return(rowMeans(y, na.rm = TRUE))
+  of <- expand.grid(participant_id = rownames(y), scene = colnames(y), stringsAsFactors = FALSE)
+  y[is.na(y)] <- predict(line, of)[is.na(y)]
+  rowMeans(y)
+}
+crossed <- function(y) {  # the mean of a table of subjects by scenes, both random where there are FEWEST_SCENES scenes
+  y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
+  s <- nrow(y); n <- ncol(y); filled <- sum(!is.na(y))
+  if (s < 2) return("Fewer than two subjects: no test.")
+  if (n >= FEWEST_SCENES && anyNA(y) && !(filled == s && s == n))
+    return(if (requireNamespace("lmerTest", quietly = TRUE)) by_lmertest(y) else by_reml(y))
+  r <- own_means(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
+  ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
+  if (n < FEWEST_SCENES || filled < length(y) || ms[["scenes"]] <= ms[["residual"]])
+    return(student(mean(y), sd(r) / sqrt(s), s - 1))
+  v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
+  student(mean(y), sqrt(v / (s * n)), df)
+}
+""".replace("FEWEST_SCENES", str(FEWEST_SCENES)).replace("FACTOR", f"{FACTOR:g}")
+"""The test of a mean over subjects and scenes in R, and over subjects where there are few scenes."""
+
+LARGEST = """show("largest aperture, over subjects and scenes:", largest, crossed)
+show("largest aperture, over subjects:", largest, here)
+"""
+
+COMPARED = """# The headline tests of the report: does the answer change with the aperture? A line on the aperture for
+# each subject and scene (steps, places, or choices 0 and 1), its slope over subjects and scenes, both random, and
+# over subjects for these scenes. Run in the report's folder: Rscript headline_comparisons.R (base R; tables with empty
+# cells by lmerTest where it is installed, else by REML in base R)
+# In JASP: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
 # Repeated Measures ANOVA, over the apertures of one fixation; under contrasts choose polynomial, the linear one.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
-table_of <- function(e, what) sapply(split(e, e$scene), function(o) sapply(split(o, o$participant_id), what))
-over_both <- function(name, estimate, y, over, scale) {  # `over`: variance of the estimate over subjects
-  if (is.null(dim(y)) || ncol(y) < FEWEST_SCENES || anyNA(y)) return(NULL)
-  s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
-  between <- scale * s * var(k); within <- scale * sum((y - outer(r, k, "+") + mean(y))^2) / free
-  v <- over + max(0, between - within); df <- s - 1
-  if (between > within) df <- max(v^2 / (over^2 / (s - 1) + between^2 / (n - 1) + within^2 / free), min(s, n) - 1)
-  t <- estimate / sqrt(v)
-  data.frame(over_both = name, estimate = estimate, t = t, df = df, p = 2 * pt(-abs(t), df))
+MEANStable_of <- function(e, what) {  # a row a subject, a column a scene
+  of <- list(factor(e$participant_id, unique(d$participant_id)), factor(e$scene, unique(d$scene)))
+  y <- sapply(levels(of[[2]]), function(k) sapply(levels(of[[1]]), function(s) what(e[of[[1]] == s & of[[2]] == k, ])))
+  matrix(y, nlevels(of[[1]]), dimnames = lapply(of, levels))
 }
-mean_over_both <- function(name, y) over_both(name, mean(y), y, var(rowMeans(y)) / nrow(y), 1 / length(y))
-own_slopes <- list(); crossed <- NULL; crossed_largest <- NULL
-choice <- all(d$rating %in% 0:1); known <- c("nearest", "farthest")
-lines <- list(); found <- data.frame(); largest <- data.frame()
+slope <- function(all) function(o) {
+  m <- tapply(o$rating, factor(o$aperture_mm, all), mean)
+  if (anyNA(m)) NA else sum((all - mean(all)) * m) / sum((all - mean(all))^2)
+}
+slopes <- list(); largest <- list(); known <- c("nearest", "farthest"); choice <- all(d$rating %in% 0:1)
 for (f in c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))) {
-  e <- d[d$fixation == f, ]; n <- length(unique(e$participant_id))
-  if (choice) {
-    fit <- glm(rating ~ aperture_mm, binomial, e)
-    error <- sqrt(clubSandwich::vcovCR(fit, e$participant_id, "CR3")[2, 2]); t <- coef(fit)[[2]] / error
-    found <- rbind(found, data.frame(slope_of = f, estimate = coef(fit)[[2]], t = t, p = 2 * pt(-abs(t), n - 1)))
-    e$influence <- ((model.matrix(fit) * (e$rating - fitted(fit))) %*% summary(fit)$cov.unscaled)[, 2]
-    y <- table_of(e, function(o) sum(o$influence))
-    crossed <- rbind(crossed, over_both(f, coef(fit)[[2]], y, error^2, length(y)))
-  } else {
-    lines[[f]] <- sapply(split(e, e$participant_id), function(o) coef(lm(rating ~ aperture_mm, o))[[2]])
-    t <- t.test(lines[[f]])
-    found <- rbind(found, data.frame(slope_of = f, estimate = t$estimate, t = t$statistic, p = t$p.value))
-    own_slopes[[f]] <- table_of(e, function(o) coef(lm(rating ~ aperture_mm, o))[[2]])
-    crossed <- rbind(crossed, mean_over_both(f, own_slopes[[f]]))
-  }
-  e <- e[e$aperture_mm == max(e$aperture_mm), ]
-  crossed_largest <- rbind(crossed_largest, mean_over_both(f, table_of(e, function(o) mean(o$rating)) - choice / 2))
-  t <- t.test(tapply(e$rating, e$participant_id, mean), mu = if (choice) 0.5 else 0)
-  largest <- rbind(largest, data.frame(largest_of = f, mean = t$estimate, t = t$statistic, p = t$p.value))
+  e <- d[d$fixation == f, ]; all <- sort(unique(e$aperture_mm)); slopes[[f]] <- table_of(e, slope(all))
+  largest[[f]] <- table_of(e[e$aperture_mm == max(all), ], function(o) if (nrow(o)) mean(o$rating) else NA) - choice / 2
 }
-if (length(lines) > 1) for (pair in combn(names(lines), 2, simplify = FALSE)) {
-  both <- intersect(names(lines[[pair[1]]]), names(lines[[pair[2]]]))
-  t <- t.test(lines[[pair[1]]][both] - lines[[pair[2]]][both])
-  found <- rbind(found, data.frame(slope_of = paste(pair, collapse = " less "), estimate = t$estimate, t = t$statistic,
-                                   p = t$p.value))
-  y <- own_slopes[pair]
-  if (all(dim(y[[1]]) == dim(y[[2]]))) {
-    crossed <- rbind(crossed, mean_over_both(paste(pair, collapse = " less "), y[[1]] - y[[2]]))
-  }
+if (length(slopes) > 1 && !choice) for (pair in combn(names(slopes), 2, simplify = FALSE))
+  slopes[[paste(pair, collapse = " less ")]] <- slopes[[pair[1]]] - slopes[[pair[2]]]
+here <- function(y) { own <- own_means(y); student(mean(own), sd(own) / sqrt(length(own)), length(own) - 1) }
+show <- function(title, tables, test) {
+  found <- lapply(tables, test); found <- found[!sapply(found, is.character)]
+  if (!length(found)) return(invisible())
+  found <- as.data.frame(do.call(rbind, found)); found$p_holm <- p.adjust(found$p, "holm")
+  cat(title, "\n"); print(found, digits = 7)
 }
-found$p_holm <- p.adjust(found$p, "holm"); print(found, row.names = FALSE, digits = 5)
-largest$p_holm <- p.adjust(largest$p, "holm"); print(largest, row.names = FALSE, digits = 5)
-for (each in list(crossed, crossed_largest)) if (!is.null(each)) {
-  each$p_holm <- p.adjust(each$p, "holm"); print(each, row.names = FALSE, digits = 5)
-}
-"""
+show("slopes, over subjects and scenes:", slopes, crossed)
+show("slopes, over subjects:", slopes, here)
+LARGEST""".replace("LARGEST", LARGEST).replace("MEANS", MEANS)
 
-PREPARE = """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
-rises <- function(d, fixation) {{  # a row a subject and scene: log ratio of the largest aperture to the pinhole
-  e <- d[d$fixation == fixation, ]
-  e <- e[e$aperture_mm == 0 | e$aperture_mm == max(e$aperture_mm), ]
-  m <- aggregate(log_rating ~ participant_id + scene + aperture_mm, e, mean)
-  both <- merge(m[m$aperture_mm > 0, ], m[m$aperture_mm == 0, ], by = c("participant_id", "scene"))
-  data.frame(participant_id = both$participant_id, scene = both$scene,
-             log_ratio = both$log_rating.x - both$log_rating.y)
-}}
-all_rises <- function(d) {{  # of each object in focus, and the difference of each pair
+PREPARE = (
+    """d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+rises <- function(d, fixation) {  # a row a subject, a column a scene: log ratio of the largest aperture to the pinhole
+  e <- d[d$fixation == fixation, ]; largest <- max(e$aperture_mm)
+  mean_at <- function(mm) {
+    o <- e[e$aperture_mm == mm, ]
+    of <- list(factor(o$participant_id, unique(d$participant_id)), factor(o$scene, unique(d$scene)))
+    tapply(o$log_rating, of, mean)
+  }
+  mean_at(largest) - mean_at(0)
+}
+all_rises <- function(d) {  # of each object in focus, and the difference of each pair
   known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
   names <- c(intersect(known, names), sort(setdiff(names, known)))
   of <- sapply(names, function(f) rises(d, f), simplify = FALSE)
-  if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE)) {{
-    both <- merge(of[[pair[1]]], of[[pair[2]]], by = c("participant_id", "scene"))
-    of[[paste(pair, collapse = " less ")]] <- data.frame(both[1:2], log_ratio = both$log_ratio.x - both$log_ratio.y)
-  }}
+  if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE))
+    of[[paste(pair, collapse = " less ")]] <- of[[pair[1]]] - of[[pair[2]]]
   of
-}}
-by_lmertest <- function(cells) {{
-  nested <- max(table(cells$scene)) == 1; single <- max(table(cells$participant_id)) == 1
-  random <- c(if (!single) "(1 | participant_id)", if (!nested) "(1 | scene)")
-  fit <- suppressMessages(lmerTest::lmer(as.formula(paste("log_ratio ~ 1 +", paste(random, collapse = " + "))), cells))
-  found <- summary(fit)$coefficients[1, ]; half <- qt(.975, found[["df"]]) * found[["Std. Error"]]; m <- found[[1]]
-  c(log_ratio = m, low = m - half, high = m + half, t = found[["t value"]], df = found[["df"]],
-    p = found[["Pr(>|t|)"]], ratio = exp(m))
-}}
-headline <- function(cells) {{  # a table of subjects by scenes
-  if (length(unique(cells$participant_id)) < 2) return("Fewer than two subjects have a ratio to the pinhole: no test.")
-  y <- tapply(cells$log_ratio, list(cells$participant_id, cells$scene), mean)
-  if (anyNA(y)) {{
-    if (ncol(y) >= {fewest} && nrow(cells) > min(dim(y)) && requireNamespace("lmerTest", quietly = TRUE))
-      return(by_lmertest(cells))
-    if (ncol(y) >= {fewest}) cat("Some cells are empty: with lmerTest it generalises to scenes; over subjects only:\n")
-    of <- expand.grid(participant_id = rownames(y), scene = colnames(y), stringsAsFactors = FALSE)
-    filled <- suppressWarnings(predict(lm(log_ratio ~ participant_id + scene, cells), of))
-    y[is.na(y)] <- filled[is.na(y)]
-    t <- t.test(rowMeans(y))
-    return(c(log_ratio = t$estimate[[1]], low = t$conf.int[1], high = t$conf.int[2], t = t$statistic[[1]],
-             df = t$parameter[[1]], p = t$p.value, ratio = exp(t$estimate[[1]])))
-  }}
-  s <- nrow(y); n <- ncol(y); r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
-  ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
-  v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
-  if (n < {fewest} || ms[["scenes"]] <= ms[["residual"]]) {{ v <- ms[["subjects"]]; df <- s - 1 }}
-  error <- sqrt(v / (s * n)); t <- mean(y) / error; half <- qt(.975, df) * error
-  c(log_ratio = mean(y), low = mean(y) - half, high = mean(y) + half, t = t, df = df, p = 2 * pt(-abs(t), df),
-    ratio = exp(mean(y)))
-}}"""
+}
+"""
+    + MEANS
+    + """headline <- function(y) {
+  found <- crossed(y)
+  if (is.character(found)) return(found)
+  c(robust(found, own_means(y)), ratio = exp(found[["mean"]]))
+}"""
+)
+"""What `headline.R` and `headline_jasp.R` have in common."""
 
 
 def trial_files(
@@ -287,8 +331,8 @@ def trial_files(
     if isinstance(result, ComparisonResult):
         tests = [*zip(result.fixations, result.slopes, strict=True), ("difference", result.interaction)]
         tests += [(f"{one} less {other}", test) for (one, other), test in result.differences.items()]
-        script = COMPARED if result.analysis.alike is not None else _without_largest(COMPARED)
-        files["headline_comparisons.R"] = (_with_fewest(script) + _found(tests)).encode()
+        script = COMPARED if result.analysis.alike is not None else COMPARED.replace(LARGEST, "")
+        files["headline_comparisons.R"] = (script + _found(tests)).encode()
     if result is not None and not result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
     if isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult):
@@ -298,21 +342,12 @@ def trial_files(
         files["headline_ordinal.R"] = (_with_fewest(ORDINAL) + _found(tests)).encode()
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_rises(out))
-        prepare = PREPARE.format(fewest=FEWEST_SCENES)
         rises = [(each.fixation, each.rise) for each in result.fixations]
         pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
         found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
-        files["headline.R"] = (HEADLINE.format(prepare=prepare, fewest=FEWEST_SCENES) + found).encode()
-        files["headline_jasp.R"] = (JASP.format(prepare=prepare) + found).encode()
+        files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES) + found).encode()
+        files["headline_jasp.R"] = (JASP.format(prepare=PREPARE) + found).encode()
     return files
-
-
-def _without_largest(script: str) -> str:
-    """The script without the comparisons at the largest aperture, for answers of which none means alike."""
-    start = script.index("  e <- e[e$aperture_mm == max(e$aperture_mm), ]\n")
-    end = script.index("}\n", script.index("  largest <- rbind"))
-    lines = (script[:start] + script[end:]).splitlines(keepends=True)
-    return "".join(line for line in lines if not line.startswith("largest$"))
 
 
 def _with_fewest(script: str) -> str:

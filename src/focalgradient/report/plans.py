@@ -14,6 +14,7 @@ from typing import Any
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.crossed import FEWEST_SCENES
+from focalgradient.statistics.skewness import FACTOR
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["PLANS", "Plan", "in_focus", "plan_of"]
@@ -95,6 +96,16 @@ class Plan(ABC):
         ]
 
 
+SKEWED = (
+    f"Beside each Student’s t stands a test that is robust to skewed subjects, and it decides: t is corrected for the "
+    f"skewness of the subjects’ own means where that is conservative (Johnson, 1978), and its p is multiplied by "
+    f"{FACTOR:g}, as few subjects hardly show their skewness; its interval is the one that is given. Normality of the "
+    "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
+    "fails, the report says so, and Student’s t is not interpreted."
+)
+"""What is done about skewed subjects, with ratios."""
+
+
 class RatioPlan(Plan):
     """Ratings that are ratios to a standard."""
 
@@ -112,13 +123,18 @@ class RatioPlan(Plan):
         first, *others = self.fixations
         return self._numbered(
             [
-                f"With {in_focus(first)}, ratings of depth rise from the pinhole to the largest aperture.",
+                f"With {in_focus(first)}, ratings of depth change from the pinhole to the largest aperture; a rise is "
+                "expected (two-sided test).",
                 *(
-                    f"With {in_focus(other)}, that rise is equivalent to zero: within a factor of {self.bound:g}, the "
-                    "smallest rise that would matter."
+                    f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {self.bound:g}, "
+                    "the smallest rise that would matter."
                     for other in others
                 ),
-                *(f"The rise is larger with {in_focus(first)} than with {in_focus(other)}." for other in others),
+                *(
+                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
+                    "former is expected (two-sided test)."
+                    for other in others
+                ),
             ]
         )
 
@@ -144,16 +160,18 @@ class RatioPlan(Plan):
         rises = "the rises with their differences" if self.pairs else "the rise"
         return (
             "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The mean rise was "
-            f"tested {test}.{differences} Equivalence to zero was tested by two one-sided tests against a factor of "
-            f"{self.bound:.3g}, the smallest rise that would matter, each by Student’s t, less its skewness "
-            "(Johnson, 1978) where the subjects’ rises are skewed to the side of the bound, which makes the test "
-            "conservative. As a trend, the least-squares slope of the log rating on the diameter of the aperture, and "
-            "its lack of fit (the quadratic part), were tested likewise. Probabilities were corrected by Holm’s "
+            f"tested {test}.{differences} {SKEWED} Equivalence to zero was tested by two one-sided tests, robust in "
+            f"the same way, against a factor of {self.bound:.3g}, the smallest rise that would matter; a change that "
+            "is reliable and equivalent to zero is reported as both. As a trend, the least-squares slope of the log "
+            "rating on the diameter of the aperture, and its lack of fit (the quadratic part), were tested likewise. "
+            "Probabilities were corrected by Holm’s "
             f"method within each family: {rises}, the comparisons of the apertures between with the pinhole, the "
-            "slopes, the tests of lack of fit; a result is called reliable where the corrected p is below .05. Each "
-            "equivalence test is one question and is not corrected. Intervals of ratios are 95 % intervals by t on the "
-            "logarithm, not adjusted for several tests; those of ratings are within subjects (Cousineau, Morey). Tests "
-            "are two-sided unless stated."
+            "slopes, the tests of lack of fit; a result is called reliable where the corrected p of the robust test is "
+            "below .05. Each equivalence test is one question and is not corrected. Intervals of ratios are robust "
+            "95 % intervals on the logarithm, not adjusted for several tests; those of ratings are within subjects "
+            "(Cousineau, Morey). Effect sizes of tests over subjects and scenes are d of Westfall, Kenny and Judd "
+            "(2014): the mean over the root of the sum of the variance components. All tests but those of equivalence "
+            "are two-sided."
         )
 
 
@@ -174,8 +192,13 @@ class StepsPlan(Plan):
         first, *others = self.fixations
         return self._numbered(
             [
-                f"With {in_focus(first)}, the odds of a higher answer rise with the aperture.",
-                *(f"They rise more with {in_focus(first)} than with {in_focus(other)}." for other in others),
+                f"With {in_focus(first)}, the odds of a higher answer change with the aperture; a rise is expected "
+                "(two-sided test).",
+                *(
+                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
+                    "former is expected (two-sided test)."
+                    for other in others
+                ),
             ]
         )
 
@@ -211,6 +234,15 @@ class _Comparison(Plan):
     __slots__ = ()
 
     statistic: Slopes | Choices
+
+    @property
+    def _tested(self) -> str:
+        if self.random:
+            return (
+                "with subjects and scenes crossed as random (quasi-F of Clark, 1973, Satterthwaite’s degrees of "
+                "freedom; a table with empty cells by REML)"
+            )
+        return "by Student’s t over subjects, with N − 1 degrees of freedom"
 
     @property
     def _largest(self) -> str:
@@ -263,25 +295,25 @@ class SlopesPlan(_Comparison):
         first, *others = self.fixations
         return self._numbered(
             [
-                f"With {in_focus(first)}, the {self.statistic.mean} rises with the aperture.",
-                *(f"It rises more with {in_focus(first)} than with {in_focus(other)}." for other in others),
+                f"With {in_focus(first)}, the {self.statistic.mean} changes with the aperture; a rise is expected "
+                "(two-sided test).",
+                *(
+                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
+                    "former is expected (two-sided test)."
+                    for other in others
+                ),
             ]
         )
 
     @property
     def analysis(self) -> str:
-        tested = (
-            "with subjects and scenes crossed as random (quasi-F of Clark, 1973, Satterthwaite’s degrees of freedom)"
-            if self.random
-            else "by Student’s t over subjects, with N − 1 degrees of freedom"
-        )
         slopes = "slopes and their difference between the fixations were" if self.pairs else "slope was"
         compared = ""
         if self.statistic.compared:
             compared = f"Pictures were compared with {self.reference} in {self._steps} {self.statistic.compared}. "
         return (
             f"{compared}A straight line on the diameter of the aperture was fitted to the {self._answer}s of each "
-            f"subject and scene; its {slopes} tested {tested}. {self._largest}"
+            f"subject and scene; its {slopes} tested {self._tested}. {self._largest}"
         )
 
 
@@ -295,28 +327,25 @@ class ChoicePlan(_Comparison):
     @property
     def outcome(self) -> str:
         return (
-            "The primary outcome is the slope of the log odds of choosing the picture on the diameter of its aperture, "
-            f"with {in_focus(self.fixations[0])}."
+            "The primary outcome is the slope of the share of choices of the picture on the diameter of its aperture, "
+            f"with {in_focus(self.fixations[0])}, one value for each subject and scene."
         )
 
     @property
     def hypotheses(self) -> list[str]:
-        return self._numbered([f"With {in_focus(self.fixations[0])}, the share of choices rises with the aperture."])
+        return self._numbered(
+            [
+                f"With {in_focus(self.fixations[0])}, the share of choices changes with the aperture; a rise is "
+                "expected (two-sided test)."
+            ]
+        )
 
     @property
     def analysis(self) -> str:
-        test = (
-            "To the variance of the slope over subjects was added what scenes, as random, make of it by the mean "
-            "squares of the trials’ influence on the slope, and it was referred to Student’s t with "
-            "Satterthwaite’s degrees of freedom"
-            if self.random
-            else "The slope was referred to Student’s t with N − 1 degrees of freedom"
-        )
         return (
             f"In each trial a picture and {self.reference} were shown in random order, and the one that looked deeper "
-            "was chosen. The log odds of choosing the picture were modelled on the diameter of its aperture by "
-            "generalised estimating equations (logit, independence, standard errors corrected for few subjects after "
-            f"Mancl and DeRouen). {test}. {self._largest}"
+            "was chosen. A straight line on the diameter of the aperture was fitted to the choices (0 or 1) of each "
+            f"subject and scene; its slope was tested {self._tested}. {self._largest}"
         )
 
     @property

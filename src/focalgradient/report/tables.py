@@ -143,19 +143,24 @@ class _Cells:
         return [decimals(factor * result.estimate, places), interval(low, high, places)]
 
     def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, ratio: bool = False) -> list[str]:
-        """Estimate, interval, test, p and p by Holm; a `ratio` is that of which the effect is the logarithm."""
+        """Estimate, interval that decides, test, p and p by Holm; a `ratio`: the effect is its logarithm."""
         if isinstance(result, NotComputed):
             return self.missing(result, 5)
         self.notes.update(dict.fromkeys(result.remarks))
         if ratio:
             ends = result.ratio
             return [decimals(ends.estimate), interval(ends.low, ends.high, 2), *self.test(result)]
-        low, high = factor * result.low, factor * result.high
+        low, high = (None if end is None else factor * end for end in (result.interval.low, result.interval.high))
         return [number(factor * result.estimate), interval(low, high), *self.test(result)]
 
-    def dz(self, result: Effect | NotComputed) -> list[str]:
-        """d_z and its interval."""
-        found = result.dz_interval if isinstance(result, Effect) else None
+    def robust(self, result: Effect | NotComputed) -> list[str]:
+        """The robust p and the same by Holm."""
+        test = result.robust if isinstance(result, Effect) else None
+        return [NONE, NONE] if test is None else [probability(test.p), probability(test.p_holm)]
+
+    def size(self, result: Effect | NotComputed) -> list[str]:
+        """The effect size of the test, d over subjects and scenes or d_z over subjects, and its interval."""
+        found = (result.d or result.dz_interval) if isinstance(result, Effect) else None
         return [NONE, NONE] if found is None else [decimals(found.estimate), interval(found.low, found.high, 2)]
 
     def test(self, result: Effect | NotComputed) -> list[str]:
@@ -220,7 +225,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
     for name, test, fixed in tested:
         tests += [(name, "subjects and scenes", test), (name, THESE, fixed)]
     rows = [
-        [fixation, over, *cells.effect(test, ratio=True), *cells.dz(test)]
+        [fixation, over, *cells.effect(test, ratio=True), *cells.robust(test), *cells.size(test)]
         for fixation, over, test in tests
         if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes there is one only
     ]
@@ -228,7 +233,7 @@ def _rises(result: DepthRatingResult) -> Sheet:
         {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
         for fixation, over, test in tests
     ]
-    header = ["in focus", "holds for other", "rise (ratio to pinhole)", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    header = ["in focus", "holds for other", "rise (ratio to pinhole)", "95 %", "test", "p", "p (Holm)", *ROBUST]
     caption = (
         f"Rise of the ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; Holm’s correction "
         "is over the rises and their ratio"
@@ -237,6 +242,9 @@ def _rises(result: DepthRatingResult) -> Sheet:
 
 
 THESE = "subjects; these scenes"
+
+ROBUST = ("robust p", "robust p (Holm)", "d (over subjects: d_z)", "95 %")
+"""Headings of the test robust to skewed subjects, and of the effect size."""
 
 
 def _means(result: DepthRatingResult) -> Sheet:
@@ -250,12 +258,13 @@ def _means(result: DepthRatingResult) -> Sheet:
             *cells.interval(mean.rating),
             *(cells.interval(mean.ratio) if mean.aperture_mm else ["1", NONE]),
             *(cells.test(mean.against_pinhole) if mean.aperture_mm else [NONE] * 3),
-            *(cells.dz(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
+            *(cells.robust(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
+            *(cells.size(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
         ]
         for mean in result.means
     ]
     header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 %"]
-    header += ["test of the ratio", "p", "p (Holm)", "d_z", "95 %"]
+    header += ["test of the ratio", "p", "p (Holm)", *ROBUST]
     caption = (
         "Ratings and their ratio to the pinhole: geometric means; Holm’s correction is over the rows between the "
         "pinhole and the largest aperture, whose test is that of the rise"
@@ -269,11 +278,13 @@ def _slopes(result: DepthRatingResult) -> Sheet:
     for each in result.fixations:
         tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
         tests.append((each.fixation, "lack of fit (log ratio at half the largest aperture)", each.curvature))
-    rows = [[fixation, what, *cells.effect(test), *cells.dz(test)] for fixation, what, test in tests]
+    rows = [
+        [fixation, what, *cells.effect(test), *cells.robust(test), *cells.size(test)] for fixation, what, test in tests
+    ]
     digits = [
         {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
     ]
-    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
+    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *ROBUST]
     caption = (
         "Trend: straight line through the apertures, and how far a parabola leaves it; Holm’s correction is over each"
     )
@@ -289,12 +300,13 @@ def _components(result: DepthRatingResult) -> Sheet:
         if isinstance(found, Components):
             parts = [decimals(sd, 3) for sd in (found.subjects, found.scenes, found.residual)]
             check = [decimals(found.shapiro_w, 3), probability(found.shapiro_p), decimals(found.largest)]
-            check.append(decimals(found.skewness))
+            check += [decimals(found.skewness), decimals(found.subjects_w, 3), probability(found.subjects_p)]
             rows.append([each.fixation, found.formula, *parts, *check])
         else:
-            rows.append([each.fixation, *cells.missing(found, 8)])
+            rows.append([each.fixation, *cells.missing(found, 10)])
     header = ["in focus", "model", "SD of subjects", "SD of scenes", "SD of residuals"]
-    header += ["Shapiro-Wilk W", "p", "largest residual (SD)", "skewness of subjects"]
+    header += ["Shapiro-Wilk W", "p", "largest residual (SD)"]
+    header += ["skewness of subjects’ rises", "their Shapiro-Wilk W", "p"]
     caption = "Model of the rise (log ratio of each subject and scene), its variance components and residuals"
     return _sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 
@@ -308,11 +320,12 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             bound = math.exp(test.bound)
             ends = interval(math.exp(test.low), math.exp(test.high), 2)
             first = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
-            ps = [probability(p) for p in (test.p_below, test.p_above, test.p)]
+            ps = [probability(p) for p in (test.p_below, test.p_above, test.p, test.p_by_t)]
             rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
-            rows.append([each.fixation, *cells.missing(test, 7)])
+            rows.append([each.fixation, *cells.missing(test, 8)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
+    header.append("p by t alone")
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
@@ -383,7 +396,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     for effect in result.effects:
         first = [effect.gradient, number(effect.strength)]
         ranks = [probability(effect.wilcoxon_p), probability(effect.wilcoxon_p_holm)]
-        change = [*cells.effect(effect.share, 100), *cells.dz(effect.share), *ranks]
+        change = [*cells.effect(effect.share, 100), *cells.size(effect.share), *ranks]
         rows.append([*first, "change of share of time (points)", *change])
         for name, odds in (("time", effect.odds_of_time), ("reports", effect.odds_of_reports)):
             rows.append([*first, f"odds ratio, {name}", *cells.effect(odds, ratio=True), *[NONE] * 4])

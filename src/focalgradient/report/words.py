@@ -12,6 +12,7 @@ from focalgradient.report.plans import in_focus, plan_of
 from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, probability
 from focalgradient.scales import scale_of
 from focalgradient.statistics import (
+    Components,
     DepthRatingResult,
     Effect,
     Equivalence,
@@ -60,7 +61,7 @@ def rating_findings(result: DepthRatingResult) -> list[str]:
         ends = interval(ratio.low, ratio.high, 2)
         sentences.append(
             f"The two rises {differ} (their ratio {decimals(ratio.estimate)}, 95{SPACE}% CI {ends}; "
-            f"{_test(result.interaction)})."
+            f"{_test(result.interaction)}{_size(result.interaction)})."
         )
     for (one, other), (test, _) in result.differences.items():
         sentences.append(_pair(one, other, test, "rises"))
@@ -77,7 +78,7 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
     over = _over(rise)
     sentence = (
         f"{subject}, ratings {what} from the pinhole to the largest aperture (ratio {decimals(ratio.estimate)}, "
-        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_dz(rise)}; over {over})."
+        f"95{SPACE}% CI {interval(ratio.low, ratio.high, 2)}; {_test(rise)}{_size(rise)}; over {over})."
     )
     fixed = each.rise_these_scenes
     if random_scenes(rise) and isinstance(fixed, Effect):
@@ -85,16 +86,33 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
         sentence += f" For these {len(result.scenes)} scenes alone: 95{SPACE}% CI {ends}; {_test(fixed)}."
     if isinstance(each.equivalence, Equivalence):
         bound = math.exp(each.equivalence.bound)
-        within = "is" if each.equivalence.equivalent else "is not shown to be"
         ends = interval(math.exp(each.equivalence.low), math.exp(each.equivalence.high), 2)
-        sentence += (
-            f" The rise {within} equivalent to zero within a factor of {decimals(bound)} (two one-sided tests, "
-            f"90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)})."
-        )
+        within = f"equivalent to zero within a factor of {decimals(bound)}"
+        if not each.equivalence.equivalent:
+            said = f"The change is not shown to be {within}"
+        elif rise.significant:
+            said = f"Ratings {what}, and the change is {within}: it is reliable, but smaller than what would matter"
+        else:
+            said = f"The change is {within}"
+        by_t = "" if rise.robust is None else f"; by Student’s t alone p{SPACE}{_is(each.equivalence.p_by_t)}"
+        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)}{by_t})."
+    sentence += _assumption(each)
     if isinstance(each.curvature, Effect) and each.curvature.significant:
         bend = "flattens" if each.curvature.estimate * rise.estimate > 0 else "steepens"
         sentence += f" The curve is not straight: it {bend} towards the largest aperture ({_test(each.curvature)})."
     return sentence
+
+
+def _assumption(each: FixationResult) -> str:
+    """What follows from rises of subjects that are not normal: a sentence where the planned check finds it."""
+    parts = each.components
+    if not isinstance(parts, Components) or not parts.skewed:
+        return ""
+    return (
+        f" Subjects’ rises are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
+        f"{decimals(parts.subjects_w, 3)}, p{SPACE}{_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
+        "the Q-Q plot): Student’s t assumes that they are, so read the robust interval and test, which decide here."
+    )
 
 
 def _over(effect: Effect) -> str:
@@ -157,7 +175,7 @@ def necker_findings(result: NeckerResult) -> list[str]:
         change += interval(100 * share.low, 100 * share.high, 1)
         unchanged = "" if share.significant else " without reliable change"
         sentences.append(
-            f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_dz(share)}; "
+            f"{blur} {verb} the nonrigid share of the time{unchanged} ({change}; {_test(share)}{_size(share)}; "
             f"Wilcoxon p{SPACE}{_is(effect.wilcoxon_p_holm)})."
         )
     if sentences:
@@ -278,15 +296,18 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 
 
 def _test(effect: Effect) -> str:
-    """The statistic and the p that decides: Holm's where there is one."""
+    """The statistic and its p, and that of the robust test, which then decides: Holm's where there is one."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
-    return f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
+    said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
+    return said if effect.robust is None else f"{said}, robust to skewed subjects {name}{SPACE}{_is(effect.deciding_p)}"
 
 
-def _dz(effect: Effect) -> str:
-    """d_z with its interval, after a test."""
-    dz = effect.dz_interval
-    return "" if dz is None else f", d_z{SPACE}={SPACE}{decimals(dz.estimate)} {interval(dz.low, dz.high, 2)}"
+def _size(effect: Effect) -> str:
+    """The effect size of the test with its interval, after it: d over subjects and scenes, d_z over subjects."""
+    size, name = (effect.d, "d") if effect.d is not None else (effect.dz_interval, "d_z")
+    return (
+        "" if size is None else f", {name}{SPACE}={SPACE}{decimals(size.estimate)} {interval(size.low, size.high, 2)}"
+    )
 
 
 def _is(p: float | None) -> str:

@@ -117,7 +117,7 @@ class Slopes(Analysis):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices(Analysis):
-    """Slope of the log odds of choosing the picture on its aperture (mm), by generalised estimating equations."""
+    """Least-squares slope of the share of choices on the aperture (mm) of each subject and scene, both as random."""
 
     name: str = "choice"
     middle: float | None = 0.5

@@ -1,7 +1,8 @@
 """Comparisons of two pictures (steps from flatter to deeper, or which of the two is deeper), and places on a line.
 
-Steps and places are analysed by a straight line on the aperture within each subject and scene, over both; choices by a
-marginal logistic model (GEE) with standard errors between subjects, to which is added what scenes differ by.
+Steps, places and choices (0 or 1) are analysed by a straight line on the aperture within each subject and scene, over
+both. Of choices it is the slope of the share: its test keeps its level, and has more power than Wald's test of a
+marginal logistic slope, whose standard error rises with the slope.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
-from focalgradient.statistics.marginal import marginal_slope
 from focalgradient.statistics.means import family, only_difference, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
@@ -64,8 +64,8 @@ class ComparisonResult:
     fixations
         Those present, nearest first.
     slopes
-        Of each: steps for a millimetre of aperture; of choices, log odds for a millimetre. Over subjects and scenes,
-        both random, where there are five scenes or more.
+        Of each: steps, or share of choices, for a millimetre of aperture. Over subjects and scenes, both random, where
+        there are five scenes or more.
     against_reference
         Of each, at the largest aperture: mean step against 0; share of choices against one half. Over both, too. Not
         computed where no answer of the scale means that two pictures are alike.
@@ -120,9 +120,9 @@ def slope_unit(analysis: Slopes | Choices) -> str:
     """Return the unit of the slopes for a millimetre.
 
     >>> slope_unit(Choices())
-    'log odds'
+    'share of choices'
     """
-    return "log odds" if analysis.binary else analysis.unit
+    return analysis.unit
 
 
 def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonResult:
@@ -164,10 +164,10 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     if table.empty:
         raise InputError("All trials are catch trials: there are no answers to analyse.")
     present = fixations_of(table)
-    rows = {name: table[table["fixation"] == name].rename(columns={"rating": "answer"}) for name in present}
-    of = {name: cells(own) for name, own in rows.items()}
+    answers = table.rename(columns={"rating": "answer"})
+    of = {name: cells(answers[answers["fixation"] == name]) for name in present}
     pairs = list(combinations(present, 2)) if analysis.compares_slopes else []
-    slopes = [_slope(of[name], rows[name], analysis) for name in present]
+    slopes = [_both(_lines(of[name])) for name in present]
     slopes += [_difference(of[one], of[other]) for one, other in pairs]
     largest = [_largest(own, analysis) for own in of.values()]
     both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, analysis) for k in (0, 1))
@@ -205,13 +205,11 @@ def _tests(
     )
 
 
-def _slope(own: Cells, rows: pd.DataFrame, analysis: Analysis) -> tuple[Test, Test]:
-    """The slope on the aperture over subjects and scenes, and for these scenes."""
-    if analysis.binary:
-        numbers = (pd.factorize(rows[name], sort=True)[0] for name in ("participant_id", "scene"))
-        return marginal_slope(rows["answer"].to_numpy(float), rows["aperture_mm"].to_numpy(float), *numbers)
-    lines = _lines(own)
-    return (lines, lines) if isinstance(lines, NotComputed) else (crossed_effect(lines), over_subjects(lines))
+def _both(values: FloatArray | NotComputed) -> tuple[Test, Test]:
+    """The mean over subjects and scenes, and for these scenes: of scales with ends."""
+    if isinstance(values, NotComputed):
+        return values, values
+    return crossed_effect(values, bounded=True), over_subjects(values, bounded=True)
 
 
 def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
@@ -226,8 +224,7 @@ def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
     first, second = lines
     if list(first.columns) != list(second.columns):
         first, second = first.mean(axis=1).to_frame(), second.mean(axis=1).to_frame()
-    found = (first - second).to_numpy()
-    return crossed_effect(found), over_subjects(found)
+    return _both((first - second).to_numpy())
 
 
 def _lines(own: Cells) -> FloatArray | NotComputed:
@@ -246,8 +243,7 @@ def _largest(own: Cells, analysis: Slopes | Choices) -> tuple[Test, Test]:
     """Answers to the largest aperture against those to pictures that are alike."""
     if analysis.alike is None:
         return UNLIKE, UNLIKE
-    away = own.values[:, :, -1] - analysis.alike
-    return crossed_effect(away), over_subjects(away)
+    return _both(own.values[:, :, -1] - analysis.alike)
 
 
 def _means(table: pd.DataFrame) -> tuple[ComparisonMean, ...]:

@@ -18,7 +18,9 @@ from scipy import sparse, stats
 
 from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
-from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.records import ALPHA, Effect, NotComputed
+from focalgradient.statistics.sizes import crossed_size
+from focalgradient.statistics.skewness import error_skewness, robust
 
 __all__ = [
     "CROSSED",
@@ -27,8 +29,6 @@ __all__ = [
     "Moments",
     "components",
     "crossed_effect",
-    "error_skewness",
-    "generalised",
     "moments",
     "over_subjects",
     "random_scenes",
@@ -87,6 +87,10 @@ class Components:
         Largest residual over their standard deviation.
     skewness
         Of the subjects' own means (adjusted Fisher-Pearson coefficient); None with fewer than four.
+    subjects_w, subjects_p
+        Shapiro and Wilk's test that the subjects' own means are normal; None with fewer than four.
+    means
+        The subjects' own means, ascending.
     """
 
     formula: str
@@ -97,6 +101,14 @@ class Components:
     shapiro_p: float
     largest: float
     skewness: float | None = None
+    subjects_w: float | None = None
+    subjects_p: float | None = None
+    means: tuple[float, ...] = ()
+
+    @property
+    def skewed(self) -> bool:
+        """Whether the subjects' own means are shown not to be normal, at .05."""
+        return self.subjects_p is not None and self.subjects_p < ALPHA
 
 
 def moments(cells: ArrayLike, missing: int = 0) -> Moments:
@@ -140,45 +152,15 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
 
 
-def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
-    """Skewness of the error of the mean of each table, as the subjects' own means show it.
-
-    Parameters
-    ----------
-    cells
-        Shape (..., subjects, scenes); NaN where there is no value.
-    standard_error
-        Of each table's mean. What scenes add to it is taken as symmetric.
-
-    Returns
-    -------
-    ndarray
-        Shape (...). The subjects' third moment (unbiased) over their number squared, which is that of a mean, over the
-        cube of the standard error; 0 with two subjects.
-
-    Examples
-    --------
-    >>> round(float(error_skewness([[0.1], [0.2], [0.1], [0.6]], 0.11)), 2)
-    1.13
-    """
-    cells = np.asarray(cells, dtype=float)
-    own = np.nanmean(cells, axis=-1)
-    own = own[np.isfinite(own)] if own.ndim == 1 else own
-    subjects = own.shape[-1]
-    away = own - own.mean(axis=-1, keepdims=True)
-    if subjects < 3:
-        return np.zeros(own.shape[:-1])
-    third = subjects / ((subjects - 1) * (subjects - 2)) * (away**3).sum(axis=-1)  # unbiased third moment
-    return np.asarray(third / subjects**2 / np.asarray(standard_error) ** 3)
-
-
-def over_subjects(cells: ArrayLike) -> Effect | NotComputed:
+def over_subjects(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotComputed:
     """The mean of the subjects' own means, for these scenes only, by Student's t.
 
     Parameters
     ----------
     cells
         A row a subject, a column a scene; NaN where there is no value.
+    bounded
+        See `crossed_effect`.
 
     Examples
     --------
@@ -186,24 +168,25 @@ def over_subjects(cells: ArrayLike) -> Effect | NotComputed:
     0.02
     """
     shared = _used(cells)
-    if not np.isnan(shared).any():
-        return paired_effect(shared.mean(axis=1) if shared.size else [], THESE)
-    means = _filled(shared).mean(axis=1) if _connected(shared) else np.nanmean(shared, axis=1)
-    return paired_effect(means, THESE)
+    found = paired_effect(_own_means(shared), THESE)
+    return found if isinstance(found, NotComputed) or bounded else _robust(found, shared)
 
 
-def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
+def crossed_effect(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotComputed:
     """The mean of a table of subjects by scenes, generalised over both where there are five or more scenes.
 
     Parameters
     ----------
     cells
         A row a subject, a column a scene; NaN where there is no value.
+    bounded
+        Whether values come from a scale with ends, like shares of choices or steps. Student's t then keeps its level
+        however skewed people are; else the test robust to skewness decides (`focalgradient.statistics.skewness`).
 
     Returns
     -------
     Effect
-        `method` says whether scenes are random. d_z is that of the subjects' own means.
+        `method` says whether scenes are random. The effect size is d over subjects and scenes, d_z over subjects only.
 
     Examples
     --------
@@ -212,25 +195,43 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
     >>> effect = crossed_effect(table)
     >>> round(effect.estimate, 2), round(effect.df, 1), effect.method
     (0.32, 7.0, "mean over subjects and scenes, both random, Satterthwaite's t")
+    >>> round(effect.p, 4), round(effect.robust.p, 4), round(effect.d.estimate, 2)
+    (0.0007, 0.0254, 1.33)
     """
     shared = _used(cells)
     subjects, scenes = shared.shape
     gaps = int(np.isnan(shared).sum())
-    own = over_subjects(shared)
+    own = over_subjects(shared, bounded=bounded)
     if isinstance(own, NotComputed) or scenes < FEWEST_SCENES:
         return own
+    remarks: tuple[str, ...] = ()
     if gaps:
         if shared.size - gaps == subjects == scenes:  # one cell each: nothing separates subjects from scenes
             return own
         left = reml.fit(shared)
-        remark = f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML."
-        return student_effect(
-            left.mean, left.standard_error, subjects, CROSSED, df=left.df, dz=own.dz, remarks=(remark,)
+        mean, error, df = left.mean, left.standard_error, left.df
+        filled = np.isfinite(shared)
+        each = stats.hmean(filled.sum(axis=0)), stats.hmean(filled.sum(axis=1))  # subjects a scene, scenes a subject
+        squares = (
+            left.residual**2 + each[1] * left.subjects**2,
+            left.residual**2 + each[0] * left.scenes**2,
+            left.residual**2,
         )
-    found = moments(shared)
-    return student_effect(
-        float(found.mean), float(found.standard_error), subjects, CROSSED, df=float(found.df), dz=own.dz
-    )
+        remarks = (f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML.",)
+    else:
+        found = moments(shared)
+        mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
+        squares = float(found.subjects), float(found.scenes), float(found.residual)
+        each = subjects, scenes
+    size = crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
+    effect = replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
+    return effect if bounded else _robust(effect, shared)
+
+
+def _robust(effect: Effect, cells: FloatArray) -> Effect:
+    """The effect with the test robust to the skewness of the subjects' own means."""
+    skewness = float(error_skewness(_own_means(cells)[:, None], effect.standard_error))
+    return replace(effect, robust=robust(effect.estimate, effect.standard_error, effect.df, skewness))
 
 
 def random_scenes(effect: Effect) -> bool:
@@ -275,32 +276,6 @@ def with_scenes(effect: Effect, scenes: int, between: float, within: float, with
     return replace(found, remarks=effect.remarks)
 
 
-def generalised(
-    effect: Effect | NotComputed, influence: FloatArray, subject: NDArray[np.int_], scene: NDArray[np.int_]
-) -> Effect | NotComputed:
-    """An effect of a model of all trials over subjects, generalised to other scenes where there are five or more.
-
-    Parameters
-    ----------
-    effect
-        Over subjects, for these scenes.
-    influence
-        What each trial adds to the estimate: the answers' part of it, to first order.
-    subject, scene
-        Number of each trial's, from 0 up.
-    """
-    shape = int(subject.max()) + 1, int(scene.max()) + 1
-    place = np.ravel_multi_index((subject, scene), shape)
-    table = np.asarray(np.bincount(place, influence, np.prod(shape)), dtype=float).reshape(shape)
-    table[np.bincount(place, minlength=np.prod(shape)).reshape(shape) == 0] = np.nan
-    if isinstance(effect, NotComputed) or shape[1] < FEWEST_SCENES or not _connected(table):
-        return effect
-    gaps = int(np.isnan(table).sum())
-    found = moments(_filled(table), gaps)  # the estimate is the sum of the cells: its variance is their number times
-    freedom = max((shape[0] - 1) * (shape[1] - 1) - gaps, 1)
-    return with_scenes(effect, shape[1], table.size * float(found.scenes), table.size * float(found.residual), freedom)
-
-
 def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     """The variance components of the model of `crossed_effect`, and whether its residuals look normal.
 
@@ -331,8 +306,19 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
-    skewness = float(stats.skew(_filled(shared).mean(axis=1), bias=False)) if subjects > 3 else None
-    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, skewness)
+    own = np.sort(_own_means(shared))
+    if subjects < 4:
+        return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, means=tuple(own))
+    skewness, (own_w, own_p) = float(stats.skew(own, bias=False)), map(float, stats.shapiro(own))
+    check = skewness, own_w, own_p, tuple(own.tolist())
+    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, *check)
+
+
+def _own_means(cells: FloatArray) -> FloatArray:
+    """The subjects' own means; where cells are empty, of cells filled by subject + scene, if that is possible."""
+    if not cells.size:
+        return np.empty(0)
+    return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.nanmean(cells, axis=1))
 
 
 def _used(cells: ArrayLike) -> FloatArray:

@@ -10,6 +10,7 @@ from scipy import stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.records import ALPHA, Effect
+from focalgradient.statistics.skewness import half_widths, one_sided_p
 
 __all__ = ["LARGEST_BOUND", "Equivalence", "check_bound", "equivalence", "one_sided"]
 
@@ -17,11 +18,6 @@ FloatArray = NDArray[np.float64]
 
 LARGEST_BOUND = 10.0
 """Largest bound of equivalence, a ratio: no measured depth effect is as large, and 20 is most likely a percentage."""
-
-SHRINKAGE = 12
-"""The sample's skewness is taken 1 + 12 / N times. 1 + 8 / N makes up for what samples of a gamma distribution show too
-little of it on average (3.3, 2.4, 1.8 and 1.4 times with 4, 6, 10 and 20 subjects); 12 holds the tests' level in every
-cell of benchmarks/statistics_error_rates.py, at most .060 (20,000 sets a cell)."""
 
 
 def check_bound(name: str, bound: object) -> None:
@@ -45,8 +41,8 @@ class Equivalence:
     bound
         The effect is equivalent to zero within -bound ... bound.
     estimate, low, high
-        The effect and its 90 % interval: inside the bounds just where both tests reject at .05. An end is farther out
-        than Student's t has it where the subjects' values are skewed to its side.
+        The effect and its 90 % interval: inside the bounds just where both tests reject at .05. It lies within the 95 %
+        interval of the effect.
     p_below, p_above
         Probabilities against an effect of -bound or less, and against one of bound or more: `p_above` alone tests for
         no *increase*.
@@ -56,6 +52,8 @@ class Equivalence:
         Whether p is below .05.
     subjects
         How many the estimate rests on.
+    p_by_t
+        The same as `p` by Student's t alone, which takes people's effects as symmetric.
     """
 
     bound: float
@@ -67,21 +65,13 @@ class Equivalence:
     p: float
     equivalent: bool
     subjects: int
+    p_by_t: float
 
 
 def one_sided(
-    mean: ArrayLike,
-    standard_error: ArrayLike,
-    df: ArrayLike,
-    bound: float,
-    subjects: int = 2,
-    skewness: ArrayLike = 0.0,
+    mean: ArrayLike, standard_error: ArrayLike, df: ArrayLike, bound: float, skewness: ArrayLike | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Probabilities against means of -bound or less, and of bound or more; arrays are done at once.
-
-    By Student's t; where the subjects' values are skewed to the side of the bound, by t less its skewness (Johnson
-    1978, with the quantile in place of t, so that it rises with t everywhere). A skewness that would make the test less
-    careful is not used: few subjects show it badly.
 
     Parameters
     ----------
@@ -89,36 +79,34 @@ def one_sided(
         Of each effect.
     bound
         Above 0.
-    subjects
-        How many the skewness was estimated from.
     skewness
-        Of the mean's error: see `focalgradient.statistics.crossed.error_skewness`.
+        Of the mean's error: tests are then robust to it (`focalgradient.statistics.skewness`). Without it they are by
+        Student's t.
 
     Examples
     --------
     >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2)]
     [0.0005, 0.0021]
-    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, 12, skewness=0.3)]
-    [0.0005, 0.0185]
+    >>> [float(p.round(4)) for p in one_sided(0.02, 0.05, 11, 0.2, skewness=0.3)]
+    [0.0013, 0.0225]
     """
     centre, error, freedom = (np.asarray(each, dtype=float) for each in (mean, standard_error, df))
-    more = (1 + SHRINKAGE / subjects) * np.asarray(skewness, dtype=float)
-    below = stats.t.sf(_corrected((centre + bound) / error, np.maximum(-more, 0)), freedom)
-    above = stats.t.sf(_corrected((bound - centre) / error, np.maximum(more, 0)), freedom)
-    return np.asarray(below), np.asarray(above)
+    above_lower, below_upper = (centre + bound) / error, (bound - centre) / error
+    if skewness is None:
+        return np.asarray(stats.t.sf(above_lower, freedom)), np.asarray(stats.t.sf(below_upper, freedom))
+    to_right = np.asarray(skewness, dtype=float)
+    return one_sided_p(above_lower, freedom, to_right), one_sided_p(below_upper, freedom, -to_right)
 
 
-def equivalence(effect: Effect, bound: float, skewness: float = 0.0) -> Equivalence:
+def equivalence(effect: Effect, bound: float) -> Equivalence:
     """Test whether an effect lies within -bound ... bound: tests against both, with the effect's degrees of freedom.
 
     Parameters
     ----------
     effect
-        Its estimate, standard error and degrees of freedom are used.
+        Tests are robust to skewed people where its own test is.
     bound
         Above 0, in the effect's unit.
-    skewness
-        Of the estimate's error: see `one_sided`.
 
     Examples
     --------
@@ -128,18 +116,14 @@ def equivalence(effect: Effect, bound: float, skewness: float = 0.0) -> Equivale
     (0.0021, True)
     """
     distances = effect.estimate, effect.standard_error, effect.df, bound
-    below, above = (float(p) for p in one_sided(*distances, effect.subjects, skewness))
+    by_t = max(float(p) for p in one_sided(*distances))
+    if effect.robust is None:
+        reach = [float(stats.t.isf(ALPHA, effect.df))] * 2
+        below, above = (float(p) for p in one_sided(*distances))
+    else:
+        reach = [float(each) for each in half_widths(effect.df, effect.robust.skewness, 2 * ALPHA)]
+        below, above = (float(p) for p in one_sided(*distances, effect.robust.skewness))
+    low = effect.estimate - reach[0] * effect.standard_error
+    high = effect.estimate + reach[1] * effect.standard_error
     p = max(below, above)
-    quantile = float(stats.t.ppf(1 - ALPHA, effect.df))
-    longer = (1 + SHRINKAGE / effect.subjects) * (1 + 2 * quantile**2) / 6
-    low = effect.estimate - (quantile + longer * max(-skewness, 0)) * effect.standard_error
-    high = effect.estimate + (quantile + longer * max(skewness, 0)) * effect.standard_error
-    return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects)
-
-
-def _corrected(t: FloatArray, skewness: FloatArray) -> FloatArray:
-    """The q of t = q + skewness (1 + 2 q^2) / 6, for a skewness of 0 or more: at most t, and rising with it."""
-    s = np.where(skewness > 0, skewness, 1.0)
-    under = 1 + 4 / 3 * s * (t - s / 6)
-    q = np.where(under > 0, (np.sqrt(np.maximum(under, 0)) - 1) * 3 / (2 * s), np.minimum(t, -3 / (2 * s)))
-    return np.asarray(np.where(skewness > 0, q, t))
+    return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects, by_t)

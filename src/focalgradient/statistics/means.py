@@ -199,7 +199,10 @@ def family(tests: Iterable[Effect | NotComputed]) -> list[Effect | NotComputed]:
     """
     tests = list(tests)
     corrected = holm([test.p if isinstance(test, Effect) else math.nan for test in tests])
+    deciding = holm([(test.robust or test).p if isinstance(test, Effect) else math.nan for test in tests])
     return [
-        replace(test, p_holm=float(p)) if isinstance(test, Effect) else test
-        for test, p in zip(tests, corrected, strict=True)
+        replace(test, p_holm=float(p), robust=test.robust and replace(test.robust, p_holm=float(robust)))
+        if isinstance(test, Effect)
+        else test
+        for test, p, robust in zip(tests, corrected, deciding, strict=True)
     ]

@@ -20,7 +20,7 @@ from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
-from focalgradient.statistics.crossed import Components, components, crossed_effect, error_skewness, over_subjects
+from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
 from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
@@ -331,11 +331,7 @@ def _fixation(fixation: str, own: Cells, bound: float, analysis: Analysis, remar
     if not missing.reason:
         rises = own.against_smallest(-1)
         rise, fixed, parts = crossed_effect(rises), over_subjects(rises), components(rises, "log_ratio")
-        if isinstance(rise, Effect):
-            shown = rises[np.isfinite(rises).any(axis=1)]
-            equal = equivalence(rise, math.log(bound), float(error_skewness(shown, rise.standard_error)))
-        else:
-            equal = rise
+        equal = equivalence(rise, math.log(bound)) if isinstance(rise, Effect) else rise
         if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
             left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
             remarks.append(

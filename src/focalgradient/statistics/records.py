@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "Robust", "as_table", "line"]
 
 ALPHA = 0.05
 """Error rate that tests are held against."""
@@ -45,6 +45,27 @@ class Interval:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class Robust:
+    """The interval and the two-sided test of an effect that stay valid where the people's own effects are skewed.
+
+    Parameters
+    ----------
+    skewness
+        Of the estimate's error: see `focalgradient.statistics.skewness.error_skewness`.
+    low, high
+        The 95 % interval.
+    p, p_holm
+        Probability, and after Holm's correction over its family of tests.
+    """
+
+    skewness: float
+    low: float
+    high: float
+    p: float
+    p_holm: float | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Effect:
     """An estimate over subjects, with its interval and two-sided test.
 
@@ -57,7 +78,8 @@ class Effect:
     statistic, df, p
         Student's t of the estimate against zero, its degrees of freedom and probability.
     dz
-        Cohen's d_z: the mean over the standard deviation of the subjects' own effects; None where they have none.
+        Cohen's d_z: the mean over the standard deviation of the subjects' own effects; None where the test is another
+        than a paired t-test of these.
     subjects
         How many the estimate rests on.
     method
@@ -66,6 +88,11 @@ class Effect:
         What did not go as planned, a sentence each.
     p_holm
         Probability after Holm's correction over its family of tests; None outside a family.
+    d
+        Of a test over subjects and scenes, Westfall, Kenny and Judd's (2014) d with its interval: the mean over the
+        root of the sum of the variances of subjects, scenes and residuals.
+    robust
+        The interval and test robust to skewed people, which then decide; None where Student's t decides.
     """
 
     estimate: float
@@ -80,16 +107,30 @@ class Effect:
     method: str
     remarks: tuple[str, ...] = ()
     p_holm: float | None = None
+    d: Interval | None = None
+    robust: Robust | None = None
+
+    @property
+    def deciding_p(self) -> float:
+        """The probability that decides: of the robust test where there is one, by Holm where it is one of a family."""
+        test = self.robust or self
+        return test.p if test.p_holm is None else test.p_holm
 
     @property
     def significant(self) -> bool:
-        """Whether the test rejects at .05, by Holm's p where the test belongs to a family: the rule everywhere."""
-        return (self.p if self.p_holm is None else self.p_holm) < ALPHA
+        """Whether the test that decides rejects at .05: the rule everywhere."""
+        return self.deciding_p < ALPHA
+
+    @property
+    def interval(self) -> Interval:
+        """The estimate with the 95 % interval of the test that decides."""
+        test = self.robust or self
+        return Interval(self.estimate, test.low, test.high)
 
     @property
     def ratio(self) -> Interval:
-        """The exponential of the estimate and its interval: for an effect on a logarithm."""
-        return Interval(self.estimate, self.low, self.high).ratio
+        """The exponential of `interval`: for an effect on a logarithm."""
+        return self.interval.ratio
 
     @property
     def dz_interval(self) -> Interval | None:
@@ -125,12 +166,16 @@ class Effect:
         >>> Effect(0.2, 0.1, 0.3, 0.04, 5.0, 7, 0.0016, 1.77, 8, "an example").summary()
         '0.200, 95 % interval 0.100 to 0.300, t(7) = 5.00, p = .002'
         """
-        p = self.p if self.p_holm is None else self.p_holm
-        value = "< .001" if p < 0.001 else f"= {p:.3f}".replace("0.", ".", 1)
         name = "p" if self.p_holm is None else "p (Holm)"
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
-        ends = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}"
-        return f"{ends}, t({df}) = {self.statistic:.2f}, {name} {value}"
+        ends = self.interval
+        text = f"{self.estimate:.3f}, 95 % interval {ends.low:.3f} to {ends.high:.3f}, t({df}) = {self.statistic:.2f}"
+        text += f", {name} {_stated(self.p if self.p_holm is None else self.p_holm)}"
+        return text if self.robust is None else f"{text}, robust {name} {_stated(self.deciding_p)}"
+
+
+def _stated(p: float) -> str:
+    return "< .001" if p < 0.001 else f"= {p:.3f}".replace("0.", ".", 1)
 
 
 def line(name: str, found: Effect | NotComputed) -> str:
