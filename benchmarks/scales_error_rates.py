@@ -23,13 +23,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: thread
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy import optimize, special, stats
+from scipy import special, stats
 
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, NotComputed, compare_pictures
 from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.crossed import moments
-from focalgradient.statistics.marginal import marginal_slope
 from focalgradient.statistics.ordinal import ordinal_rating
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +39,7 @@ SCENES, REPETITIONS = 6, 2
 SPREAD = 1.0  # standard deviation of rises and of levels over subjects, log odds
 CUTS = np.linspace(-3.0, 3.0, 6)  # between the seven steps
 SUBJECTS = (4, 6, 10, 20)
-DIFFERENCES = ("normal", "skewed")
+DIFFERENCES = {"normal": 0.0, "skewed": 1.4, "very skewed": 4.0}  # skewness of subjects' rises
 SCENE_SD = (0.0, 0.5)
 
 
@@ -55,8 +54,9 @@ class Cell(NamedTuple):
 
 
 def people(rng: np.random.Generator, size: int | tuple[int, ...], kind: str, mean: float) -> FloatArray:
-    """Rise of each subject: normal, or a gamma distribution of skewness 1.4."""
-    away = rng.normal(size=size) if kind == "normal" else (rng.gamma(2.0, size=size) - 2) / np.sqrt(2)
+    """Rise of each subject: normal, or a gamma distribution of some skewness."""
+    shape = (2 / DIFFERENCES[kind]) ** 2 if DIFFERENCES[kind] else 0.0
+    away = (rng.gamma(shape, size=size) - shape) / np.sqrt(shape) if shape else rng.normal(size=size)
     return np.asarray(mean + SPREAD * away, dtype=np.float64)
 
 
@@ -109,12 +109,7 @@ def truth(scale: str, kind: str, scene_sd: float, mean: float) -> tuple[float, f
         means = (special.expit(felt[..., None] - cuts).sum(axis=-1) - 3).mean(axis=0)
         return float(np.polyfit(MM, means, 1)[0]), float(means[-1])
     shares = special.expit(felt).mean(axis=0)
-
-    def score(line: FloatArray) -> FloatArray:
-        left = shares - special.expit(line[0] + line[1] * MM)
-        return np.array([left.sum(), (left * MM).sum()])
-
-    return float(optimize.root(score, [0.0, 0.0], tol=1e-12).x[1]), float(shares[-1] - 0.5)
+    return float(np.polyfit(MM, shares, 1)[0]), float(shares[-1] - 0.5)
 
 
 class Found(NamedTuple):
@@ -145,19 +140,14 @@ def tested(cells: FloatArray, true: float) -> tuple[FloatArray, FloatArray, Floa
 
 
 def comparisons(seed: int, cell: Cell, sets: int) -> Found:
-    """Sets of comparisons, analysed at once; the slopes of choices one by one."""
+    """Sets of comparisons, analysed at once."""
     given = answered(rng_of(seed, cell), cell, sets)
     slope, largest = truth(cell.scale, cell.kind, cell.scene_sd, cell.mean)
     means = given.mean(axis=-1)
     away = tested(means[..., -1] - 0.5 * (cell.scale == "choice"), largest)[2]
-    if cell.scale == "bipolar":
-        weights = slope_weights(MM)
-        assert isinstance(weights, np.ndarray)
-        both, here, held = tested(means @ weights, slope)
-        return Found(both, here, held, away)
-    who, scene, aperture = np.indices(given.shape[1:])[:3].reshape(3, -1)
-    pairs = [marginal_slope(one.ravel(), MM[aperture], who, scene) for one in given]
-    both, here, held = np.array([_of(*pair, slope) for pair in pairs]).T
+    weights = slope_weights(MM)
+    assert isinstance(weights, np.ndarray)
+    both, here, held = tested(means @ weights, slope)
     return Found(both, here, held, away)
 
 
@@ -169,7 +159,7 @@ def _of(both: Effect | NotComputed, here: Effect | NotComputed, true: float) -> 
 
 def rng_of(seed: int, cell: Cell, *number: int) -> np.random.Generator:
     """The stream of a cell, or of one of its sets."""
-    place = (("steps", "bipolar", "choice").index(cell.scale), DIFFERENCES.index(cell.kind))
+    place = (("steps", "bipolar", "choice").index(cell.scale), list(DIFFERENCES).index(cell.kind))
     return np.random.default_rng([seed, *place, int(cell.scene_sd > 0), int(cell.mean > 0), cell.subjects, *number])
 
 

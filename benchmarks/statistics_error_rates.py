@@ -1,10 +1,10 @@
 """False positives of every test of the depth ratings, and the coverage of its intervals, by simulation.
 
-    python benchmarks/statistics_error_rates.py [--sets 8000] [--equivalence 20000] [--cube 2000]
+    python benchmarks/statistics_error_rates.py [--sets 8000] [--equivalence 20000] [--incomplete 2000] [--cube 2000]
         [--workers 2 | --scheduler ADDRESS] [--markdown FILE]
 
 Each set of data is one experiment: N subjects, 12 scenes, 4 apertures, 2 repetitions, near and far fixation. Subjects
-differ in their own rise in one of four ways, scenes in theirs not at all or by a standard deviation of 0.1, and the
+differ in their own rise in one of six ways, scenes in theirs not at all or by a standard deviation of 0.1, and the
 curve is linear or saturates. The mean rise is none (or, for equivalence, just at the bound; for coverage, a factor of
 1.3 for the near). All sets of a cell are analysed at once by the functions that analyse one; a check compares both.
 """
@@ -31,9 +31,10 @@ from scipy import stats
 from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, Equivalence, depth_rating, necker
 from focalgradient.statistics.cells import curvature_weights, slope_weights
-from focalgradient.statistics.crossed import error_skewness, moments
+from focalgradient.statistics.crossed import crossed_effect, moments
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
+from focalgradient.statistics.skewness import error_skewness, half_widths, two_sided_p
 
 FloatArray = NDArray[np.float64]
 
@@ -50,11 +51,14 @@ CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "linear": lambda mm: mm / MM[-1],
     "saturating": lambda mm: (1 - np.exp(-mm / 3)) / (1 - math.exp(-MM[-1] / 3)),
 }
-# How subjects differ in the log rise: standard deviation 0.02 or 0.2; skewness 1.4; Student's t with 3 df.
+LOG_SD = 0.83255  # of a log-normal distribution with a skewness of 4
+# How subjects differ in the log rise: standard deviation 0.02 or 0.2; skewness 1.4 and 4; Student's t with 3 df.
 DIFFERENCES: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]] = {
     "little": lambda rng, size: 0.02 * rng.normal(size=size),
     "much": lambda rng, size: 0.2 * rng.normal(size=size),
     "skewed": lambda rng, size: 0.2 * (rng.gamma(2.0, size=size) - 2.0) / math.sqrt(2.0),
+    "very skewed": lambda rng, size: 0.2 * (rng.gamma(0.25, size=size) - 0.25) / math.sqrt(0.25),
+    "log-normal": lambda rng, size: 0.2 * _standard(np.exp(LOG_SD * rng.normal(size=size))),
     "heavy-tailed": lambda rng, size: 0.2 * rng.standard_t(3, size=size) / math.sqrt(3.0),
 }
 # Kinds of which the test of equivalence alone is told: skewness 2, and one subject in five who rises by half.
@@ -63,6 +67,12 @@ EXTREME: dict[str, Callable[[np.random.Generator, tuple[int, ...]], FloatArray]]
     "one in five": lambda rng, size: 0.5 * ((rng.random(size) < 0.2).astype(float) - 0.2),
 }
 BATCH = 250  # sets at a time: 250 x 20 x 12 x 4 numbers
+
+
+def _standard(values: FloatArray) -> FloatArray:
+    """Log-normal values with the mean and the standard deviation taken out."""
+    mean = math.exp(LOG_SD**2 / 2)
+    return (values - mean) / (mean * math.sqrt(math.exp(LOG_SD**2) - 1))
 
 
 def answers(
@@ -79,26 +89,26 @@ def answers(
 def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
     """Of tables sets x subjects x scenes: p and whether the interval covers, over both, and for these scenes."""
     found = moments(cells)
-    half = stats.t.ppf(0.975, found.df) * found.standard_error
+    skewness = error_skewness(cells, found.standard_error)
     own = cells.mean(axis=2)
     error = own.std(axis=1, ddof=1) / math.sqrt(own.shape[1])
     freedom = own.shape[1] - 1
+    distances = found.mean, found.standard_error, found.df, math.log(BOUND)
     return {
-        "p": 2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df),
-        "covers": np.abs(found.mean - truth) < half,
-        "p these": 2 * stats.t.sf(np.abs(own.mean(axis=1)) / error, freedom),
-        "covers these": np.abs(own.mean(axis=1) - truth) < stats.t.ppf(0.975, freedom) * error,
-        "outside": np.maximum(
-            *one_sided(
-                found.mean,
-                found.standard_error,
-                found.df,
-                math.log(BOUND),
-                cells.shape[-2],
-                error_skewness(cells, found.standard_error),
-            )
-        ),
+        "p": two_sided_p(found.mean / found.standard_error, found.df, skewness),
+        "p by t": 2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df),
+        "covers": _covers(found.mean - truth, found.standard_error, found.df, skewness),
+        "p these": two_sided_p(own.mean(axis=1) / error, freedom, error_skewness(cells, error)),
+        "covers these": _covers(own.mean(axis=1) - truth, error, freedom, error_skewness(cells, error)),
+        "outside": np.maximum(*one_sided(*distances, skewness)),
+        "outside by t": np.maximum(*one_sided(*distances)),
     }
+
+
+def _covers(off: FloatArray, error: FloatArray, df: FloatArray | int, skewness: FloatArray) -> FloatArray:
+    """Whether the robust interval covers what the estimate is `off` from."""
+    below, above = half_widths(df, skewness)
+    return (off < below * error) & (off > -above * error)
 
 
 def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str) -> dict[str, int]:
@@ -119,6 +129,7 @@ def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_s
     middle = rated(raised[..., 2] - raised[..., 0], math.log(RISE) * float(CURVES[curve](MM)[2]))
     found = {
         "rise": tests["near"]["p"] < 0.05,
+        "rise, by t alone": tests["near"]["p by t"] < 0.05,
         "interaction": tests["interaction"]["p"] < 0.05,
         "any of the family, by Holm": (holm(every) < 0.05).any(axis=-1),
         "slope": tests["slope"]["p"] < 0.05,
@@ -155,25 +166,29 @@ def cell(task: tuple[int, int, int, str, float, str]) -> dict[str, Any]:
     }
 
 
-def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, float]:
-    """How often equivalence is found where the true rise is just at the upper and at the lower bound."""
+def at_bounds(task: tuple[int, int, int, str, float]) -> tuple[float, ...]:
+    """How often equivalence is found where the true rise is just at the upper and at the lower bound; and by t."""
     seed, sets, subjects, kind, scene_sd = task
     every = DIFFERENCES | EXTREME
     rng = np.random.default_rng(np.random.SeedSequence([seed, subjects, list(every).index(kind), scene_sd > 0]))
-    found = np.zeros(2)
+    found = np.zeros(4)
     for start in range(0, sets, BATCH):
         many = min(BATCH, sets - start)
         rises = every[kind](rng, (many, subjects, 1)) + scene_sd * rng.normal(size=(many, 1, SCENES))
         rises = rises + rng.normal(0, NOISE * math.sqrt(2 / REPETITIONS), (many, subjects, SCENES))
-        found += [(rated(rises + side * math.log(BOUND))["outside"] < 0.05).sum() for side in (1, -1)]
-    return float(found[0] / sets), float(found[1] / sets)
+        tests = [rated(rises + side * math.log(BOUND)) for side in (1, -1)]
+        found += [(one[which] < 0.05).sum() for which in ("outside", "outside by t") for one in tests]
+    return tuple((found / sets).tolist())
 
 
 def equivalence_table(seed: int, sets: int, executor: Any) -> str:
     """False equivalence at the upper and at the lower bound, a line for each kind of subjects and scenes."""
     kinds = list(product(SCENE_SD, DIFFERENCES | EXTREME))
     tasks = [(seed, sets, subjects, kind, scene_sd) for scene_sd, kind in kinds for subjects in SUBJECTS]
-    rates = [f"{high:.3f} / {low:.3f}" for high, low in in_order(executor, at_bounds, tasks)]
+    rates = [
+        f"{high:.3f} / {low:.3f} (t: {by_t:.3f} / {low_by_t:.3f})"
+        for high, low, by_t, low_by_t in in_order(executor, at_bounds, tasks)
+    ]
     lines = [
         "| subjects differ; scenes | " + " | ".join(f"N = {subjects}" for subjects in SUBJECTS) + " |",
         "| --- " * (len(SUBJECTS) + 1) + "|",
@@ -181,6 +196,60 @@ def equivalence_table(seed: int, sets: int, executor: Any) -> str:
     for number, (scene_sd, kind) in enumerate(kinds):
         own = rates[number * len(SUBJECTS) : (number + 1) * len(SUBJECTS)]
         lines.append(f"| {kind}; {scene_sd:g} | " + " | ".join(own) + " |")
+    return "\n".join(lines) + "\n"
+
+
+PATTERNS = ("4 of 12 scenes each", "40 % lost", "own scenes each")
+INCOMPLETE = [
+    (pattern, kind, subjects)
+    for pattern in PATTERNS
+    for kind in ("much", "very skewed", "log-normal")
+    for subjects in (6, 10)
+]
+INCOMPLETE_RISE = 1.2
+
+
+def incomplete(task: tuple[int, int, str, str, int]) -> dict[str, float]:
+    """Rates of incomplete tables: rejections of a rise of none and of `INCOMPLETE_RISE`, and coverage."""
+    seed, sets, pattern, kind, subjects = task
+    place = (PATTERNS.index(pattern), list(DIFFERENCES).index(kind), subjects)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, *place, 7]))
+    total: dict[str, float] = {}
+    for _ in range(sets):
+        scenes = SCENES if pattern != PATTERNS[2] else 4 * subjects
+        cells = DIFFERENCES[kind](rng, (subjects, 1)) + rng.normal(0, 0.1, (1, scenes))
+        cells = cells + rng.normal(0, NOISE * math.sqrt(2 / REPETITIONS), (subjects, scenes))
+        if pattern == PATTERNS[0]:
+            kept = rng.permuted(np.tile(np.arange(scenes) < 4, (subjects, 1)), axis=1)
+        elif pattern == PATTERNS[1]:
+            kept = rng.random(cells.shape) > 0.4
+        else:
+            kept = np.arange(scenes) // 4 == np.arange(subjects)[:, None]
+        cells[~kept] = np.nan
+        none, raised = crossed_effect(cells), crossed_effect(cells + math.log(INCOMPLETE_RISE))
+        assert isinstance(none, Effect)
+        assert isinstance(raised, Effect)
+        assert none.robust is not None
+        rates = {
+            "rejected": none.significant,
+            "rejected by t": none.p < 0.05,
+            "coverage": none.robust.low < 0 < none.robust.high,
+            "coverage by t": none.low < 0 < none.high,
+            "power": raised.significant,
+            "power by t": raised.p < 0.05,
+        }
+        for name, value in rates.items():
+            total[name] = total.get(name, 0.0) + value / sets
+    return total
+
+
+def incomplete_table(seed: int, sets: int, executor: Any) -> str:
+    """A line for each kind of incomplete table."""
+    tasks = [(seed, sets, *one) for one in INCOMPLETE]
+    rows = list(in_order(executor, incomplete, tasks))
+    lines = ["| cells; subjects; N | " + " | ".join(rows[0]) + " |", "| --- " * (len(rows[0]) + 1) + "|"]
+    for (pattern, kind, subjects), row in zip(INCOMPLETE, rows, strict=True):
+        lines.append(f"| {pattern}; {kind}; {subjects} | " + " | ".join(f"{rate:.3f}" for rate in row.values()) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -196,12 +265,13 @@ def compare(seed: int) -> None:
     result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=BOUND).fixations[0]
     mine = rated(logs[..., -1] - logs[..., 0])
     assert isinstance(result.rise, Effect)
-    np.testing.assert_allclose(result.rise.p, mine["p"][0], rtol=1e-9)
+    assert result.rise.robust is not None
+    np.testing.assert_allclose((result.rise.p, result.rise.robust.p), (mine["p by t"][0], mine["p"][0]), rtol=1e-9)
     bend = rated(logs @ _weights(curvature_weights(MM)))
     assert isinstance(result.equivalence, Equivalence)
     np.testing.assert_allclose(result.equivalence.p, mine["outside"][0], rtol=1e-9)
     assert isinstance(result.curvature, Effect)
-    np.testing.assert_allclose(result.curvature.p, bend["p"][0], rtol=1e-9)
+    np.testing.assert_allclose(result.curvature.p, bend["p by t"][0], rtol=1e-9)
 
 
 TRIALS, LASTS = 3, 30.0  # of each gradient of the cube, and seconds
@@ -280,6 +350,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=4000, help="of each cell; 0 for none")
     parser.add_argument("--equivalence", type=int, default=0, help="sets of each cell, for that test alone")
+    parser.add_argument("--incomplete", type=int, default=0, help="sets of each kind of incomplete table, slow")
     parser.add_argument("--cube", type=int, default=0, help="experiments on the cube with each N, slow")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
@@ -295,6 +366,8 @@ def main() -> None:
     with shared(asked.workers, asked.scheduler) as executor:
         if asked.equivalence:
             print(equivalence_table(asked.seed, asked.equivalence, executor), flush=True)
+        if asked.incomplete:
+            print(incomplete_table(asked.seed, asked.incomplete, executor), flush=True)
         rows = list(in_order(executor, cell, tasks)) if asked.sets else []
         print(markdown(rows) if rows else "")
         for subjects in SUBJECTS if asked.cube else ():

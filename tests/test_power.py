@@ -7,6 +7,7 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.power import Model, rise_power
+from focalgradient.statistics.skewness import FACTOR
 
 
 @pytest.mark.parametrize(("noise", "repetitions", "subjects"), [(0.3, 1, 8), (0.3, 4, 8), (0.9, 2, 20)])
@@ -21,5 +22,6 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
     effect = 2.2 * error
     model = Model(effect=math.exp(effect), between=0.0, between_scenes=0.0, noise=noise)
     found = rise_power(model, design, 1.2, subjects, 4000)
-    limit = stats.t.isf(0.025, subjects - 1)
-    assert found["near_rise"] == pytest.approx(stats.nct.sf(limit, subjects - 1, effect / error), abs=0.03)
+    limit = stats.t.isf(0.025 / FACTOR, subjects - 1)
+    upper = float(stats.nct.sf(limit, subjects - 1, effect / error))
+    assert upper - 0.1 < found["near_rise"] < upper + 0.03  # the rest is what the sample's skewness costs

@@ -114,7 +114,7 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     assert list(trials) == list(meaning["column"])
     assert len(trials) == 5 * 12 * 8 * 2
     assert trials["included"].all()
-    assert b"lmerTest::lmer(log_ratio ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
+    assert b"lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
 
 
 @pytest.mark.slow

@@ -52,6 +52,10 @@ def three_fixations() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names).assign(trial=range(len(rows)), catch=False)
 
 
+def _student(test: Effect) -> list[float]:
+    return [test.estimate, test.low, test.high, test.statistic, test.df, test.p]
+
+
 @needs_r
 def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path) -> None:
     table = three_fixations()
@@ -64,10 +68,10 @@ def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path
         name, rest = block.split(" \n", 1)
         test = tests.pop(name)
         assert isinstance(test, Effect)
-        by_lmer, by_squares = rest.split("log_ratio", 1)
-        found = numbers(by_squares)
-        assert found[:6] == pytest.approx(
-            [test.estimate, test.low, test.high, test.statistic, test.df, test.p], rel=2e-5
+        by_lmer, by_squares = rest.split("mean", 1)
+        robust = test.robust
+        assert numbers(by_squares)[:9] == pytest.approx(
+            [*_student(test), robust.low, robust.high, robust.p], rel=2e-5, abs=1e-7
         )
         estimate, _, df, t, p = numbers(by_lmer.split("(Intercept)")[1])
         assert (estimate, df, t, p) == pytest.approx((test.estimate, test.df, test.statistic, test.p), rel=2e-3)
@@ -75,48 +79,63 @@ def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path
 
 
 @needs_r
-@pytest.mark.parametrize(("scenes", "kept"), [(6, 0.7), (3, 0.8)])
-def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, kept: float) -> None:
+@pytest.mark.parametrize("with_lmertest", [True, False])
+@pytest.mark.parametrize(("scenes", "kept"), [(6, 0.7), (3, 0.8), (6, 0.0)])
+def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, kept: float, with_lmertest: bool) -> None:
+    """Lost cells, and (0 kept) scenes nested in subjects; without lmerTest by REML in base R."""
     table = three_fixations()
     table = table[table["scene"] < "abcdefg"[scenes]]
     empty = table[["participant_id", "scene", "fixation"]].apply(tuple, axis=1)
     chosen = np.random.default_rng(1).random(empty.nunique()) < kept
-    table = table[empty.isin(pd.unique(empty)[chosen])]
+    table = (
+        table[empty.isin(pd.unique(empty)[chosen])] if kept else table.assign(scene=table.participant_id + table.scene)
+    )
     result = depth_rating(table, equivalence_bound=1.2)
-    for script in ("headline.R", "headline_jasp.R"):
-        files = trial_files(table, table, result)
-        files["headline_jasp.R"] = files["headline_jasp.R"].replace(
-            b"d <- data", b"d <- read.csv('depth_rating_trials.csv')"
-        )
-        said = run(tmp_path, files, script, "lmerTest")
-        for each in result.fixations:
-            found = numbers(said.split(f"rise: {each.fixation} \n")[1].split("rise:")[0])
-            test = each.rise
-            assert isinstance(test, Effect)
-            assert found[-7:-1] == pytest.approx(
-                [test.estimate, test.low, test.high, test.statistic, test.df, test.p], rel=2e-3
-            )
+    files = trial_files(table, table, result)
+    script = "headline.R" if with_lmertest else "headline_jasp.R"
+    files[script] = files[script].replace(b"d <- data\n", b"d <- read.csv('depth_rating_trials.csv')\n")
+    if not with_lmertest:
+        files[script] = files[script].replace(b'requireNamespace("lmerTest", quietly = TRUE)', b"FALSE")
+    said = run(tmp_path, files, script, *(["lmerTest"] if with_lmertest else []))
+    for each in result.fixations:
+        found = numbers(said.split(f"rise: {each.fixation} \n")[1].split("rise:")[0])
+        test = each.rise
+        assert isinstance(test, Effect)
+        wanted = [*_student(test), test.robust.low, test.robust.high, test.robust.p]
+        assert found[:9] == pytest.approx(wanted, rel=2e-3 if with_lmertest else 1e-4, abs=1e-4)
+
+
+def _shown(said: str) -> list[list[list[float]]]:
+    """The tables that the script prints: of each the numbers of each row, without its name."""
+    blocks = re.split(r"(?:slopes|largest aperture), over [a-z ]+: *\n", said)[1:]
+    return [[numbers(line.split(maxsplit=1)[1]) for line in _rows(block)] for block in blocks]
+
+
+def _rows(block: str) -> list[str]:
+    lines = [line for line in block.splitlines()[1:] if line.strip()]
+    return [line.replace("nearest less farthest", "difference") for line in lines]
 
 
 @needs_r
-@pytest.mark.parametrize(("kind", "column"), [("bipolar", "steps"), ("choice", "choice")])
-def test_r_finds_the_slopes_of_comparisons(kind: str, column: str, tmp_path: Path) -> None:
-    table = pd.read_csv(REFERENCE / "comparisons.csv", dtype={"participant_id": str})
-    table = table.assign(rating=table[column])
+@pytest.mark.parametrize("kept", [1.0, 0.7])
+@pytest.mark.parametrize("kind", ["bipolar", "choice"])
+def test_r_finds_comparisons(kind: str, kept: float, tmp_path: Path) -> None:
+    """Over subjects and scenes, and for these scenes; complete tables and tables with lost cells."""
+    table = eight_scenes(kind)
+    empty = table[["participant_id", "scene", "fixation"]].apply(tuple, axis=1)
+    table = table[empty.isin(pd.unique(empty)[np.random.default_rng(2).random(empty.nunique()) < kept])]
     result = compare_pictures(table, kind)
-    files = trial_files(table, table, result)
-    packages = ("clubSandwich",) if kind == "choice" else ()
-    said = run(tmp_path, files, "headline_comparisons.R", *packages)
-    slopes, largest = said.split("largest_of")
-    rows = [numbers(line) for line in slopes.splitlines()[1:] if line.strip()]
-    tests = [*result.slopes, *([result.interaction] if kind == "bipolar" else [])]
-    assert rows == [pytest.approx([test.estimate, test.statistic, test.p, test.p_holm], rel=2e-4) for test in tests]
-    rows = [numbers(line)[1:] for line in largest.splitlines()[1:] if line.strip()]
-    assert rows == [pytest.approx([test.statistic, test.p, test.p_holm], rel=2e-4) for test in result.against_reference]
+    said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
+    here = result.these_scenes
+    tests = [[*result.slopes, result.interaction], [*here.slopes, here.interaction]]
+    tests += [result.against_reference, here.against_reference]
+    for rows, wanted in zip(_shown(said), tests, strict=True):
+        done = [test for test in wanted if isinstance(test, Effect)]
+        close = {"rel": 1e-5, "abs": 1e-6} if kept == 1 else {"rel": 5e-3, "abs": 1e-4}  # lmerTest’s own df
+        assert rows == [pytest.approx([*_student(test), test.p_holm], **close) for test in done]
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     own = table[(table["fixation"] == "farthest") & (table["aperture"] == "f/11")]
-    means = own.groupby("participant_id")["rating"].mean()
-    assert wide["farthest f/11"].to_numpy() == pytest.approx(means.to_numpy())
+    assert wide["farthest f/11"].to_numpy() == pytest.approx(own.groupby("participant_id")["rating"].mean().to_numpy())
 
 
 def eight_scenes(kind: str) -> pd.DataFrame:
@@ -141,23 +160,6 @@ def eight_scenes(kind: str) -> pd.DataFrame:
         "ordinal": 1 + np.digitize(table["felt"], [-1.5, 0.0, 1.5]),
     }
     return table.assign(rating=made[kind])
-
-
-@needs_r
-@pytest.mark.parametrize("kind", ["bipolar", "choice"])
-def test_r_finds_comparisons_over_subjects_and_scenes(kind: str, tmp_path: Path) -> None:
-    table = eight_scenes(kind)
-    result = compare_pictures(table, kind)
-    packages = ("clubSandwich",) if kind == "choice" else ()
-    said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R", *packages)
-    slopes, largest = said.split("over_both")[1:]
-    for text, tests in ((slopes, [*result.slopes, result.interaction]), (largest, result.against_reference)):
-        rows = [numbers(line) for line in text.splitlines()[1:] if line.strip()]
-        done = [test for test in tests if isinstance(test, Effect)]
-        assert all("Satterthwaite" in test.method for test in done)
-        assert rows == [
-            pytest.approx([test.estimate, test.statistic, test.df, test.p, test.p_holm], rel=2e-4) for test in done
-        ]
 
 
 @needs_r

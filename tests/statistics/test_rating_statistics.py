@@ -1,5 +1,6 @@
 """Depth ratings: what was put in comes out, what cannot be told is said, bad tables are refused by row."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from focalgradient.statistics.crossed import components, crossed_effect, moments
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
+from focalgradient.statistics.skewness import robust
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -381,12 +383,42 @@ def test_results_print_in_short_and_tell_their_tests() -> None:
 def test_equivalence_is_more_careful_where_subjects_are_skewed() -> None:
     """The end of the interval on the side of the long tail moves out, the other stays; mirrored alike."""
     effect = paired_effect([-0.03, 0.02, -0.01, 0.03, 0.0, -0.02, 0.01, 0.35], "an example")
-    by_t = equivalence(effect, 0.2)
+
+    def skewed(skewness: float) -> Effect:
+        distances = effect.estimate, effect.standard_error, effect.df
+        return replace(effect, robust=robust(*distances, skewness))
+
+    plain = equivalence(skewed(0.0), 0.2)
     for skewness in (0.4, -0.4, 3.0):
-        found = equivalence(effect, 0.2, skewness)
-        assert (found.high > by_t.high, found.low < by_t.low) == (skewness > 0, skewness < 0)
-        bounds = np.linspace(0.05, 0.6, 100)
+        found = equivalence(skewed(skewness), 0.2)
+        assert (found.high > plain.high, found.low < plain.low) == (skewness > 0, skewness < 0)
+        bounds = np.linspace(0.05, 1.2, 100)
         inside = [(-bound < found.low) and (found.high < bound) for bound in bounds]
-        assert inside == [equivalence(effect, bound, skewness).equivalent for bound in bounds]
+        assert inside == [equivalence(skewed(skewness), bound).equivalent for bound in bounds]
         assert 0 < sum(inside) < 100
-    assert equivalence(effect, 0.02, 3.0).p > 0.5  # beyond the bound
+        tests = [skewed(skewness).robust.low > -at for at in bounds]  # and the two-sided test is that of the interval
+        shifted = [robust(effect.estimate + at, effect.standard_error, effect.df, skewness).p < 0.05 for at in bounds]
+        assert tests == shifted
+    assert equivalence(skewed(3.0), 0.02).p > 0.5  # beyond the bound
+
+
+@given(st.floats(-20, 20), st.floats(2, 60), st.floats(-2, 2))
+def test_the_robust_test_is_never_less_conservative_than_t(t: float, df: float, skewness: float) -> None:
+    found = robust(t, 1.0, df, skewness)
+    assert found.p >= 2 * stats.t.sf(abs(t), df)
+    assert found.low < t < found.high
+    mirrored = robust(-t, 1.0, df, -skewness)
+    assert (found.p, found.low, found.high) == pytest.approx((mirrored.p, -mirrored.high, -mirrored.low))
+
+
+def test_the_effect_size_is_of_the_variance_components() -> None:
+    """True d .6 of 300 tables: the estimate is right on the mean, and the interval covers in 95 %."""
+    rng = np.random.default_rng(3)
+    shape = 300, 8, 12
+    tables = 0.24 + rng.normal(0, 0.2, (300, 8, 1)) + rng.normal(0, 0.1, (300, 1, 12)) + rng.normal(0, 0.33, shape)
+    true = 0.24 / math.sqrt(0.2**2 + 0.1**2 + 0.33**2)
+    sizes = [crossed_effect(table).d for table in tables]
+    assert np.mean([size.estimate for size in sizes]) == pytest.approx(true, abs=0.06)
+    assert 0.92 < np.mean([size.low < true < size.high for size in sizes]) < 0.99
+    gappy = np.where(rng.random(shape[1:]) < 0.3, np.nan, tables[0])
+    assert crossed_effect(gappy).d.estimate == pytest.approx(sizes[0].estimate, abs=0.25)

@@ -220,14 +220,15 @@ own_means <- function(y) {  # of subjects; empty cells are filled by subject + s
 }
 crossed <- function(y) {  # the mean of a table of subjects by scenes, both random where there are FEWEST_SCENES scenes
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
-  s <- nrow(y); n <- ncol(y); filled <- sum(!is.na(y))
+  s <- nrow(y); n <- ncol(y)
   if (s < 2) return("Fewer than two subjects: no test.")
-  if (n >= FEWEST_SCENES && anyNA(y) && !(filled == s && s == n))
+  if (n >= FEWEST_SCENES && anyNA(y) && !(sum(!is.na(y)) == s && s == n))
     return(if (requireNamespace("lmerTest", quietly = TRUE)) by_lmertest(y) else by_reml(y))
-  r <- own_means(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
+  r <- own_means(y); over_subjects <- student(mean(r), sd(r) / sqrt(s), s - 1)
+  if (n < FEWEST_SCENES || anyNA(y)) return(over_subjects)
+  k <- colMeans(y); free <- (s - 1) * (n - 1)
   ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
-  if (n < FEWEST_SCENES || filled < length(y) || ms[["scenes"]] <= ms[["residual"]])
-    return(student(mean(y), sd(r) / sqrt(s), s - 1))
+  if (ms[["scenes"]] <= ms[["residual"]]) return(over_subjects)
   v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
   student(mean(y), sqrt(v / (s * n)), df)
 }
@@ -245,7 +246,7 @@ COMPARED = """# The headline tests of the report: does the answer change with th
 # In JASP: open depth_rating_wide.csv, a row for each subject and a column for each condition; ANOVA,
 # Repeated Measures ANOVA, over the apertures of one fixation; under contrasts choose polynomial, the linear one.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
-d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]; options(width = 200)
 MEANStable_of <- function(e, what) {  # a row a subject, a column a scene
   of <- list(factor(e$participant_id, unique(d$participant_id)), factor(e$scene, unique(d$scene)))
   y <- sapply(levels(of[[2]]), function(k) sapply(levels(of[[1]]), function(s) what(e[of[[1]] == s & of[[2]] == k, ])))

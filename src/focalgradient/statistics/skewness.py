@@ -120,7 +120,7 @@ def robust(estimate: float, standard_error: float, df: float, skewness: float) -
 
 def _corrected(t: FloatArray, skewness: FloatArray) -> FloatArray:
     """The q of t = q + skewness (1 + 2 q^2) / 6, for a skewness of 0 or more: at most t, and rising with it."""
-    s = np.where(skewness > 0, skewness, 1.0)
-    under = 1 + 4 / 3 * s * (t - s / 6)
-    q = np.where(under > 0, (np.sqrt(np.maximum(under, 0)) - 1) * 3 / (2 * s), np.minimum(t, -3 / (2 * s)))
-    return np.asarray(np.where(skewness > 0, q, t))
+    under = 1 + 4 / 3 * skewness * (t - skewness / 6)
+    root = 2 * (t - skewness / 6) / (1 + np.sqrt(np.maximum(under, 0)))
+    far = -3 / (2 * np.maximum(skewness, 1e-3))  # where there is no root, beyond the turning point
+    return np.asarray(np.where(under > 0, root, np.minimum(t, far)))

@@ -3,9 +3,8 @@
 #
 #     cd tests/statistics/reference && Rscript comparisons.R
 #
-# Debian: r-base-core r-cran-geepack r-cran-clubsandwich
+# Debian: r-base-core
 
-suppressPackageStartupMessages({library(geepack); library(clubSandwich)})
 said <- list()
 say <- function(name, values) said[[name]] <<- values
 
@@ -35,11 +34,8 @@ for (f in c("nearest", "farthest")) {
     t <- t.test(tapply(largest[[kind]], largest$participant_id, mean), mu = if (kind == "steps") 0 else 0.5)
     say(paste0(kind, "_largest_", f), c(t$estimate - if (kind == "steps") 0 else 0.5, t$p.value))
   }
-  fit <- geeglm(choice ~ aperture_mm, binomial, e, id = as.integer(factor(participant_id)), corstr = "independence")
-  glm <- glm(choice ~ aperture_mm, binomial, e)  # the same estimate under independence
-  stopifnot(abs(coef(fit)[[2]] - coef(glm)[[2]]) < 1e-6)
-  error <- sqrt(vcovCR(glm, e$participant_id, "CR3")[2, 2])
-  say(paste0("choice_slope_", f), c(coef(fit)[[2]], error, 2 * pt(-abs(coef(fit)[[2]] / error), 7)))
+  t <- t.test(sapply(split(e, e$participant_id), function(o) coef(lm(choice ~ aperture_mm, o))[[2]]))
+  say(paste0("choice_slope_", f), c(t$estimate, t$conf.int, t$p.value))
 }
 t <- t.test(slopes$nearest, slopes$farthest, paired = TRUE)
 say("bipolar_interaction", c(t$estimate, t$conf.int, t$p.value))
@@ -47,5 +43,4 @@ say("bipolar_interaction", c(t$estimate, t$conf.int, t$p.value))
 rows <- do.call(rbind, lapply(base::names(said), function(name)
   data.frame(name = name, place = seq_along(said[[name]]), value = sprintf("%.10g", unname(said[[name]])))))
 write.csv(rows, "comparisons_reference.csv", row.names = FALSE, quote = FALSE)
-versions <- sapply(c("geepack", "clubSandwich"), function(p) as.character(packageVersion(p)))
-writeLines(c(R.version.string, paste(base::names(versions), versions)), "comparisons_versions.txt")
+writeLines(R.version.string, "comparisons_versions.txt")
