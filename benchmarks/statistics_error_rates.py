@@ -96,7 +96,7 @@ def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
     distances = found.mean, found.standard_error, found.df, math.log(BOUND)
     return {
         "p": two_sided_p(found.mean / found.standard_error, found.df, skewness),
-        "p by t": 2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df),
+        "p by t": np.asarray(2 * stats.t.sf(np.abs(found.mean / found.standard_error), found.df)),
         "covers": _covers(found.mean - truth, found.standard_error, found.df, skewness),
         "p these": two_sided_p(own.mean(axis=1) / error, freedom, error_skewness(cells, error)),
         "covers these": _covers(own.mean(axis=1) - truth, error, freedom, error_skewness(cells, error)),
@@ -108,7 +108,7 @@ def rated(cells: FloatArray, truth: float = 0.0) -> dict[str, FloatArray]:
 def _covers(off: FloatArray, error: FloatArray, df: FloatArray | int, skewness: FloatArray) -> FloatArray:
     """Whether the robust interval covers what the estimate is `off` from."""
     below, above = half_widths(df, skewness)
-    return (off < below * error) & (off > -above * error)
+    return np.asarray((off < below * error) & (off > -above * error), dtype=float)
 
 
 def batch(rng: np.random.Generator, sets: int, subjects: int, kind: str, scene_sd: float, curve: str) -> dict[str, int]:
