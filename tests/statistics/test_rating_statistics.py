@@ -383,10 +383,10 @@ def test_results_print_in_short_and_tell_their_tests() -> None:
 def test_equivalence_is_more_careful_where_subjects_are_skewed() -> None:
     """The end of the interval on the side of the long tail moves out, the other stays; mirrored alike."""
     effect = paired_effect([-0.03, 0.02, -0.01, 0.03, 0.0, -0.02, 0.01, 0.35], "an example")
+    assert isinstance(effect, Effect)
 
     def skewed(skewness: float) -> Effect:
-        distances = effect.estimate, effect.standard_error, effect.df
-        return replace(effect, robust=robust(*distances, skewness))
+        return replace(effect, robust=robust(effect.estimate, effect.standard_error, effect.df, skewness))
 
     plain = equivalence(skewed(0.0), 0.2)
     for skewness in (0.4, -0.4, 3.0):
