@@ -69,6 +69,7 @@ def test_steps_of_the_clock_lose_nothing_and_the_trial_is_shown_again(tmp_path):
     void = {note["trial"]: note["clocks_parted_s"] for note in log.of("note") if note["kind"] == "void"}
     assert void == pytest.approx({trial: by for trial, (_, by) in STEPS.items()}, abs=0.2)
     table = read_dataset(tmp_path / "data").depth_rating
+    assert table["interruptions"].tolist() == [1] * len(trials)
     assert table["rating"].tolist() == [1.1, 1.2, 1.3, 1.4]
     assert table["response_time"].between(0.001, 30).all()
     for note in (note for note in log.of("note") if note["kind"] == "events"):

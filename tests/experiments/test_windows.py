@@ -289,6 +289,8 @@ def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
     percepts = table[table["trial"] == 2]["percept"].tolist()
     assert percepts == ["none", "nonrigid", "both", "rigid", "none", "nonrigid", "none"]
     assert table["trial_duration"].between(1.55, 1.8).all()
+    assert {*table["interruptions"][table["trial"] == 2]} == {1}
+    assert table["interruptions"][table["trial"] != 2].isna().all()
     notes = [name for note in log.of("note") if note["kind"] == "events" for name, _, _ in note["events"]]
     assert Counter(notes)["cube"] == 5  # one was interrupted, and shown again
     assert "focalgradient cube" in running.hub

@@ -31,7 +31,7 @@ from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
-from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, SHOWN, SHOWN_ABOUT
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -335,23 +335,33 @@ class _Walk:
 
 def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
     """Do something; where escape came between and was taken back, do it again from its start."""
+    return _counted(shown)[0]
+
+
+def _counted(shown: Callable[[], Shown]) -> tuple[Shown, int]:
+    """Do something until escape does not come between: what it gave, and how many times it was begun in vain."""
+    interrupted = 0
     while True:
         try:
-            return shown()
+            return shown(), interrupted
         except Again:
-            continue
+            interrupted += 1
 
 
 def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial) -> Answer:
     """Run a trial; again where the wall clock and the monotonic one parted meanwhile."""
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
-    for _ in range(VOID):
+    interrupted = 0
+    for number in range(VOID):
         before = time.monotonic(), time.time()
-        answer = _uninterrupted(partial(_one, experiment, sitting, trial, noted))
+        answer, more = _counted(partial(_one, experiment, sitting, trial, noted))
         by = parted(before, (time.monotonic(), time.time()))
+        interrupted += more
         if not by:
-            return answer
+            if not (begun_again := interrupted + number):
+                return answer
+            return replace(answer, extra={**answer.extra, AGAIN: Noted(begun_again, description=AGAIN_ABOUT)})
         session.note("void", clocks_parted_s=by, **_happened(sitting))
         sitting.events, sitting.first = [], 0
     raise InputError(

@@ -12,7 +12,18 @@ from typing import Any
 from focalgradient.errors import InputError, described
 from focalgradient.tasks.columns import Column, Form
 
-__all__ = ["EXTRA", "SHOWN", "SHOWN_ABOUT", "Noted", "OpenRecord", "check_noted", "is_noted", "noted_columns"]
+__all__ = [
+    "AGAIN",
+    "AGAIN_ABOUT",
+    "EXTRA",
+    "SHOWN",
+    "SHOWN_ABOUT",
+    "Noted",
+    "OpenRecord",
+    "check_noted",
+    "is_noted",
+    "noted_columns",
+]
 
 EXTRA = "extra"
 """Field of every answer, and key of a trial in the journal, that holds what was noted, by name."""
@@ -23,6 +34,14 @@ SHOWN = "shown_sha256"
 SHOWN_ABOUT = (
     "SHA-256 of the pixels of each picture that was shown, in order: 8-bit values, row by row, three to a pixel in "
     "colour; after a comma what was changed when it was drawn, as contrast=0.5."
+)
+
+AGAIN = "interruptions"
+"""Column of the trials that were begun again, of sessions that have any."""
+
+AGAIN_ABOUT = (
+    "How many times the trial was begun again from its start, because ESC had interrupted it or the computer's clock "
+    "had been set: what it shows may have been seen before. n/a where it ran through."
 )
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
