@@ -1,0 +1,71 @@
+"""The ready experiment on accommodation, in a real window with a simulated lens: from its page to a valid data set."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from headless import PROGRAMS, Running, headless, keep, psychopy_here
+
+from focalgradient.dataset import bids_problems
+
+pytestmark = psychopy_here
+
+DESIGN = 'task = "accommodation"\nrepetitions = 1\ndemands_d = [0.0, 3.0, 6.0]\nletter_s = 0.3\nlanguage = "{}"\n'
+PROGRAM = PROGRAMS / "accommodation_range.py"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_a_letter_is_clear_up_to_a_vergence(language: str, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(DESIGN.format(language))
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
+    with headless(tmp_path / "x") as screen:
+        running, events, demands = Running(screen, str(PROGRAM), *given), [], []
+        for event in running.events():
+            events.append(event)
+            keep(screen, f"accommodation-{language}-{event.strip('?')}-{events.count(event)}")
+            if event == "question":
+                screen.keys("Left" if len(demands) % 2 == 0 else "Right")
+                demands.append(0)
+            elif event in ("instructions", "thanks", "debriefing", "ready"):
+                screen.keys("space")
+        assert running.end() == 0, running.errors
+    assert [events.count(name) for name in ("focus", "picture", "question", "recorded")] == [3, 3, 3, 3]
+    names, *rows = (
+        line.split("\t") for line in next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
+    )
+    clear = [dict(zip(names, row, strict=True)) for row in rows]
+    assert sorted(float(row["demand_d"]) for row in clear) == [0.0, 3.0, 6.0]
+    assert [row["clear"] for row in clear] == ["true", "false", "true"]
+    environment = {**os.environ, "FOCALGRADIENT_TASKS": str(PROGRAM)}
+    checked = [sys.executable, "-m", "focalgradient", "validate", str(tmp_path / "data")]
+    done = subprocess.run(checked, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert bids_problems(tmp_path / "data") == []
+
+
+@pytest.mark.slow
+def test_a_lens_that_does_not_answer_or_reach_is_refused_before_the_window(tmp_path: Path) -> None:
+    pytest.importorskip("serial")
+    for lens, sentence in (("optotune:/dev/no-such", "cannot be opened"), ("planes:0,2", "from 0 to 2 dioptres")):
+        (tmp_path / "own.toml").write_text(DESIGN.format("en") + f'lens = "{lens}"\n')
+        given = [
+            "--data",
+            tmp_path / "data",
+            "--uncalibrated",
+            "--participant",
+            "01",
+            "--design",
+            tmp_path / "own.toml",
+        ]
+        with headless(tmp_path / lens[:4]) as screen:
+            running = Running(screen, str(PROGRAM), *given)
+            assert list(running.events()) == []
+            assert running.end() == 2
+        assert sentence in running.errors
+        assert "Traceback" not in running.errors
+        assert not (tmp_path / "data").exists()
