@@ -117,7 +117,7 @@ HOMES = {
     "colour": {"eye"},
     "cv2": {"photographs", "stimuli", "video", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab", "analysis"},  # analysis packs the picture of README
-    "pydantic": {"design", "photographs", "stimuli", "tables", "web"},
+    "pydantic": {"design", "photographs", "stimuli", "tables", "web", "experiments"},  # designs to be copied
     "rawpy": {"photographs"},
     "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},
