@@ -130,3 +130,21 @@ def test_the_control_of_stimuli_finds_a_seam_and_none_in_a_blurred_picture(focus
     assert found["sharpest"] > 1.15
     with pytest.raises(InputError, match="ball/f4-near is sharper than its blur allows"):
         refuse_seams({"ball": {"pictures": {"f4-near": found}}})
+
+
+def test_uneven_noise_of_samples_is_no_seam_and_hides_none() -> None:
+    """Noise of one half of a picture four times that of the other, with one stray sample; then a step in quiet blur."""
+    random = np.random.default_rng(4)
+    distance, optics = np.full((96, 96), 1 / 9.0), Pupil(2 * PIXEL, 15.0)  # a radius of 6 pixels
+    level = np.where(np.arange(96) < 48, 0.002, 0.008) * np.ones((96, 1))
+    halves = [0.5 + np.sqrt(2) * level * random.normal(size=level.shape) for _ in range(2)]
+    halves[0][30, 20] += 0.3
+    seen, residual = (halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2
+    plain = np.full(seen.shape, 0.5)
+    found = sharpest(seen, plain, distance, [optics], PIXEL, residual=residual)
+    assert found["sharpest"] < 1.15
+    assert sharpest(seen, plain, distance, [optics], PIXEL)["sharpest"] > 1.15
+    seen[:, 10:] += 0.1
+    found = sharpest(seen, plain, distance, [optics], PIXEL, residual=residual)
+    assert found["sharpest"] > 1.15
+    assert found["sharpest_px"][0] == 9

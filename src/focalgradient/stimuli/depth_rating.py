@@ -323,7 +323,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             measured |= sharpest(
                 *(luminance, sharp.light @ np.array(LUMINANCE), sharp.depth, optics, sharp.pixel_angle),
                 finer=finer,
-                noise=noise,
+                residual=residual / white,
             )
         yield _Made(stem, files, measured, entry, white)
 

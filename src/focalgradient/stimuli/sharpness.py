@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import maximum_filter, minimum_filter
+from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from focalgradient.optics import Optics
 from focalgradient.psf import Disc, Psf, PsfName, psf_of
@@ -99,7 +99,7 @@ def sharpest(
     pixel_angle: float,
     *,
     finer: int = 1,
-    noise: float = 0.0,
+    residual: NDArray[np.floating] | None = None,
 ) -> dict[str, Any]:
     """Return the largest gradient of a picture over the largest that blur allows there, and where.
 
@@ -115,8 +115,9 @@ def sharpest(
         Of the pinhole picture, in radians.
     finer
         Pixels of the pinhole picture to one of the picture, each way.
-    noise
-        Standard deviation of the picture's noise, of which a gradient of 6 is allowed.
+    residual
+        Half the difference of the two halves of the picture's samples, H x W: just its noise; None: it has none. A
+        gradient of 6 times its standard deviation is allowed, in the whole picture or about the place, if more.
 
     Returns
     -------
@@ -150,7 +151,15 @@ def sharpest(
     span = blocks[0].max(axis=(1, 3)) - blocks[1].min(axis=(1, 3))
     shape = Disc()
     sd = shape.sd(np.maximum(blocks[2].min(axis=(1, 3)) / finer - SLACK, 0))
+    noise = np.zeros(light.shape) if residual is None else _noise(residual)
     return _worst(light, span * _allowed(sd, shape) + 6 * noise + 1e-6 * float(np.abs(light).max()))
+
+
+def _noise(residual: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the standard deviation of noise about each pixel, H x W, at least that of the whole picture."""
+    # Of five pixels each way: six times what one stray sample adds to that is more than the sample.
+    around = uniform_filter(residual**2.0, 5, mode="nearest")
+    return np.sqrt(np.maximum(around, np.mean(residual**2.0)))
 
 
 def _allowed(sd_px: NDArray[np.float64], psf: Psf, lines: bool = False) -> NDArray[np.float64]:
