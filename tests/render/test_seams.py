@@ -148,3 +148,16 @@ def test_uneven_noise_of_samples_is_no_seam_and_hides_none() -> None:
     found = sharpest(seen, plain, distance, [optics], PIXEL, residual=residual)
     assert found["sharpest"] > 1.15
     assert found["sharpest_px"][0] == 9
+
+
+def test_what_the_pinhole_hides_is_not_judged() -> None:
+    """A bright line in focus, hidden by an edge before it that is blurred by 6 pixels, shows in the picture."""
+    before = np.broadcast_to(np.arange(96) < 48, (96, 96))
+    distance = np.where(before, 1 / 15.0, 1 / 9.0)
+    optics, plain = Pupil(2 * PIXEL, 9.0), np.full(before.shape, 0.3)
+    seen = plain.copy()
+    seen[:, 45] = 0.6
+    assert sharpest(seen, plain, distance, [optics], PIXEL)["sharpest"] > 1.15
+    assert sharpest(seen, plain, distance, [optics], PIXEL, unseen=True)["sharpest"] < 1.15
+    seen[:, 20] = 0.6  # not by the outline
+    assert sharpest(seen, plain, distance, [optics], PIXEL, unseen=True)["sharpest_px"][0] in (19, 20)

@@ -324,6 +324,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
                 *(luminance, sharp.light @ np.array(LUMINANCE), sharp.depth, optics, sharp.pixel_angle),
                 finer=finer,
                 residual=residual / white,
+                unseen=True,
             )
         yield _Made(stem, files, measured, entry, white)
 

@@ -100,6 +100,7 @@ def sharpest(
     *,
     finer: int = 1,
     residual: NDArray[np.floating] | None = None,
+    unseen: bool = False,
 ) -> dict[str, Any]:
     """Return the largest gradient of a picture over the largest that blur allows there, and where.
 
@@ -118,6 +119,9 @@ def sharpest(
     residual
         Half the difference of the two halves of the picture's samples, H x W: just its noise; None: it has none. A
         gradient of 6 times its standard deviation is allowed, in the whole picture or about the place, if more.
+    unseen
+        Whether the picture holds light of surfaces that the pinhole picture hides, as one rendered from a scene does:
+        such places, where the blur of a nearer surface passes its outline, are not judged.
 
     Returns
     -------
@@ -136,6 +140,8 @@ def sharpest(
     radius, widest = np.minimum.reduce(radii), np.maximum.reduce(radii)
     highest, lowest = np.full(sharp.shape, -np.inf), np.full(sharp.shape, np.inf)
     least = np.full(sharp.shape, np.inf)
+    before = _outlines(vergence, max(lens.aperture_diameter for lens in optics) / 2 / pixel_angle / finer)
+    passed = np.zeros(sharp.shape, bool)
     reach = 1.0
     within = -1.0
     while within < widest.max():
@@ -145,14 +151,29 @@ def sharpest(
             highest = np.maximum(highest, maximum_filter(np.where(level, sharp, -np.inf), side))
             lowest = np.minimum(lowest, minimum_filter(np.where(level, sharp, np.inf), side))
             least = np.minimum(least, minimum_filter(np.where(level, radius, np.inf), side))
+            passed |= maximum_filter(level & before, side)
         within, reach = reach, 2 * reach
     rows, columns = light.shape
     blocks = [one.reshape(rows, finer, columns, finer) for one in (highest, lowest, least)]
     span = blocks[0].max(axis=(1, 3)) - blocks[1].min(axis=(1, 3))
     shape = Disc()
     sd = shape.sd(np.maximum(blocks[2].min(axis=(1, 3)) / finer - SLACK, 0))
+    bound = span * _allowed(sd, shape)
+    if unseen:
+        bound[passed.reshape(rows, finer, columns, finer).any(axis=(1, 3))] = np.inf
     noise = np.zeros(light.shape) if residual is None else _noise(residual)
-    return _worst(light, span * _allowed(sd, shape) + 6 * noise + 1e-6 * float(np.abs(light).max()))
+    return _worst(light, bound + 6 * noise + 1e-6 * float(np.abs(light).max()))
+
+
+def _outlines(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArray[np.bool_]:
+    """Where a surface ends before another that is at least a pixel of blur, of the picture, behind it; H x W."""
+    before = np.zeros(vergence.shape, bool)
+    for axis in (0, 1):
+        step = radius_per_dioptre * np.diff(vergence, axis=axis)
+        first, last = ((slice(None),) * axis + (part,) for part in (slice(None, -1), slice(1, None)))
+        before[first] |= step < -1
+        before[last] |= step > 1
+    return before
 
 
 def _noise(residual: NDArray[np.floating]) -> NDArray[np.float64]:
