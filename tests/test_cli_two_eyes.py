@@ -101,6 +101,13 @@ def test_a_series_is_made_once(given: Path) -> None:
     before = {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")}
     assert run(*words, "--nearest", "0.8", "--farthest", "1.6").exit_code == 0
     assert {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")} == before
+    assert run(*words, "--nearest", "0.8", "--farthest", "1.6", "--web").exit_code == 0
+    page = json.loads((given / "series" / "focus.json").read_text())
+    assert page["vergences"] == list(series.vergences)
+    (given / "series" / "focus.json").write_text('{"mine": 1}')
+    refused = run(*words, "--nearest", "0.8", "--farthest", "1.6", "--web")
+    assert refused.exit_code == 2
+    assert "focus.json" in refused.stderr
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from focalgradient.cli.through_optics import (
     read_picture_and_depth,
 )
 from focalgradient.errors import InputError
-from focalgradient.files import printable, refuse_overwriting
+from focalgradient.files import printable, refuse_overwriting, write_whole
 from focalgradient.plausibility import given_as
 
 __all__ = ["focus_series"]
@@ -56,6 +57,7 @@ __all__ = ["focus_series"]
     help="Largest error of mixing, in steps of 8 bits.",
 )
 @click.option("--white", type=float, default=1.0, show_default=True, callback=positive(), help="Light shown as white.")
+@click.option("--web", is_flag=True, help="Write DIR/focus.json, too: the series for a page, as of jsPsych.")
 @force_option
 @json_option
 def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
@@ -74,9 +76,11 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
     Example:
       focalgradient focus-series demo/picture.png demo/distance.npy --out series --pupil 4 --field 6
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.live import FocusSeries
+    from focalgradient.live import FocusSeries, packed
+    from focalgradient.live.kept import MARK
 
-    writable(out, ["series.json", "distance.npy", "inputs.json"], [picture, depth])
+    names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if options["web"] else [])]
+    writable(out, names, [picture, depth])
     refuse_overwriting([picture, depth], [out / "distance.npy"])
     click.get_current_context().with_resource(given_as({**GIVEN, "field": ("--field", "")}))
     if options["wavelengths"] is not None and options["pupil"] is None and options["eye_file"] is None:
@@ -102,6 +106,8 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
             folder=out,
             progress=say,
         )
+    if options["web"]:
+        write_whole(out / "focus.json", json.dumps({"written_by": MARK, **packed(made)}).encode())
     median, largest = made.error
     result = {
         "planes": len(made.planes),
@@ -110,7 +116,7 @@ def focus_series(picture: Path, depth: Path, out: Path, **options: Any) -> None:
         "largest_error_steps": largest,
         "texture_bytes": made.texture_bytes,
         "warnings": said,
-        "written": [printable(out / "series.json")],
+        "written": [printable(out / name) for name in ("series.json", "focus.json") if name in names],
     }
     show(
         result,

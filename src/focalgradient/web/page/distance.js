@@ -2,7 +2,7 @@
 
 import Buttons from "@jspsych/plugin-html-button-response";
 import Chinrest from "@jspsych/plugin-virtual-chinrest";
-import { card } from "./card.js";
+import { card, CARD_MM } from "./card.js";
 
 const BLIND_SPOT_TIMES = 5;
 
@@ -13,7 +13,7 @@ function resizeByKeys(event) {
   if (!item || !by) return;
   event.preventDefault();
   const width = Math.max(20, item.getBoundingClientRect().width + by * (event.shiftKey ? 10 : 1));
-  Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / 85.6}px` });
+  Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / CARD_MM}px` });
 }
 
 // Size of the screen by a card, distance by the blind spot; both again where the participant finds the distance wrong.
@@ -48,6 +48,7 @@ export function measurement(about, words, html) {
       removeEventListener("keydown", resizeByKeys);
       removeEventListener("keydown", press, true);
       about.card_px = data.item_width_px;
+      about.distance_mm = data.view_dist_mm;
       about.distance = `${Math.round(data.view_dist_mm / 10)} cm`;
     },
   };

@@ -45,8 +45,9 @@ export class Watch {
   }
 }
 
-// Show through `draw(seconds)` for so long; gives the time stamps of all frames from onset to offset.
-export async function play(draw, seconds, frame) {
+// Show through `draw(seconds)` for so long, or until `stopped(onset)`; gives the time stamps of all frames from onset to
+// offset.
+export async function play(draw, seconds, frame, stopped = () => false) {
   const stamps = [];
   const begin = await nextFrame();
   stamps.push(begin);
@@ -54,7 +55,7 @@ export async function play(draw, seconds, frame) {
   for (;;) {
     const now = await nextFrame();
     stamps.push(now);
-    if (now - begin >= 1000 * seconds - (frame ?? USUAL_MS) / 2) return stamps;
+    if (now - begin >= 1000 * seconds - (frame ?? USUAL_MS) / 2 || stopped(begin)) return stamps;
     draw((now - begin) / 1000);
   }
 }

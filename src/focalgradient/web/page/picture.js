@@ -50,6 +50,8 @@ export default class PicturePlugin {
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
       pause_seconds: { type: ParameterType.FLOAT, default: 0 },
       frame: { type: ParameterType.FLOAT, default: null },
+      foot: { type: ParameterType.HTML_STRING, default: null },
+      stopped: { type: ParameterType.FUNCTION, default: () => false }, // of the onset: whether the picture is to go
     },
     data: {
       shown: { type: ParameterType.COMPLEX },
@@ -67,6 +69,7 @@ export default class PicturePlugin {
     const canvas = document.createElement("canvas");
     canvas.id = "picture";
     element.replaceChildren(canvas);
+    if (trial.foot) element.append(Object.assign(document.createElement("div"), { className: "foot", innerHTML: trial.foot }));
     const shown = [];
     let dropped = 0;
     const empty = (context) => context.clearRect(0, 0, canvas.width, canvas.height);
@@ -85,7 +88,7 @@ export default class PicturePlugin {
         context.drawImage(image, 0, 0);
         if (one.mark_kept) drawMark(context, one.mark, trial.mark_radius);
       };
-      const stamps = await play(draw, one.seconds, trial.frame);
+      const stamps = await play(draw, one.seconds, trial.frame, trial.stopped);
       dropped += late(stamps, trial.frame);
       shown.push({ event: one.event, stamps: rounded(stamps) });
       empty(context);

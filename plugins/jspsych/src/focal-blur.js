@@ -1,0 +1,136 @@
+// A picture refocused at every frame, in WebGL: by a number, by a function of time, or by the participant.
+
+import { ParameterType } from "jspsych";
+import { inDevicePixels, late, nextFrame, rounded, Watch } from "../../../src/focalgradient/web/page/frames.js";
+import { FocusView, SHADERS } from "../build/shared.js";
+import { pressed } from "./keys.js";
+
+const WHEEL = 25; // steps of the wheel and of arrow keys from one end of the range to the other
+
+async function fetched(stimulus) {
+  if (typeof stimulus !== "string") return stimulus;
+  const response = await fetch(stimulus);
+  if (!response.ok) throw new Error(`${stimulus}: ${response.status}`);
+  return response.json();
+}
+
+export default class FocalBlur {
+  static info = {
+    name: "focal-blur",
+    version: "0.1.0",
+    parameters: {
+      stimulus: { type: ParameterType.COMPLEX, default: undefined },
+      focus: { type: ParameterType.FLOAT, default: null },
+      focus_at: { type: ParameterType.FUNCTION, default: null },
+      adjustable: { type: ParameterType.BOOL, default: false },
+      range: { type: ParameterType.COMPLEX, default: null },
+      start: { type: ParameterType.FLOAT, default: null },
+      gamma: { type: ParameterType.FLOAT, default: null },
+      choices: { type: ParameterType.KEYS, default: "ALL_KEYS" },
+      trial_duration: { type: ParameterType.INT, default: null },
+      prompt: { type: ParameterType.HTML_STRING, default: null },
+      label: { type: ParameterType.STRING, default: "Focus" },
+      button_label: { type: ParameterType.STRING, default: "Continue" },
+      frame: { type: ParameterType.FLOAT, default: null },
+    },
+    data: {
+      focus: { type: ParameterType.FLOAT },
+      start: { type: ParameterType.FLOAT },
+      response: { type: ParameterType.STRING },
+      rt: { type: ParameterType.FLOAT },
+      changes: { type: ParameterType.COMPLEX },
+      dropped_frames: { type: ParameterType.INT },
+      lost: { type: ParameterType.COMPLEX },
+    },
+  };
+
+  constructor(jsPsych) {
+    this.jsPsych = jsPsych;
+  }
+
+  async trial(element, trial) {
+    const packed = await fetched(trial.stimulus);
+    const canvas = Object.assign(document.createElement("canvas"), { id: "focal-blur" });
+    const view = new FocusView(canvas, SHADERS, trial.gamma ? Array(3).fill(trial.gamma) : null);
+    const series = await view.load(packed);
+    const [low, high] = trial.range ?? [series.vergences[0], series.vergences.at(-1)];
+    const watch = new Watch();
+    element.replaceChildren(canvas);
+    inDevicePixels(canvas, series.width, series.height);
+    const begin = trial.start ?? trial.focus ?? (trial.adjustable ? low + Math.random() * (high - low) : (low + high) / 2);
+    const state = { focus: begin, done: false };
+    const controls = this.controls(element, trial, state, low, high);
+    const keys = trial.adjustable ? null : pressed(this.jsPsych, trial.choices);
+    const stamps = [];
+    const changes = [];
+    for (;;) {
+      const now = await nextFrame();
+      stamps.push(now);
+      const elapsed = now - stamps[0];
+      const over = trial.trial_duration !== null && elapsed >= trial.trial_duration - (trial.frame ?? 1000 / 60) / 2;
+      if (state.done || over || keys?.since(stamps[0])) break;
+      const focus = trial.focus_at ? trial.focus_at(elapsed / 1000) : state.focus;
+      if (focus !== changes.at(-1)?.[1]) {
+        view.draw(series, focus);
+        changes.push([Math.round(10 * elapsed) / 10, focus]);
+      }
+    }
+    const answer = keys?.since(stamps[0]) ?? null;
+    const rt = answer ? answer.rt : (state.done || null) && state.done - stamps[0];
+    controls.end();
+    keys?.end();
+    element.replaceChildren();
+    view.gl.getExtension("WEBGL_lose_context")?.loseContext(); // browsers keep a few contexts only
+    this.jsPsych.finishTrial({
+      focus: changes.at(-1)[1],
+      start: begin,
+      response: answer?.key ?? null,
+      rt,
+      changes,
+      dropped_frames: late(rounded(stamps), trial.frame),
+      lost: watch.end(),
+    });
+  }
+
+  // Below the picture: the prompt; and, where focus is the participant's, a slider that the wheel and the keys move, too.
+  controls(element, trial, state, low, high) {
+    const foot = Object.assign(document.createElement("div"), { id: "focal-blur-foot" });
+    Object.assign(foot.style, { position: "fixed", bottom: "1rem", left: "50%", transform: "translateX(-50%)" });
+    if (trial.prompt) foot.innerHTML = trial.prompt;
+    element.append(foot);
+    if (!trial.adjustable) return { end: () => {} };
+    const slider = Object.assign(document.createElement("input"), {
+      type: "range", min: low, max: high, step: "any", value: state.focus, ariaLabel: trial.label,
+    });
+    slider.style.width = "20rem";
+    const button = Object.assign(document.createElement("button"), { type: "button", className: "jspsych-btn" });
+    button.textContent = trial.button_label;
+    foot.append(document.createElement("br"), slider, " ", button);
+    const move = (focus) => {
+      state.focus = Math.min(Math.max(focus, low), high);
+      slider.value = state.focus;
+    };
+    const turn = (event) => {
+      event.preventDefault();
+      move(state.focus - (Math.sign(event.deltaY) * (high - low)) / WHEEL);
+    };
+    const press = (event) => {
+      const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+      if (event.key === "Enter" && !event.repeat) state.done = event.timeStamp;
+      if (!by && event.key !== "Enter") return;
+      event.preventDefault();
+      if (by) move(state.focus + (by * (high - low)) / (event.shiftKey ? WHEEL * 10 : WHEEL));
+    };
+    slider.addEventListener("input", () => move(Number(slider.value)));
+    button.addEventListener("click", (event) => (state.done = event.timeStamp));
+    addEventListener("wheel", turn, { passive: false });
+    addEventListener("keydown", press);
+    slider.focus();
+    return {
+      end() {
+        removeEventListener("wheel", turn);
+        removeEventListener("keydown", press);
+      },
+    };
+  }
+}
