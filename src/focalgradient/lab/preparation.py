@@ -27,6 +27,7 @@ from focalgradient.design.given_list import read_trials
 from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab.boxes import Box, add_boxes, check_keys, open_boxes
 from focalgradient.lab.experiment import Experiment
 from focalgradient.lab.trackers import add_tracker, tracker_settings
 from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
@@ -71,6 +72,8 @@ class Prepared:
         Text to agree to, where there is one.
     triggers
         Where each event is sent.
+    boxes
+        Response boxes at serial ports.
     screen
         The module that knows PsychoPy.
     display, calibrated
@@ -86,6 +89,7 @@ class Prepared:
     words: Words
     consent: Consent | None
     triggers: Triggers
+    boxes: list[Box]
     screen: ModuleType
     display: Display
     calibrated: bool
@@ -120,10 +124,13 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         display, calibrated, warnings = _display(options, screen, stimuli)
         experiment.check(design, display, WINDOW if options.windowed else display.size_px)
         experiment.check_pictures(design, display, stimuli)
+        boxes = open_boxes(options.box, check_keys(options, screen.key_names()))
     except BaseException:
         triggers.close()
         raise
-    return Prepared(options, design, stimuli, tracker, words, consent, triggers, screen, display, calibrated, warnings)
+    return Prepared(
+        options, design, stimuli, tracker, words, consent, triggers, boxes, screen, display, calibrated, warnings
+    )
 
 
 class Arguments(argparse.ArgumentParser):
@@ -180,6 +187,7 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
     add("--uncalibrated", action="store_true", help="run without knowing the screen's size and distance")
     add("--photodiode", choices=("left", "right"), help="lower corner for a square that is white with the stimulus")
     add_triggers(add)
+    add_boxes(add)
     if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
         add("--gaze", choices=("none", "mouse", "tracker"), help="record where one looks, whatever the design says")
         add_tracker(parser)

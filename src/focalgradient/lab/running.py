@@ -22,6 +22,7 @@ from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError, one_line
+from focalgradient.lab.boxes import keys_of, open_gamepad
 from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import pages, rest
@@ -89,7 +90,10 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
         words=ready.words,
     )
     sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
+    window.keys.boxes += ready.boxes
     try:
+        if "gamepad" in options.box:
+            window.keys.boxes.append(open_gamepad(window.window, keys_of(options.box_keys)))
         window.on_event = _listener(sitting, ready.triggers)
         if ready.tracker is not None:
             sitting.recorder = Recorder(window, open_gaze(window, ready.tracker), sitting.start)

@@ -28,6 +28,7 @@ from focalgradient.dataset import Press  # noqa: E402
 from focalgradient.design.words import Words, load_words  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
+from focalgradient.lab.boxes import Box  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 from focalgradient.lab.focus_view import FocusView  # noqa: E402
 from focalgradient.lab.picture import ShownPicture  # noqa: E402
@@ -153,6 +154,8 @@ class Keys:
         self.devices = len(self._keyboard.device._devs)
         if not self.devices:
             raise InputError("no keyboard was found: plug one in, and see 'focalgradient doctor'.")
+        self.boxes: list[Box] = []
+        """Response boxes, whose buttons count as keys."""
         self._down: list[Any] = []
 
     def events(self) -> list[Press]:
@@ -164,6 +167,8 @@ class Keys:
         ahead = time.monotonic() - logging.defaultClock.getTime()
         found = [Press(key.tDown + ahead, key.name, True) for key in new]
         found += [Press(key.tDown + key.duration + ahead, key.name, False) for key in ended]
+        for box in self.boxes:
+            found += box.events()
         return sorted(found, key=lambda press: press.time)
 
     def clear(self) -> None:
@@ -241,7 +246,9 @@ class Screen:
         self.keys.clear()
 
     def close(self) -> None:
-        """Give the screen back."""
+        """Give the screen back, and the response boxes."""
+        for box in self.keys.boxes:
+            box.close()
         self.window.close()
 
     def _make_patch(self, corner: str | None) -> Any:
