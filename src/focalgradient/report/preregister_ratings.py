@@ -35,9 +35,9 @@ __all__ = ["preregister_ratings"]
 
 FAILED_RATIOS = [
     "The test rests on normally distributed effects of subjects and scenes on the logarithm. Where the report’s Q-Q "
-    "plot or its Shapiro-Wilk test (p < .05) of the subjects’ own rises fails, the test stated above stays the one "
-    "that decides; the signed-rank and sign tests and the trimmed mean of the robustness section stand beside it, and "
-    "a result that they do not share is called dependent on the assumption."
+    "plot or its Shapiro-Wilk test (p < .05) of the subjects’ own rises fails, the robust test stated above stays the "
+    "one that decides; the signed-rank and sign tests and the trimmed mean of the robustness section stand beside it, "
+    "and a result that they do not share is called dependent on the assumption."
 ]
 FAILED_OTHERS = [
     "Where the model does not converge, or cannot be fitted, the hypothesis is reported as not tested, with the "

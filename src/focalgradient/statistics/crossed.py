@@ -89,8 +89,6 @@ class Components:
         Of the subjects' own means (adjusted Fisher-Pearson coefficient); None with fewer than four.
     subjects_w, subjects_p
         Shapiro and Wilk's test that the subjects' own means are normal; None with fewer than four.
-    means
-        The subjects' own means, ascending.
     """
 
     formula: str
@@ -103,7 +101,6 @@ class Components:
     skewness: float | None = None
     subjects_w: float | None = None
     subjects_p: float | None = None
-    means: tuple[float, ...] = ()
 
     @property
     def skewed(self) -> bool:
@@ -306,11 +303,11 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
-    own = np.sort(_own_means(shared))
+    own = _own_means(shared)
     if subjects < 4:
-        return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, means=tuple(own))
+        return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest)
     skewness, (own_w, own_p) = float(stats.skew(own, bias=False)), map(float, stats.shapiro(own))
-    check = skewness, own_w, own_p, tuple(own.tolist())
+    check = skewness, own_w, own_p
     return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, *check)
 
 
