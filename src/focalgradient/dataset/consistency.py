@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime, timedelta
 from itertools import combinations
@@ -87,7 +87,9 @@ def wrong_journal(log: Log, design: Design, trials: Sequence[Trial]) -> Iterator
     places = [order[key] for key in recorded if key in order]
     if places != sorted(places):
         yield "its trials are not in the order of the design."
-    names = [field.name for field in fields(trials[0])]
+    # What a procedure chooses stands in the answer, and in the trial that is shown.
+    chosen = {field.name for field in fields(task_named(design.task).answer)}
+    names = [field.name for field in fields(trials[0]) if field.name not in chosen]
     for event in done:
         trial = listed.get((event["phase"], event["trial"]))
         if trial is None:
@@ -141,7 +143,7 @@ def wrong_rows(
         first[1:] = columns["trial"][1:] != columns["trial"][:-1]
     shown = {name: values[first] for name, values in columns.items()}
     planned = {trial.trial: trial for trial in trials if trial.phase == "main"}
-    yield from _wrong_trials(shown, planned)
+    yield from _wrong_trials(shown, planned, {field.name for field in fields(task.answer)})
     yield from _wrong_order(task.onset, shown)
     yield from task.problems(Rows(columns, shown, design, planned, pictures))
     if "response_time" in shown:
@@ -194,7 +196,9 @@ def wrong_percepts(rows: Rows) -> Iterator[str]:
     yield from _wrong_durations(rows.shown, rows.planned)
 
 
-def _wrong_trials(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial]) -> Iterator[str]:
+def _wrong_trials(
+    shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial], chosen: Container[str]
+) -> Iterator[str]:
     numbers = shown["trial"].tolist()
     there = set(numbers)
     missing = [number for number in planned if number not in there]
@@ -207,7 +211,7 @@ def _wrong_trials(shown: Mapping[str, NDArray[Any]], planned: Mapping[int, Trial
     if numbers != sorted(numbers):
         yield "the trials are not in the order in which they were shown."
     example = next(iter(planned.values()))
-    for name in [name for name in shown if _planned(example, name) is not None]:
+    for name in [name for name in shown if _planned(example, name) is not None and name not in chosen]:
         for number, value in zip(numbers, shown[name].tolist(), strict=True):
             if number in planned and value != (wanted := _planned(planned[number], name)):
                 recorded, expected = cell(value), cell(wanted)

@@ -12,7 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from focalgradient.design.adaptive import ConstantStimuli, Quest, Staircase, answers_of, weighted_staircase
 from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial, Judged
+from focalgradient.design.counterbalanced import Counterbalanced, balanced_latin_square
 from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial, Fixation
 from focalgradient.design.factors import Factor
 from focalgradient.design.necker import Direction, Gradient, NeckerDesign, NeckerTrial, Shape
@@ -28,6 +30,8 @@ from focalgradient.tasks import is_task, task_named, task_names
 __all__ = [
     "BlurThresholdDesign",
     "BlurTrial",
+    "ConstantStimuli",
+    "Counterbalanced",
     "DepthRatingDesign",
     "DepthTrial",
     "Design",
@@ -45,14 +49,19 @@ __all__ = [
     "Place",
     "Plan",
     "Procedure",
+    "Quest",
     "Shape",
+    "Staircase",
     "Trial",
     "Viewing",
+    "answers_of",
+    "balanced_latin_square",
     "check_design",
     "check_label",
     "design_text",
     "load_design",
     "recorded_design",
+    "weighted_staircase",
 ]
 
 Design = DepthRatingDesign | NeckerDesign | Pinhole | BlurThresholdDesign | Plan

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Protocol
 
-from focalgradient.design.blur_threshold import BlurThresholdDesign
 from focalgradient.errors import InputError, check_installed
 
 __all__ = ["LAPSES", "NEEDED", "SLOPES", "Procedure"]
@@ -29,6 +28,15 @@ GUESS = 0.5
 """Of two intervals."""
 
 
+class HasLevels(Protocol):
+    """A design with levels to choose from, positive and rising."""
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The levels."""
+        ...
+
+
 class Procedure:
     """QUEST+ over the levels of a design: each next level is the one whose answer should be the most informative.
 
@@ -36,6 +44,7 @@ class Procedure:
 
     Examples
     --------
+    >>> from focalgradient.design import BlurThresholdDesign
     >>> procedure = Procedure(BlurThresholdDesign())
     >>> first = procedure.level()
     >>> procedure.learn([(first, True)] * 3)
@@ -53,7 +62,7 @@ class Procedure:
         If questplus is not installed.
     """
 
-    def __init__(self, design: BlurThresholdDesign):
+    def __init__(self, design: HasLevels):
         check_installed(*NEEDED)
         from questplus import QuestPlus
 

@@ -144,8 +144,9 @@ class Task(ABC):
 
         Here those of the trial's fields, then those of the answer's.
         """
-        shown = _own_columns(self.trial, "Condition of the trial.")
-        answered = _own_columns(self.answer, "Answer.")
+        answered = [*_own_columns(self.answer, "Answer.")]
+        chosen = {column.name for column in answered}
+        shown = [one for one in _own_columns(self.trial, "Condition of the trial.") if one.name not in chosen]
         catch = Column("catch", "Whether the trial only checks attention.", "bool")
         onset = Column("onset", "When the stimulus appeared, on the clock of the sitting.", "number", "s", least=0)
         time = Column("response_time", "From the question to the answer.", "number", "s", least=0)
@@ -180,6 +181,15 @@ class Task(ABC):
                 f"the task {self.name!r} has no text {entry!r} in {words.language!r}: add it to its texts."
             )
         return own[entry].format(**values)
+
+    def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
+        """Return a trial as it is shown, with what depends on the answers so far: here as it is planned.
+
+        A procedure (`focalgradient.design.Staircase` and others) chooses a field that trial and answer both have, like
+        ``level``: ``dataclasses.replace(trial, level=procedure.level(answers_of(recorded)))``. Such a task runs in the
+        laboratory.
+        """
+        return trial
 
     def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Sequence[Interval]:
         """Return the picture of a trial (H x W x 3, 8 bits) and for how many seconds it is shown.
@@ -250,13 +260,15 @@ class Task(ABC):
     @property
     def described(self) -> bool:
         """Whether trials are described as data, so that a browser can show them."""
-        return type(self).shown is not Task.shown and type(self).control is not Task.control
+        own = type(self)
+        return own.shown is not Task.shown and own.control is not Task.control and own.adapted is Task.adapted
 
     def run(self, sitting: Any, trial: Any) -> Any:
         """Show a trial in the laboratory's window and return its answer: here as `shown` and `control` describe it."""
         from focalgradient.lab.questions import ask
 
         screen, design = sitting.screen, sitting.design
+        trial = self.adapted(design, trial, sitting.recorded)
         shown = self.intervals(design, trial, screen.display.pixels_per_degree)
         pictures = [(screen.picture(pixels), seconds) for pixels, seconds in shown]
         screen.warm(*(picture for picture, _ in pictures))
@@ -283,10 +295,12 @@ class Task(ABC):
         from focalgradient.observers.answers import PAUSE, random_stream
 
         person = observer.person(random_stream(seed, self.name, participant))
-        clock, answers = 0.0, []
+        clock, answers, recorded = 0.0, [], list[dict[str, Any]]()
         for number, trial in enumerate(design.trials(participant), start=1):
-            answer = self.simulated(design, trial, person, random_stream(seed, self.name, participant, number))
+            shown = self.adapted(design, trial, recorded)
+            answer = self.simulated(design, shown, person, random_stream(seed, self.name, participant, number))
             answers.append(dataclasses.replace(answer, onset=round(clock, 4)))
+            recorded.append({**dataclasses.asdict(trial), **dataclasses.asdict(answers[-1])})
             clock += design.least_s(trial) + answer.response_time + PAUSE
         return tuple(answers)
 

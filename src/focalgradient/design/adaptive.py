@@ -1,0 +1,206 @@
+"""Procedures that choose the level of the next trial: staircases, QUEST+, constant stimuli.
+
+Each is a function of the answers so far, so that a session that was cut off goes on as it would have. Several are
+interleaved by giving each the trials that name it (`answers_of`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from statistics import fmean
+from types import SimpleNamespace
+from typing import Any
+
+from focalgradient.design.draws import Draws
+from focalgradient.design.procedure import Procedure
+from focalgradient.errors import InputError
+
+__all__ = ["Answers", "ConstantStimuli", "Quest", "Staircase", "answers_of", "reversals", "weighted_staircase"]
+
+Answers = Sequence[tuple[float, bool]]
+"""Level of each trial so far, and whether its answer was right."""
+
+
+def answers_of(
+    recorded: Sequence[Mapping[str, Any]], *, level: str = "level", right: str = "correct", **condition: Any
+) -> list[tuple[float, bool]]:
+    """Return the answers that a procedure learns from: those of trials that count, of one condition.
+
+    Parameters
+    ----------
+    recorded
+        Trials with their answers, as `Sitting.recorded` has them.
+    level, right
+        Fields of the level and of whether the answer was right.
+    condition
+        Values that other fields must have, as ``staircase="near"`` where several are interleaved.
+
+    Examples
+    --------
+    >>> shown = {"phase": "main", "catch": False, "level": 0.5, "correct": True}
+    >>> answers_of([shown | {"side": "left"}, shown | {"side": "right"}], side="left")
+    [(0.5, True)]
+    """
+    return [
+        (float(one[level]), bool(one[right]))
+        for one in recorded
+        if one["phase"] == "main"
+        and not one["catch"]
+        and all(one[name] == wanted for name, wanted in condition.items())
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Staircase:
+    """A staircase: down after `down` right answers in a row, up after `up` wrong ones.
+
+    With ``down=2`` it converges where 70.7 % of the answers are right, with 3 where 79.4 % are (Levitt 1971, J. Acoust.
+    Soc. Am. 49:467).
+
+    Parameters
+    ----------
+    start, least, most
+        First level, and the range; where `ratios`, above 0.
+    steps
+        Size of a step down, the next after each reversal: in log10 units where `ratios`, else in units of the level.
+    down, up
+        Numbers of answers in a row.
+    up_ratio
+        Size of a step up, relative to a step down.
+    ratios
+        Whether steps are ratios of levels.
+
+    Raises
+    ------
+    InputError
+        If the range is empty, the start outside it, or a step or number not positive.
+
+    Examples
+    --------
+    >>> stairs = Staircase(1.0, 0.01, 10.0, steps=(0.3, 0.1))
+    >>> stairs.level([]), round(stairs.level([(1.0, True), (1.0, True)]), 3)
+    (1.0, 0.501)
+    """
+
+    start: float
+    least: float
+    most: float
+    steps: tuple[float, ...] = (0.3, 0.15, 0.075)
+    down: int = 2
+    up: int = 1
+    up_ratio: float = 1.0
+    ratios: bool = True
+
+    def __post_init__(self) -> None:
+        if not (self.least <= self.start <= self.most and (self.least > 0 or not self.ratios)):
+            raise InputError(
+                f"start is {self.start:g}, but must lie from least, {self.least:g}, to most, {self.most:g}"
+                f"{', all above 0' if self.ratios else ''}."
+            )
+        if not self.steps or min(*self.steps, self.up_ratio) <= 0 or min(self.down, self.up) < 1:
+            raise InputError("steps, up_ratio, down and up must be positive: give one step or more.")
+
+    def level(self, answers: Answers) -> float:
+        """Return the level of the next trial."""
+        return self._walk(answers)[0]
+
+    def threshold(self, answers: Answers, last: int = 6) -> float:
+        """Return the mean level of the last reversals, geometric where steps are ratios; NaN before there are two."""
+        turned = self._walk(answers)[1][-last:]
+        if len(turned) < 2:
+            return math.nan
+        return 10 ** fmean(map(math.log10, turned)) if self.ratios else fmean(turned)
+
+    def _walk(self, answers: Answers) -> tuple[float, list[float]]:
+        level, right, wrong, way, turned = self.start, 0, 0, 0, list[float]()
+        for _, correct in answers:
+            right, wrong = (right + 1, 0) if correct else (0, wrong + 1)
+            to = -1 if right == self.down else 1 if wrong == self.up else 0
+            if not to:
+                continue
+            if way and to != way:
+                turned.append(level)
+            right, wrong, way = 0, 0, to
+            step = self.steps[min(len(turned), len(self.steps) - 1)] * (1.0 if to < 0 else self.up_ratio)
+            moved = level * 10 ** (to * step) if self.ratios else level + to * step
+            level = min(max(moved, self.least), self.most)
+        return level, turned
+
+
+def reversals(staircase: Staircase, answers: Answers) -> list[float]:
+    """Return the levels at which a staircase turned.
+
+    >>> turned = reversals(Staircase(1.0, 0.01, 10.0, down=1), [(1.0, True), (0.5, False), (0.7, True)])
+    >>> [round(level, 3) for level in turned]
+    [0.501, 0.708]
+    """
+    return staircase._walk(answers)[1]
+
+
+def weighted_staircase(share: float, start: float, least: float, most: float, **others: Any) -> Staircase:
+    """Return a weighted up-down staircase: a step after every answer (Kaernbach 1991, Percept. Psychophys. 49:227).
+
+    It converges where `share` of the answers are right: steps up are share / (1 - share) times those down.
+
+    >>> weighted_staircase(0.75, 1.0, 0.01, 10.0).up_ratio
+    3.0
+    """
+    if not 0 < share < 1:
+        raise InputError(f"share is {share:g}, but must lie between 0 and 1.")
+    return Staircase(start, least, most, down=1, up=1, up_ratio=share / (1 - share), **others)
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantStimuli:
+    """Constant stimuli: every level equally often, shuffled anew in each round.
+
+    Parameters
+    ----------
+    levels
+        The levels.
+    draws
+        Names of the stream of chance, as a seed and a participant.
+
+    Examples
+    --------
+    >>> chosen = ConstantStimuli((0.1, 0.2, 0.4), (1987, "01"))
+    >>> sorted(chosen.level([(0.0, True)] * number) for number in range(3))
+    [0.1, 0.2, 0.4]
+    """
+
+    levels: tuple[float, ...]
+    draws: tuple[Any, ...] = ()
+
+    def level(self, answers: Answers) -> float:
+        """Return the level of the next trial."""
+        number, place = divmod(len(answers), len(self.levels))
+        return Draws("constant stimuli", *self.draws, number).shuffled(self.levels)[place]
+
+
+@dataclass(slots=True)
+class Quest:
+    """QUEST+ over given levels, for two intervals (`Procedure`, by the library questplus; extra ``thresholds``).
+
+    Parameters
+    ----------
+    levels
+        Positive, rising.
+
+    Raises
+    ------
+    InputError
+        If questplus is not installed.
+    """
+
+    levels: tuple[float, ...]
+    _procedure: Any = field(default=None, repr=False)
+
+    def level(self, answers: Answers) -> float:
+        """Return the level of the next trial; `answers` are all those so far."""
+        if self._procedure is None or self._procedure.learnt != list(answers)[: len(self._procedure.learnt)]:
+            self._procedure = Procedure(SimpleNamespace(levels=self.levels))
+        self._procedure.learn(answers)
+        found: float = self._procedure.level()
+        return found

@@ -1,0 +1,231 @@
+"""Orders of conditions by balanced Latin squares, in blocks, and under constraints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import Field
+
+from focalgradient.design.draws import Draws, digest
+from focalgradient.design.plan import Plan, Trial
+from focalgradient.errors import InputError
+
+__all__ = ["Counterbalanced", "balanced_latin_square", "constrained"]
+
+Item = TypeVar("Item")
+Kind = TypeVar("Kind", bound=Trial)
+
+ATTEMPTS = 20
+"""Shuffles to start from before an order within the constraints is given up."""
+
+SWEEPS = 200
+"""Passes over the trials that break a constraint, each exchanged for a random one, for each shuffle."""
+
+
+def balanced_latin_square(count: int) -> tuple[tuple[int, ...], ...]:
+    """Return the rows of a balanced Latin square (Williams 1949, Aust. J. Sci. Res. A 2:149).
+
+    Over all rows each of the `count` conditions, numbered from 0, stands at each place equally often, and comes right
+    after each other one equally often: with `count` rows where it is even, with twice as many where it is odd.
+
+    Parameters
+    ----------
+    count
+        Number of conditions, 1 or more.
+
+    Examples
+    --------
+    >>> balanced_latin_square(4)
+    ((0, 3, 1, 2), (1, 0, 2, 3), (2, 1, 3, 0), (3, 2, 0, 1))
+    >>> len(balanced_latin_square(3))
+    6
+    """
+    if count < 1:
+        raise InputError(f"count is {count}, but must be 1 or more.")
+    first = [(number + 1) // 2 if number % 2 == 0 else count - (number + 1) // 2 for number in range(count)]
+    rows = [tuple((one + shift) % count for one in first) for shift in range(count)]
+    return tuple(rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)])
+
+
+def constrained(
+    blocks: Sequence[Sequence[Item]],
+    levels: Sequence[Mapping[str, Hashable]],
+    *,
+    runs: Mapping[str, int],
+    distances: Mapping[str, int],
+    draws: Draws,
+) -> list[Item]:
+    """Shuffle each block so that constraints on the order hold over the whole list.
+
+    Parameters
+    ----------
+    blocks
+        Items that are shuffled among themselves; the blocks stay in their order.
+    levels
+        Levels of each item by factor, block after block.
+    runs
+        Maximum number of trials in a row with one level, by factor.
+    distances
+        Minimum number of other trials between two with one level, by factor.
+    draws
+        Source of chance.
+
+    Raises
+    ------
+    InputError
+        If no such order was found.
+
+    Examples
+    --------
+    >>> levels = [{"side": side} for side in "aabb"]
+    >>> "".join(constrained([list("aabb")], levels, runs={"side": 1}, distances={}, draws=Draws("a")))
+    'baba'
+    """
+    items = [(item, levels[number]) for number, item in enumerate(item for block in blocks for item in block)]
+    spans, start = [], 0
+    for block in blocks:
+        spans += [(start, len(block))] * len(block)
+        start += len(block)
+    reach = max([*runs.values(), *distances.values()], default=0)
+
+    def wrong(order: list[Any], place: int) -> int:
+        """Number of broken constraints that begin within reach before a place, or at it."""
+        found = 0
+        for at in range(max(place - reach, 0), place + 1):
+            own = order[at][1]
+            for name, most in runs.items():
+                row = order[at : at + most + 1]
+                found += len(row) > most and all(one[1][name] == own[name] for one in row)
+            for name, least in distances.items():
+                found += sum(one[1][name] == own[name] for one in order[at + 1 : at + 1 + least])
+        return found
+
+    for _ in range(ATTEMPTS):
+        order, at = [], 0
+        for block in blocks:
+            order += draws.shuffled(items[at : at + len(block)])
+            at += len(block)
+        for _ in range(SWEEPS):
+            broken = [place for place in range(len(order)) if wrong(order, place)]
+            if not broken:
+                return [item for item, _ in order]
+            for place in broken:
+                first, size = spans[place]
+                other = first + draws.below(size)
+                before = wrong(order, place) + wrong(order, other)
+                order[place], order[other] = order[other], order[place]
+                if wrong(order, place) + wrong(order, other) > before:
+                    order[place], order[other] = order[other], order[place]
+    told = ", ".join([*(f"{name} at most {n} in a row" for name, n in runs.items())])
+    told += ", " * bool(told and distances) + ", ".join(f"{name} {n} apart" for name, n in distances.items())
+    raise InputError(
+        f"no order of the {len(items)} trials was found with {told}: allow more, or even out the conditions."
+    )
+
+
+Fields = Annotated[tuple[str, ...], Field(strict=False, description="a list of settings of a trial")]
+Counts = Annotated[dict[str, int], Field(description="a table of numbers of trials, by setting of a trial")]
+
+
+class Counterbalanced(Plan):
+    """Base of a design of one's own whose `ordered` counterbalances by the participant's number.
+
+    Settings
+    --------
+    blocked
+        Fields of a trial whose levels come in blocks, the outermost first; all others are mixed within a block.
+    block_order
+        "latin-square": the order of the blocks goes by the rows of a balanced Latin square, participant by participant.
+        "random": it is drawn for each.
+    condition_order
+        "random": conditions are shuffled within each repetition. "latin-square": they too go by the rows of a square,
+        the next row in each repetition and for each participant.
+    runs, distances
+        Constraints on a random order, by field of a trial: at most so many trials in a row with one level; at least so
+        many others between two with one level.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True, slots=True, kw_only=True)
+    ... class SideTrial(Trial):
+    ...     side: str
+    ...     size: int
+    >>> class Sides(Counterbalanced):
+    ...     task: str = "sides"
+    ...     def trials(self, participant, session=None):
+    ...         return self.ordered(participant, session, [SideTrial(side=s, size=n) for s in "lr" for n in (1, 2)])
+    >>> [[one.side for one in Sides(blocked=["side"]).trials(label)] for label in ("01", "02")]
+    [['l', 'l', 'r', 'r'], ['r', 'r', 'l', 'l']]
+    """
+
+    blocked: Fields = ()
+    block_order: Annotated[Literal["latin-square", "random"], Field(description="'latin-square' or 'random'")] = (
+        "latin-square"
+    )
+    condition_order: Annotated[Literal["random", "latin-square"], Field(description="'random' or 'latin-square'")] = (
+        "random"
+    )
+    runs: Counts = Field(default_factory=dict)
+    distances: Counts = Field(default_factory=dict)
+
+    def ordered(self, participant: str, session: str | None, conditions: Sequence[Kind]) -> tuple[Kind, ...]:
+        """Put conditions, each `repetitions` times, in a participant's order, after `practice_trials` of them.
+
+        Raises
+        ------
+        InputError
+            If a setting names no field of the trials, or no order meets the constraints.
+        """
+        self._check_names(conditions[0])
+        number = int(participant) if participant.isdigit() else digest("place", participant) % 1000
+        draws = self.draws(participant, session, f"order {participant.lstrip('0')}")
+        blocks = self._blocks(list(conditions), self.blocked, number, draws)
+        order = self._within(blocks, number, draws)
+        practice = [draws.shuffled(conditions)[one % len(conditions)] for one in range(self.practice_trials)]
+        shown: Counter[Hashable] = Counter()
+        main = []
+        for place, trial in enumerate(order, start=1):
+            shown[trial.condition] += 1
+            pause = bool(self.break_every and place > 1 and (place - 1) % self.break_every == 0)
+            main.append(replace(trial, trial=place, repetition=shown[trial.condition], break_before=pause))
+        trained = [replace(trial, phase="practice", trial=place) for place, trial in enumerate(practice, start=1)]
+        return (*trained, *main)
+
+    def _check_names(self, trial: Trial) -> None:
+        for setting in ("blocked", "runs", "distances"):
+            for name in getattr(self, setting):
+                if not hasattr(trial, name):
+                    raise InputError(f"{setting} names {name!r}, which is no setting of a trial: give one that is.")
+        if self.condition_order == "latin-square" and (self.runs or self.distances):
+            raise InputError("runs and distances are constraints on a random order: leave them out of a Latin square.")
+
+    def _blocks(self, conditions: list[Kind], fields: Sequence[str], number: int, draws: Draws) -> list[list[Kind]]:
+        """Conditions apart by the levels of the blocked fields, in the participant's order of blocks."""
+        if not fields:
+            return [conditions]
+        levels = [*dict.fromkeys(getattr(one, fields[0]) for one in conditions)]
+        rows = balanced_latin_square(len(levels))
+        order = [levels[one] for one in rows[(number - 1) % len(rows)]]
+        if self.block_order == "random":
+            order = draws.shuffled(levels)
+        apart = [[one for one in conditions if getattr(one, fields[0]) == level] for level in order]
+        # The rows of the next field go on where those of this one are through, so that all combinations are met.
+        inner = (number - 1) // len(rows) + 1
+        return [block for own in apart for block in self._blocks(own, fields[1:], inner, draws)]
+
+    def _within(self, blocks: list[list[Kind]], number: int, draws: Draws) -> list[Kind]:
+        if self.condition_order == "latin-square":
+            order = []
+            for block in blocks:
+                rows = balanced_latin_square(len(block))
+                for repetition in range(self.repetitions):
+                    order += [block[one] for one in rows[(number - 1 + repetition) % len(rows)]]
+            return order
+        repeated = [block for block in blocks for _ in range(self.repetitions)]
+        names = {*self.runs, *self.distances}
+        levels = [{name: getattr(one, name) for name in names} for block in repeated for one in block]
+        return constrained(repeated, levels, runs=self.runs, distances=self.distances, draws=draws)
