@@ -152,6 +152,12 @@ class BlurDesign(Counterbalanced):
 
 
 LEVELS = tuple(0.05 * 2 ** (n / 4) for n in range(25))
+PROCEDURES = {
+    "down": Staircase(1.0, 0.05, 3.2),
+    "weighted": weighted_staircase(0.75, 1.0, 0.05, 3.2, steps=(0.2, 0.1, 0.05)),
+    "quest": Quest(LEVELS),
+    "constant": ConstantStimuli(LEVELS[8::4]),
+}
 
 
 @register
@@ -161,16 +167,10 @@ class Interleaved(Task):
     name = "interleaved"
     title = "Interleaved procedures"
     design, trial, answer = BlurDesign, BlurTrial, BlurAnswer
-    procedures = {
-        "down": Staircase(1.0, 0.05, 3.2),
-        "weighted": weighted_staircase(0.75, 1.0, 0.05, 3.2, steps=(0.2, 0.1, 0.05)),
-        "quest": Quest(LEVELS),
-        "constant": ConstantStimuli(LEVELS[8::4]),
-    }
 
     def adapted(self, design, trial, recorded):
         answers = answers_of(recorded, staircase=trial.staircase)
-        return dataclasses.replace(trial, level=self.procedures[trial.staircase].level(answers))
+        return dataclasses.replace(trial, level=PROCEDURES[trial.staircase].level(answers))
 
     def simulated(self, design, trial, observer, chance):
         right = bool(chance.random() < 0.5 + 0.49 * (1 - np.exp(-((trial.level / 0.4) ** 3))))

@@ -121,7 +121,8 @@ class Running:
         self.screen = screen
         self.hub: list[str] = []
         file = PROGRAMS / f"{program}.py"
-        start = [str(file)] if file.exists() else ["-c", "from focalgradient.cli import main; main()", "run", program]
+        command_line = ["-c", "from focalgradient.cli import main; main()", "run"]
+        start = [str(file)] if file.exists() else [*command_line, *([] if program == "from-file" else [program])]
         command = [sys.executable, *start, *map(str, options)]
         command += ["--markers", str(screen.folder / "markers.py")]
         self._said = screen.folder / "errors.txt"

@@ -57,6 +57,7 @@ MARKERS: Mapping[str, Marker] = {
     "question": Marker(21, "The question appeared.", _PAGE),
     "confidence": Marker(22, "The question how sure the participant was appeared.", _PAGE),
     "feedback": Marker(23, "Feedback appeared.", f"{_SHOWN}, Feedback"),
+    "adjust": Marker(24, "A stimulus to be adjusted appeared.", f"{_STIMULUS}, Image"),
     "recorded": Marker(30, "The answer was safe on the disk.", "Experiment-control"),
     "quit?": Marker(40, "The question whether to stop appeared.", _PAGE),
     "keep?": Marker(41, "The question whether the answers may be kept appeared.", _PAGE),

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import wraps
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from focalgradient.design.also import Also, check_also
 from focalgradient.design.draws import Draws
@@ -137,6 +137,15 @@ class Plan(Table):
 
     shortened: ClassVar[dict[str, Any]] = {}
     """What a pilot run changes."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """Lists of a settings file or a journal as the tuples that fields declare, however a class declares them."""
+        if not isinstance(data, dict):
+            return data
+        tuples = {name for name, one in cls.model_fields.items() if get_origin(one.annotation) is tuple}
+        return {key: tuple(one) if key in tuples and isinstance(one, list) else one for key, one in data.items()}
 
     @field_validator("also")
     @classmethod

@@ -8,6 +8,7 @@ the adaptive one of a threshold of blur, are `EXPERIMENTS`, by the names that ``
 from collections.abc import Iterator, Mapping
 
 from focalgradient.lab import blur_threshold, depth_rating, gaze_focus, necker, pinhole
+from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import form, pages
 from focalgradient.lab.questions import Given, ask, ask_which
@@ -26,6 +27,7 @@ __all__ = [
     "Scale",
     "Sitting",
     "Steps",
+    "adjust",
     "ask",
     "ask_which",
     "blur_threshold",

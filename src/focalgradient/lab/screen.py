@@ -412,9 +412,9 @@ class Screen:
         place = ((self.size[0] - width) % 2 / 2, (self.size[1] - height) % 2 / 2)
         return ShownPicture(self.window, pixels, place, self.drawn if recorded else None)
 
-    def refocused(self, series: FocusSeries) -> FocusView:
-        """A focus series in the middle of the screen, one pixel on one of the screen's."""
-        return FocusView(self.window, series, self.display)
+    def refocused(self, series: FocusSeries, pos: tuple[float, float] = (0.0, 0.0)) -> FocusView:
+        """A focus series, one pixel on one of the screen's; `pos` is its middle, in pixels from that of the screen."""
+        return FocusView(self.window, series, self.display, pos)
 
     def fixation(self, x: float, y: float) -> Any:
         """A mark to look at: a bull's eye with a cross, 0.6 degrees wide."""

@@ -419,6 +419,8 @@ def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
     if typing.get_origin(hint) in (Union, types.UnionType) and type(None) in parts:
         form, levels, _ = _form(next(part for part in parts if part is not type(None)), name)
         return form, levels, True
+    if typing.get_origin(hint) is Literal and all(type(part) is int for part in parts):
+        return "integer", {}, False
     if typing.get_origin(hint) is Literal:
         return "text", {str(part): str(part) for part in parts}, False
     forms: dict[Any, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}

@@ -1,0 +1,104 @@
+"""Blur matching by adjustment: set the blur of the right edge until it looks like that of the left one.
+
+The left edge is defocused for a pupil of 4 mm, at full or low contrast; the right one, always at full contrast, follows
+the knob live. If contrast changes how blurred an edge looks, matches at low contrast are off. Laboratory only.
+Run it: focalgradient run blur_matching.py --participant 01 --monitor lab
+"""
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from focalgradient import Lens
+from focalgradient.dataset import Response
+from focalgradient.design import Counterbalanced, Trial
+from focalgradient.lab import adjust
+from focalgradient.live import FocusSeries
+from focalgradient.tasks import Task, register
+
+EYE = Lens(focal_length=0.017, f_number=17 / 4, focus_distance=1.0)  # a pupil of 4 mm
+MOST_D = 2.0  # of the knob
+Numbers = Annotated[tuple[float, ...], Field(strict=False, description="a list of numbers")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchTrial(Trial):
+    defocus: float = field(metadata={"about": "Defocus of the standard.", "units": "D", "least": 0})
+    contrast: float = field(metadata={"about": "Michelson contrast of the standard.", "least": 0, "most": 1})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchAnswer(Response):
+    matched: float = field(metadata={"about": "Defocus that was set.", "units": "D", "least": 0, "most": MOST_D})
+    start: float = field(metadata={"about": "Defocus at the start, at random.", "units": "D", "least": 0})
+
+
+class MatchDesign(Counterbalanced):
+    task: str = "blurmatching"
+    repetitions: int = 6
+    practice_trials: int = 2
+    defocuses: Numbers = (0.25, 0.5, 1.0)
+    contrasts: Numbers = (0.8, 0.2)
+    size_deg: Annotated[float, Field(gt=0.5, le=12, description="a number of degrees")] = 4.0
+
+    def trials(self, participant, session=None):
+        shown = [MatchTrial(defocus=one, contrast=other) for one in self.defocuses for other in self.contrasts]
+        return self.ordered(participant, session, shown)
+
+
+@cache
+def edge_series(pixels: int, pixel_angle: float, contrast: float) -> FocusSeries:
+    """Return an edge at every defocus up to `MOST_D`."""
+    edge = 0.5 * (1 + contrast * np.sign(np.arange(pixels) - pixels / 2 + 0.5)) * np.ones((pixels, 1))
+    return FocusSeries.uniform(edge, EYE, pixel_angle=pixel_angle, defocus=(0.0, MOST_D))
+
+
+@register
+class BlurMatching(Task):
+    """Set the blur of one edge until it looks like that of another."""
+
+    name = "blurmatching"
+    title = "Blur matching by adjustment"
+    design, trial, answer = MatchDesign, MatchTrial, MatchAnswer
+    texts = {
+        "en": {
+            "instructions": "Match the blur\nSet the blur of the right edge until both look equally blurred.",
+            "question": "Are both equally blurred?",
+        },
+        "de": {
+            "instructions": "Unschärfe angleichen\nStellen Sie die rechte Kante ein, bis beide gleich unscharf sind.",
+            "question": "Sind beide gleich unscharf?",
+        },
+    }
+
+    def run(self, sitting, trial):
+        screen, design = sitting.screen, sitting.design
+        angle = np.radians(1 / screen.display.pixels_per_degree)
+        pixels = 2 * round(design.size_deg * screen.display.pixels_per_degree / 2)
+        views = []
+        for side, contrast in ((-1, trial.contrast), (1, max(design.contrasts))):
+            views.append(screen.refocused(edge_series(pixels, angle, contrast), (side * 0.6 * pixels, 0.0)))
+        standard, matched = views
+        standard.focus = trial.defocus
+
+        def draw(defocus):
+            matched.focus = defocus
+            standard.draw()
+            matched.draw()
+
+        try:
+            screen.empty(0.5, "pause")
+            onset = sitting.since_start(screen.now())
+            given = adjust(screen, draw, 0.0, MOST_D, question=self.text(sitting.words, "question"))
+        finally:
+            for view in views:
+                view.close()
+        return MatchAnswer(onset=onset, response_time=given.seconds, matched=given.value, start=given.start)
+
+    def simulated(self, design, trial, observer, chance):
+        seen = trial.defocus * trial.contrast**-0.1 * np.exp(chance.normal(0, 0.15))  # low contrast looks more blurred
+        answer = {"matched": float(min(seen, MOST_D)), "start": float(chance.uniform(0, MOST_D))}
+        return MatchAnswer(onset=0.0, response_time=4.0, **answer)

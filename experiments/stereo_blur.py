@@ -1,0 +1,98 @@
+"""Stereo with blur: how deep a wavy surface looks in an anaglyph, with blur that agrees, is absent, or is reversed.
+
+Red-cyan glasses give each eye its view. Disparity is the same in all conditions; blur follows the same depth, none, or
+the opposite one, as if near and far were exchanged. Laboratory and browser.
+Run it: focalgradient run stereo_blur.py --participant 01 --monitor lab
+"""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from focalgradient import Lens
+from focalgradient.binocular import stereo
+from focalgradient.dataset import Response
+from focalgradient.design import Counterbalanced, Trial
+from focalgradient.display import Display
+from focalgradient.scales import Scale
+from focalgradient.tasks import Task, register
+
+SCREEN_M = 0.57
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StereoTrial(Trial):
+    depth: float = field(metadata={"about": "From trough to crest of the surface.", "units": "cm", "least": 0})
+    blur: Literal["consistent", "none", "reversed"] = field(metadata={"about": "What the blur follows."})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StereoAnswer(Response):
+    seen: float = field(metadata={"about": "Depth as it looked.", "units": "cm", "least": 0, "most": 20})
+
+
+class StereoDesign(Counterbalanced):
+    task: str = "stereoblur"
+    repetitions: int = 3
+    practice_trials: int = 2
+    runs: dict[str, int] = {"blur": 2}
+    depths_cm: Annotated[tuple[float, ...], Field(strict=False, description="a list of centimetres")] = (2.0, 5.0, 8.0)
+    pupil_mm: Annotated[float, Field(gt=0, le=20, description="a number of millimetres")] = 5.0
+    picture_s: Annotated[float, Field(gt=0, le=60, description="a number of seconds above 0")] = 2.0
+
+    def trials(self, participant, session=None):
+        kinds = ("consistent", "none", "reversed")
+        return self.ordered(
+            participant, session, [StereoTrial(depth=one, blur=kind) for one in self.depths_cm for kind in kinds]
+        )
+
+
+@register
+class StereoBlur(Task):
+    """Say how deep a wavy surface looks through red-cyan glasses."""
+
+    name = "stereoblur"
+    title = "Depth from disparity with consistent, absent and reversed blur"
+    design, trial, answer = StereoDesign, StereoTrial, StereoAnswer
+    texts = {
+        "en": {
+            "instructions": "How deep is it?\nPut on the glasses, red on the left. Say how deep the waves are.",
+            "question": "How deep were the waves, in centimetres?",
+            "flat": "flat",
+            "deep": "deep",
+        },
+        "de": {
+            "instructions": "Wie tief ist es?\nSetzen Sie die Brille auf, rot links. Wie tief sind die Wellen?",
+            "question": "Wie tief waren die Wellen, in Zentimetern?",
+            "flat": "flach",
+            "deep": "tief",
+        },
+    }
+
+    def shown(self, design, trial, pixels_per_degree):
+        side = 2 * round(3 * pixels_per_degree)  # 6 degrees
+        grain = np.random.default_rng(trial.trial).uniform(0.1, 0.9, (side // 3 + 1, side // 3 + 1))
+        light = grain.repeat(3, 0).repeat(3, 1)[:side, :side]
+        wave = trial.depth / 200 * np.sin(4 * np.pi * np.arange(side) / side)[:, None] * np.ones((1, side))
+        made = stereo(
+            light,
+            SCREEN_M + wave,
+            Lens(focal_length=0.017, f_number=17 / design.pupil_mm, focus_distance=SCREEN_M),
+            pixel_angle=float(np.radians(1 / pixels_per_degree)),
+            vergence=1 / SCREEN_M,
+            blur=trial.blur != "none",
+            blur_distance=SCREEN_M - wave if trial.blur == "reversed" else None,
+        )
+        left, right = (np.asarray(view.light) for view in (made.left, made.right))
+        return Display().encode(np.stack([left, right, right], -1)), design.picture_s
+
+    def control(self, words, trial):
+        ends = (self.text(words, "flat"), self.text(words, "deep"))
+        return Scale(self.text(words, "question"), "", 0, 20, ratios=False, ends=ends)
+
+    def simulated(self, design, trial, observer, chance):
+        gain = {"consistent": 1.0, "none": 0.9, "reversed": 0.75}[trial.blur]
+        seen = float(np.clip(gain * trial.depth * np.exp(chance.normal(0, 0.15)), 0, 20))
+        return StereoAnswer(onset=0.0, response_time=1.8, seen=seen)

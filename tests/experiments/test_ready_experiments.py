@@ -1,0 +1,138 @@
+"""The ready experiments of `experiments/`: simulated, checked, reported; in a window with real keys; in Chromium."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from headless import PROGRAMS, Running, headless, keep, psychopy_here
+
+from focalgradient.cli import main
+from focalgradient.dataset import read_dataset, validate
+from focalgradient.design import check_design
+from focalgradient.design.words import load_words
+from focalgradient.observers import simulate
+from focalgradient.tasks import task_named
+from focalgradient.tasks.registry import FILES
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+from chromium import Server, chromium, take_part
+
+LABORATORY = ("blur_matching", "blur_discrimination")
+DESCRIBED = ("border_blur", "slant_from_blur", "miniature_effect", "depth_order", "stereo_blur")
+
+
+def task_of(name: str):
+    return task_named(str(PROGRAMS / f"{name}.py"))
+
+
+@pytest.mark.parametrize("name", [*LABORATORY, *DESCRIBED])
+def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> None:
+    task = task_of(name)
+    lines = (PROGRAMS / f"{name}.py").read_text(encoding="utf-8").splitlines()
+    assert 60 <= len(lines) <= 150
+    assert task.described is (name in DESCRIBED)
+    design = task.design()
+    for language in ("en", "de"):
+        words = load_words(language)
+        assert all(task.text(words, entry) for entry in task.texts["en"])
+        pages = task.pages(design, words, "01", browser=False)
+        assert len(pages.opening()) == 1
+        if task.described:
+            assert task.control(words, design.trials("01")[0]).form()["question"]
+    simulate(design, tmp_path / "data", observers=3, seed=1)
+    assert validate(tmp_path / "data").problems == ()
+    (table,) = (one for one in read_dataset(tmp_path / "data", [task.name]).tables.values() if len(one))
+    assert len(table) == 3 * sum(trial.phase == "main" for trial in design.trials("01"))
+
+
+@pytest.mark.slow
+def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> None:
+    simulate(task_of("blur_discrimination").design(), tmp_path / "data", observers=8, seed=2)
+    done = CliRunner().invoke(main, ["report", str(tmp_path / "data"), "--out", str(tmp_path / "report")])
+    assert done.exit_code == 0, done.output
+    text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
+    told = re.findall(r"Pedestal (\d) arcmin: threshold ([\d.]+) arcmin", text)
+    found = [float({**dict(told)}[pedestal]) for pedestal in "014"]
+    assert found[1] < found[0] < found[2]  # the dipper
+
+
+SHORT = {
+    "blur_matching": {"defocuses": [0.5], "repetitions": 1, "practice_trials": 0, "size_deg": 2.0},
+    "blur_discrimination": {"pedestals_arcmin": [1.0], "repetitions": 2},
+    "border_blur": {"repetitions": 1, "practice_trials": 0},
+    "slant_from_blur": {"repetitions": 1, "practice_trials": 0, "slants": [40.0]},
+    "miniature_effect": {"repetitions": 1, "practice_trials": 0, "distances_m": [0.15], "width_deg": 8.0},
+    "depth_order": {"repetitions": 1, "practice_trials": 0, "far_m": [0.8]},
+    "stereo_blur": {"repetitions": 1, "practice_trials": 0, "depths_cm": [2.0]},
+}
+
+
+def written(folder: Path, name: str, language: str) -> Path:
+    task = task_of(name)
+    design = check_design(name, {"task": task.name, "language": language, "ask": [], **SHORT[name]})
+    lines = [
+        f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}"
+        for key, value in SHORT[name].items()
+    ]
+    text = f'task = "{task.name}"\nlanguage = "{language}"\nask = []\n' + "\n".join(lines) + "\n"
+    path = folder / "design.toml"
+    path.write_text(text.replace("(", "[").replace(")", "]"))
+    assert len(design.trials("01")) <= 8
+    return path
+
+
+@psychopy_here
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "language"), [("blur_matching", "de"), ("blur_discrimination", "en"), ("depth_order", "de")]
+)
+def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path: Path) -> None:
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01"]
+    given += ["--design", written(tmp_path, name, language)]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, "from-file", str(PROGRAMS / f"{name}.py"), *given)
+        events: list[str] = []
+        for event in running.events():
+            events.append(event)
+            keep(screen, f"{name}-{event.strip('?')}-{events.count(event)}")
+            if event == "adjust":
+                screen.keys("Right", "Up", "Left")
+                keep(screen, f"{name}-turned-{events.count(event)}")
+                screen.keys("Return")
+            elif event == "question":
+                screen.keys("Left")
+            elif event in ("instructions", "break", "ready", "thanks"):
+                screen.keys("space")
+        assert running.end() == 0, running.errors
+    assert validate(tmp_path / "data").problems == ()
+    (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
+    assert len(table) == len(
+        task_of(name)
+        .design(**{key: tuple(v) if isinstance(v, list) else v for key, v in SHORT[name].items()})
+        .trials("01")
+    )
+    if name == "blur_matching":
+        turn = 2.0 * 6 / 60  # a tap right, one up (six taps), one left
+        assert (table["matched"] - table["start"] - turn).abs().max() < 1e-3 or (table["matched"] == 2.0).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "language"), [("miniature_effect", "de"), ("border_blur", "en")])
+def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, name, language)
+    monkeypatch.setenv(FILES, str(PROGRAMS / f"{name}.py"))
+    server = Server(tmp_path, 0)
+    server.start("--invite", 1)
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 1024, "height": 768})
+        page.goto(server.address)
+        seen = take_part(page, name=name)
+    assert server.end() == 0
+    assert any(task_of(name).texts[language]["question"] in text for text in seen)
+    assert validate(tmp_path / "data").problems == ()
+    assert os.environ[FILES]
