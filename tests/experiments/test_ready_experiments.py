@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -61,7 +62,7 @@ def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> Non
     assert found[1] < found[0] < found[2]  # the dipper
 
 
-SHORT = {
+SHORT: dict[str, dict[str, Any]] = {
     "blur_matching": {"defocuses": [0.5], "repetitions": 1, "practice_trials": 0, "size_deg": 2.0},
     "blur_discrimination": {"pedestals_arcmin": [1.0], "repetitions": 2},
     "border_blur": {"repetitions": 1, "practice_trials": 0},
