@@ -14,12 +14,12 @@ from focalgradient.srgb import linear_to_srgb
 
 __all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
 
-LESS, IN_VAIN = 0.8, 2
+LESS, IN_VAIN = 0.8, 4
 """Share of the error to which halving an interval must bring it, and how often it may fail to before the picture is
-taken to jump there: a smooth picture's error falls to 0.25, at a kink to 0.5, so that after two failures what is smooth
-errs by less than a tenth of the jump."""
+taken to jump there: a smooth picture's error falls to 0.25, at a kink to 0.5. With two failures textured discs, whose
+outlines come into focus one before the other, were left with errors of up to 18 steps."""
 
-FINE = 16
+FINE = 64
 """Smallest steps in an interval up to which that holds: half a pixel of blur. In longer ones a surface may come into
 focus unseen, and the error rise when they are halved."""
 

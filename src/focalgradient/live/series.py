@@ -27,9 +27,10 @@ from focalgradient.render import blur_picture
 
 __all__ = ["HALF_MAX", "FocusSeries"]
 
-SMALLEST_STEP = 1 / 32
+SMALLEST_STEP = 1 / 128
 """Least distance of two planes in pixels of blur radius. Mixing errs by up to 3 steps of 8 bits between planes 0.23
-pixels apart for text and a photograph-like picture, and 0.06 apart for white noise."""
+pixels apart for text and a photograph-like picture, 0.06 apart for white noise, and 0.01 apart in places where the
+outline of a textured disc comes into focus before another."""
 
 MARGIN = 2 / 3
 """Share of the bounds that the error halfway between two planes must stay within. Elsewhere between them it was up to
