@@ -16,6 +16,7 @@ from focalgradient.statistics.crossed import components, crossed_effect, moments
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.hypotheses import equivalence
 from focalgradient.statistics.means import paired_effect, t_interval, within_half_widths
+from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.skewness import robust
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
@@ -422,3 +423,20 @@ def test_the_effect_size_is_of_the_variance_components() -> None:
     assert 0.92 < np.mean([size.low < true < size.high for size in sizes]) < 0.99
     gappy = np.where(rng.random(shape[1:]) < 0.3, np.nan, tables[0])
     assert crossed_effect(gappy).d.estimate == pytest.approx(sizes[0].estimate, abs=0.25)
+
+    assert equivalence(effect, 0.02, 3.0).p > 0.5  # beyond the bound
+
+
+@pytest.mark.parametrize("rise", [0.0, 3.0])
+def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
+    """Most answers are the lowest step, and some subjects give no other: each set has an answer, by their own rises."""
+    rng = np.random.default_rng(5)
+    rows = pd.DataFrame({"participant_id": np.repeat(np.arange(6), 24), "scene": "room", "fixation": "nearest"})
+    rows["aperture_mm"] = np.tile([0.0, 2.0, 4.0, 8.0], 36)
+    rows["aperture"] = rows["aperture_mm"].astype(str)
+    latent = rise * rows["aperture_mm"] / 8 - 2.5 + rng.logistic(size=144)
+    found = ordinal_rating(rows.assign(rating=np.where(rows["participant_id"] < 2, 1, 1 + (latent > 0))), [])
+    (test,) = found.rises
+    assert isinstance(test, Effect)
+    assert "own rises" in test.remarks[0]
+    assert (test.low > 0) == (rise > 0)

@@ -15,7 +15,8 @@ from scipy import stats
 from focalgradient.progress import Progress
 from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
-from focalgradient.statistics.means import family, only_difference, student_effect
+from focalgradient.statistics.means import family, only_difference, paired_effect, student_effect
+from focalgradient.statistics.ordinal_people import own_rises
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
@@ -178,10 +179,11 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         return missing("All answers are the same: there is no variation to test a slope against.")
     design, random = _columns(rows, fixations, width, remarks)
     fit = cumulative_fit(category, design, random, subject, nodes_for(subject), progress)
-    if fit is None or not np.isfinite(fit.standard_errors[: len(fixations)]).all():
-        return missing(
-            "The cumulative-link mixed model has no finite maximum: answers may follow the aperture without exception."
-        )
+    if fit is not None and not np.isfinite(fit.standard_errors[: len(fixations)]).all():
+        fit = None
+    ends = np.bincount(category)[[0, -1]].max() / len(category)
+    if fit is None or fit.at_boundary or ends >= FLOOR:
+        return _by_people(category, random, design, subject, fixations, width, steps, shares, fit)
     contrasts = list(np.eye(design.shape[1])[: len(fixations)])
     pairs = list(combinations(range(len(fixations)), 2))
     contrasts += [contrasts[one] - contrasts[other] for one, other in pairs]
@@ -243,11 +245,68 @@ def _columns(
 METHOD = "cumulative-link mixed model (logit), random intercepts and slopes, adaptive Gauss-Hermite, t on subjects - 1"
 
 
+FLOOR = 0.5
+"""Share of answers in the lowest (or highest) step from which subjects' own rises are tested: there the mixed model's
+test rejects .004 (4 subjects) and .013 (6) of sets without a rise."""
+
+PEOPLE_METHOD = "subjects' own rises, penalised cumulative-link model (logit) with common thresholds, t-test over them"
+
+NO_MAXIMUM = "The cumulative-link mixed model has no finite maximum: subjects' own rises were tested instead."
+SINGULAR = "The mixed model's covariance is singular: subjects' own rises were tested instead."
+AT_END = "Half of all answers or more are the lowest or the highest step: subjects' own rises were tested instead."
+
+
+def _by_people(
+    category: NDArray[np.int_],
+    random: FloatArray,
+    design: FloatArray,
+    subject: NDArray[np.int_],
+    fixations: Sequence[str],
+    width: float,
+    steps: NDArray[np.int_],
+    shares: tuple[StepShare, ...],
+    fit: CumulativeFit | None,
+) -> OrdinalResult:
+    """Results where the mixed model's errors cannot be trusted: t-tests over the subjects' own rises."""
+    size = len(fixations)
+    own = own_rises(category, random[:, 1:], design[:, size : 2 * size - 1], subject)
+    remarks = (NO_MAXIMUM if fit is None else SINGULAR if fit.at_boundary else AT_END,)
+    pairs = list(combinations(range(size), 2))
+    values = [*own.T, *(own[:, one] - own[:, other] for one, other in pairs)]
+    tests: list[Effect | NotComputed] = []
+    for each in values:
+        test = paired_effect(each, PEOPLE_METHOD)
+        tests.append(replace(test, remarks=remarks) if isinstance(test, Effect) else test)
+    tests = family(tests)
+    rises = tuple(tests[:size])
+    differences = {
+        (fixations[one], fixations[other]): test for (one, other), test in zip(pairs, tests[size:], strict=True)
+    }
+    thresholds: tuple[Threshold, ...] = ()
+    if fit is not None:
+        thresholds = tuple(
+            Threshold(int(low), int(high), Interval(float(at), None, None))
+            for low, high, at in zip(steps[:-1], steps[1:], fit.thresholds, strict=True)
+        )
+    return OrdinalResult(
+        _formula(fixations),
+        tuple(fixations),
+        tuple(_scaled(rise, width) for rise in rises),
+        rises,
+        only_difference(differences),
+        thresholds,
+        shares,
+        () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.spread**2).sum(axis=1))),
+        None if fit is None else fit.log_likelihood,
+        differences if size > 2 else {},
+        tuple(tests),
+    )
+
+
 def _contrast(fit: CumulativeFit, weights: FloatArray, subjects: int) -> Effect:
-    remarks = ("The random effects' covariance is singular: the standard error takes it as known.",)
     error = math.sqrt(float(weights @ fit.covariance @ weights))
     estimate = float(weights @ fit.fixed)
-    return student_effect(estimate, error, subjects, METHOD, remarks=remarks if fit.at_boundary else ())
+    return student_effect(estimate, error, subjects, METHOD)
 
 
 def _scene_deviations(

@@ -1,0 +1,392 @@
+"""Signal detection: sensitivity and criterion from counts and ratings, unequal variances, and type 2 (confidence).
+
+Sources: Macmillan & Creelman (2005); Hautus (1995) for the log-linear correction; Galvin et al. (2003) for the type-2
+curve; Maniscalco & Lau (2012) for meta-d'.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy import optimize, special, stats
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.means import paired_effect, t_interval
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
+
+__all__ = [
+    "Detection",
+    "DetectionGroup",
+    "MetaSensitivity",
+    "RatingRoc",
+    "detection_by_person",
+    "meta_sensitivity",
+    "rating_roc",
+    "sensitivity",
+]
+
+FloatArray = NDArray[np.float64]
+
+LARGEST = 6.0
+"""Limit on d' and criteria in a search, in standard deviations of the noise: nobody tells 6 from more."""
+
+LEAST_TRIALS = 1
+"""Of either stimulus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Equal-variance signal detection.
+
+    Parameters
+    ----------
+    d_prime, criterion
+        Sensitivity and bias c (0 without bias, above 0 for a tendency to "no"), each with a 95 % interval.
+    log_beta
+        Logarithm of the likelihood ratio at the criterion: c d'.
+    hit_rate, false_alarm_rate
+        After the log-linear correction.
+    """
+
+    d_prime: Interval
+    criterion: Interval
+    log_beta: float
+    hit_rate: float
+    false_alarm_rate: float
+
+
+def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: int, *, intervals: int = 1) -> Detection:
+    """Sensitivity and criterion from the counts of answers.
+
+    Half a trial is added to each count (log-linear correction), so that rates of 0 and 1 have a finite d'. Intervals
+    are normal, with the variance of Gourevitch & Galanter (1967).
+
+    Parameters
+    ----------
+    hits, misses
+        Answers "yes" and "no" to the signal; where there are two intervals, "first" and "second" to a signal in the
+        first.
+    false_alarms, correct_rejections
+        The same to noise; to a signal in the second interval.
+    intervals
+        1 (yes or no), or 2 (forced choice): d' is then divided by the square root of 2.
+
+    Raises
+    ------
+    InputError
+        If a count is below 0, a stimulus was never shown, or `intervals` is neither.
+
+    Examples
+    --------
+    >>> found = sensitivity(40, 10, 10, 40)
+    >>> round(found.d_prime.estimate, 2), round(found.criterion.estimate, 2)
+    (1.64, 0.0)
+    """
+    counts = (hits, misses, false_alarms, correct_rejections)
+    if min(counts) < 0 or not all(float(count).is_integer() for count in counts):
+        raise InputError(f"Counts must be whole numbers of 0 or more, got {counts}.")
+    if hits + misses < LEAST_TRIALS or false_alarms + correct_rejections < LEAST_TRIALS:
+        raise InputError("Signal and noise must each have been shown once or more.")
+    if intervals not in (1, 2):
+        raise InputError(f"intervals is {intervals}, but must be 1 (yes or no) or 2 (forced choice).")
+    signal, noise = hits + misses + 1, false_alarms + correct_rejections + 1
+    h, f = (hits + 0.5) / signal, (false_alarms + 0.5) / noise
+    zh, zf = float(special.ndtri(h)), float(special.ndtri(f))
+    variance = sum(p * (1 - p) / n / stats.norm.pdf(z) ** 2 for p, n, z in ((h, signal, zh), (f, noise, zf)))
+    error = math.sqrt(float(variance))
+    unit = math.sqrt(intervals)
+    d, c = (zh - zf) / unit, -(zh + zf) / 2
+    return Detection(_normal(d, error / unit), _normal(c, error / 2), c * (zh - zf), h, f)
+
+
+def _normal(estimate: float, error: float) -> Interval:
+    half = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * error
+    return Interval(estimate, estimate - half, estimate + half)
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionGroup:
+    """Signal detection of several people.
+
+    Parameters
+    ----------
+    people
+        Each person's, by name and condition.
+    d_prime, criterion
+        Means over people of each condition, with 95 % intervals by Student's t.
+    differences
+        d' of each condition less that of the first, by a paired t-test over people who have both.
+    """
+
+    people: Mapping[tuple[str, str], Detection]
+    d_prime: Mapping[str, Interval]
+    criterion: Mapping[str, Interval]
+    differences: Mapping[str, Effect | NotComputed]
+
+
+def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, intervals: int = 1) -> DetectionGroup:
+    """Sensitivity and criterion of each person and condition, and their means over people.
+
+    Parameters
+    ----------
+    table
+        One row a trial, or arrays by name: `participant_id`, `signal` (whether it was there; in the first interval
+        where there are two) and `answer` (whether "yes"; "the first"); `condition` if there.
+    intervals
+        As in `sensitivity`.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, or a person was never shown signal (or noise) in a condition.
+
+    Examples
+    --------
+    >>> table = {"participant_id": ["a"] * 8 + ["b"] * 8, "signal": [1, 1, 1, 1, 0, 0, 0, 0] * 2,
+    ...          "answer": [1, 1, 1, 0, 0, 0, 1, 0, 1, 1, 1, 1, 1, 0, 0, 0]}
+    >>> found = detection_by_person(table)
+    >>> round(found.d_prime[""].estimate, 2)
+    1.43
+    """
+    rows = pd.DataFrame(table)
+    for name in ("participant_id", "signal", "answer"):
+        if name not in rows:
+            raise InputError(f"The table has no column {name!r}, but needs participant_id, signal and answer.")
+    rows = rows.assign(condition=rows["condition"].astype(str) if "condition" in rows else "")
+    people: dict[tuple[str, str], Detection] = {}
+    for (person, condition), own in rows.groupby(["participant_id", "condition"], sort=True):
+        signal, yes = own["signal"].to_numpy(bool), own["answer"].to_numpy(bool)
+        if not (signal.any() and (~signal).any()):
+            raise InputError(
+                f"{person} was shown {'signals' if signal.any() else 'noise'} only ({condition or 'all'})."
+            )
+        counts = (signal & yes, signal & ~yes, ~signal & yes, ~signal & ~yes)
+        people[str(person), str(condition)] = sensitivity(*(int(one.sum()) for one in counts), intervals=intervals)
+    conditions = list(dict.fromkeys(rows["condition"]))
+    d = {
+        name: {who: one.d_prime.estimate for (who, where), one in people.items() if where == name}
+        for name in conditions
+    }
+    c = {name: [one.criterion.estimate for (_, where), one in people.items() if where == name] for name in conditions}
+    first = conditions[0]
+    differences = {
+        name: paired_effect(
+            [d[name][who] - d[first][who] for who in d[name] if who in d[first]], "d' of each person, paired t-test"
+        )
+        for name in conditions[1:]
+    }
+    return DetectionGroup(
+        people,
+        {name: t_interval(list(own.values())) for name, own in d.items()},
+        {name: t_interval(own) for name, own in c.items()},
+        differences,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class RatingRoc:
+    """The ROC of confidence ratings, and the normal model fitted to it.
+
+    Parameters
+    ----------
+    false_alarm_rates, hit_rates
+        Points of the curve, from the strictest criterion to the laxest, without the ends.
+    area
+        Under the points, joined by lines: Mann-Whitney's, without a model.
+    d_a, sd_ratio, criteria
+        Normal model with unequal variances, noise of mean 0 and SD 1: difference of the means over the root mean
+        square of both SDs, with a 95 % interval; SD of the signal, with its; criteria, ascending.
+    area_normal
+        Under the fitted curve.
+    equal_p
+        Probability of a likelihood-ratio test of equal variances.
+    """
+
+    false_alarm_rates: tuple[float, ...]
+    hit_rates: tuple[float, ...]
+    area: float
+    d_a: Interval
+    sd_ratio: Interval
+    criteria: tuple[float, ...]
+    area_normal: float
+    equal_p: float
+
+
+def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
+    """Fit the normal model of unequal variances to ratings by maximum likelihood (Dorfman & Alf 1969).
+
+    Parameters
+    ----------
+    signal, noise
+        How often each rating was given to signal and to noise, from "surely noise" to "surely signal" (K >= 3 each).
+
+    Returns
+    -------
+    RatingRoc
+        Or a `NotComputed` where ratings do not overlap, so that there is no maximum.
+
+    Raises
+    ------
+    InputError
+        If the counts have different lengths, fewer than 3 ratings, or none of signal or noise.
+
+    Examples
+    --------
+    >>> found = rating_roc([5, 10, 20, 30, 35], [35, 30, 20, 10, 5])
+    >>> round(found.area, 3), round(found.sd_ratio.estimate, 2), round(found.d_a.estimate, 2)
+    (0.82, 1.0, 1.36)
+    """
+    s, n = np.asarray(signal, float), np.asarray(noise, float)
+    if s.ndim != 1 or s.shape != n.shape or len(s) < 3:
+        raise InputError(
+            f"signal has shape {s.shape} and noise {n.shape}, but both need the counts of 3 or more ratings."
+        )
+    if s.sum() < 1 or n.sum() < 1 or (s < 0).any() or (n < 0).any():
+        raise InputError("Counts must be 0 or more, and signal and noise must each have been shown.")
+    hits, alarms = np.cumsum(s[::-1])[:-1] / s.sum(), np.cumsum(n[::-1])[:-1] / n.sum()
+    x, y = np.concatenate([[0], alarms, [1]]), np.concatenate([[0], hits, [1]])
+    area = float(np.trapezoid(y, x))
+    used = (s + n) > 0
+    s, n = s[used], n[used]
+    if len(s) < 3 or np.sum((s > 0) & (n > 0)) < 2:
+        return NotComputed("The ratings of signal and noise hardly overlap: the model has no maximum.")
+
+    def cost(free: FloatArray, sd: float | None = None) -> float:
+        spread = math.exp(free[1]) if sd is None else sd
+        cuts = np.concatenate([[-np.inf], free[2] + np.concatenate([[0], np.cumsum(np.exp(free[3:]))]), [np.inf]])
+        p = np.diff(special.ndtr(cuts))
+        q = np.diff(special.ndtr((cuts - free[0]) / spread))
+        return -float((n * np.log(np.maximum(p, 1e-12))).sum() + (s * np.log(np.maximum(q, 1e-12))).sum())
+
+    even = special.ndtri(np.clip(np.cumsum(s + n)[:-1] / (s + n).sum(), 1e-3, 1 - 1e-3))
+    start = np.concatenate([[1.0, 0.0], even[:1], np.log(np.maximum(np.diff(even), 0.05))])
+    bounds = [(-LARGEST, 2 * LARGEST), (-2.0, 2.0), (-LARGEST, LARGEST), *[(-6.0, 3.0)] * (len(start) - 3)]
+    found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
+    equal = optimize.minimize(cost, found.x, args=(1.0,), method="L-BFGS-B", bounds=bounds)
+    covariance = _inverse(_second(cost, found.x))
+    mean, log_sd = found.x[:2]
+    sd = math.exp(log_sd)
+    root = math.sqrt((1 + sd**2) / 2)
+    turn = np.array([1 / root, -mean * sd**2 / (2 * root**3)])
+    z = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
+    error, sd_error = math.sqrt(turn @ covariance[:2, :2] @ turn), math.sqrt(covariance[1, 1])
+    d_a = float(mean / root)
+    return RatingRoc(
+        tuple(map(float, alarms)),
+        tuple(map(float, hits)),
+        area,
+        Interval(d_a, d_a - z * error, d_a + z * error),
+        Interval(sd, sd * math.exp(-z * sd_error), sd * math.exp(z * sd_error)),
+        tuple(map(float, found.x[2] + np.concatenate([[0], np.cumsum(np.exp(found.x[3:]))]))),
+        float(special.ndtr(mean / math.sqrt(1 + sd**2))),
+        float(stats.chi2.sf(max(0.0, 2 * (equal.fun - found.fun)), 1)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class MetaSensitivity:
+    """How well confidence tells right answers from wrong ones.
+
+    Parameters
+    ----------
+    d_prime, criterion
+        Of the answers (type 1), equal variances.
+    meta_d
+        The d' that would give the observed confidence without loss, with a 95 % interval.
+    efficiency
+        meta-d' / d'.
+    area
+        Under the type-2 curve: share of pairs of a right and a wrong answer in which the right one was more confident.
+    """
+
+    d_prime: float
+    criterion: float
+    meta_d: Interval
+    efficiency: float
+    area: float
+
+
+def meta_sensitivity(signal: ArrayLike, noise: ArrayLike) -> MetaSensitivity | NotComputed:
+    """Fit meta-d' (Maniscalco & Lau 2012) to confidence in answers of yes or no.
+
+    Parameters
+    ----------
+    signal, noise
+        How often each answer was given to signal and to noise, 2 K counts each: "no" from the most to the least
+        confident, then "yes" from the least to the most. 1 / (2 K) is added to each, as is usual.
+
+    Returns
+    -------
+    MetaSensitivity
+        Or a `NotComputed` where d' is so small that no confidence is informative.
+
+    Raises
+    ------
+    InputError
+        If the counts have different lengths, or an odd one, or fewer than 4.
+
+    Examples
+    --------
+    >>> found = meta_sensitivity([4, 8, 12, 16, 20, 40], [40, 20, 16, 12, 8, 4])
+    >>> round(found.d_prime, 2), 0.5 < found.area < 1
+    (1.4, True)
+    """
+    s, n = np.asarray(signal, float), np.asarray(noise, float)
+    if s.ndim != 1 or s.shape != n.shape or len(s) < 4 or len(s) % 2:
+        raise InputError("signal and noise must each have the counts of 2 K ratings, K 2 or more.")
+    if s.sum() < 1 or n.sum() < 1 or (s < 0).any() or (n < 0).any():
+        raise InputError("Counts must be 0 or more, and signal and noise must each have been shown.")
+    k = len(s) // 2
+    s, n = s + 1 / (2 * k), n + 1 / (2 * k)
+    zh, zf = special.ndtri(s[k:].sum() / s.sum()), special.ndtri(n[k:].sum() / n.sum())
+    d, c = float(zh - zf), float(-(zh + zf) / 2)
+    right, wrong = s[k:] + n[:k][::-1], n[k:] + s[:k][::-1]  # by confidence, from the least
+    below = np.concatenate([[0], np.cumsum(wrong)[:-1]])
+    area = float((right * (below + wrong / 2)).sum() / right.sum() / wrong.sum())
+    if abs(d) < 0.1:
+        return NotComputed("d' is near 0: meta-d' has no meaning where the answers do not follow the stimulus.")
+
+    def cost(free: FloatArray) -> float:
+        meta = free[0]
+        middle = c * meta / d  # the relative criterion c / d' is that of the answers
+        lower = middle - np.cumsum(np.exp(free[1:k]))[::-1]
+        upper = middle + np.cumsum(np.exp(free[k:]))
+        value = 0.0
+        for counts, mean in ((s, meta / 2), (n, -meta / 2)):
+            for part, cuts in (
+                (counts[:k], np.concatenate([[-np.inf], lower, [middle]])),
+                (counts[k:], np.concatenate([[middle], upper, [np.inf]])),
+            ):
+                p = np.diff(special.ndtr(cuts - mean))
+                value -= float((part * np.log(np.maximum(p / max(p.sum(), 1e-300), 1e-12))).sum())
+        return value
+
+    start = np.concatenate([[d], np.full(2 * (k - 1), math.log(0.5))])
+    bounds = [(-LARGEST, LARGEST), *[(-6.0, 2.0)] * (2 * (k - 1))]
+    found = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds)
+    error = math.sqrt(_inverse(_second(cost, found.x))[0, 0])
+    meta = float(found.x[0])
+    return MetaSensitivity(d, c, _normal(meta, error), meta / d, area)
+
+
+def _second(cost: object, at: FloatArray, step: float = 1e-3) -> FloatArray:
+    """Second derivatives by differences."""
+    assert callable(cost)
+    size = len(at)
+    second = np.empty((size, size))
+    steps = np.eye(size) * step
+    for j in range(size):
+        for k in range(j + 1):
+            ends = [cost(at + a * steps[j] + b * steps[k]) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+            second[j, k] = second[k, j] = (ends[0] - ends[1] - ends[2] + ends[3]) / (4 * step**2)
+    return second
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    """Inverse of an information matrix; where a criterion is at its limit, of the rest."""
+    return np.asarray(np.linalg.pinv(matrix, rcond=1e-8, hermitian=True))

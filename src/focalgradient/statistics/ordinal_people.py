@@ -1,0 +1,104 @@
+"""Each subject's own rises of answers in steps, by a penalised cumulative-link model that always has a maximum.
+
+The mixed model (`focalgradient.statistics.cumulative`) has none, or a singular covariance, where most answers are the
+lowest (or highest) step: its standard error is then not that of the rises. Here every subject has a level and rises of
+their own, with weak normal penalties; thresholds are common. A t-test over the subjects' rises holds its level.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+__all__ = ["own_rises"]
+
+FloatArray = NDArray[np.float64]
+
+LEVEL_SD, RISE_SD = 3.0, 2.0
+"""Standard deviations of the normal penalties on a subject's level (and what fixations differ by) and rises, in log
+odds: an odds ratio of 7 is at one. With them a t-test of no mean rise rejects .036 to .057 of 4,000 sets with 4 to 10
+subjects, normal and skewed, where 4 to 74 % of answers are the lowest step."""
+
+FAR = 50.0
+"""Log odds that stand for infinity."""
+
+ROUNDS, NEWTON, LARGEST_STEP = 8, 6, 2.0
+"""Rounds of thresholds and subjects in turn; steps of the latter in each round; and their limit, in log odds."""
+
+
+def own_rises(
+    category: NDArray[np.int_], amounts: FloatArray, offsets: FloatArray, subject: NDArray[np.int_]
+) -> FloatArray:
+    """Rises of each subject in log odds of a higher answer (subjects x fixations).
+
+    Parameters
+    ----------
+    category
+        0, 1, ..., each occurring, of each trial.
+    amounts
+        Aperture of each trial in units of its range, a column a fixation, 0 in the others' trials.
+    offsets
+        Columns that tell fixations apart, one less than there are.
+    subject
+        Number of each trial's subject, from 0 up.
+
+    Examples
+    --------
+    >>> amounts = np.tile([0.0, 0.5, 1.0], 8)[:, None]
+    >>> subject = np.repeat([0, 1, 2, 3], 6)
+    >>> answers = (amounts[:, 0] > 0.7).astype(int) * (subject > 0)
+    >>> own_rises(answers, amounts, np.zeros((24, 0)), subject)[:, 0].round(1).tolist()
+    [0.0, 2.2, 2.2, 2.2]
+    """
+    people = int(subject.max()) + 1
+    count = offsets.shape[1]
+    kind = offsets @ np.arange(1, count + 1)
+    centered = amounts.astype(float).copy()
+    for who in range(people):  # within a subject and fixation: a subject with one answer only has no rise
+        for each in range(amounts.shape[1]):
+            own = (subject == who) & (kind == (each if count else 0))
+            if own.any():
+                centered[own, each] -= centered[own, each].mean()
+    design = np.column_stack([np.ones(len(category)), offsets, centered])
+    penalty = np.diag(np.concatenate([np.full(1 + count, LEVEL_SD), np.full(amounts.shape[1], RISE_SD)]) ** -2.0)
+    share = np.cumsum(np.bincount(category))[:-1] / len(category)
+    cuts = np.asarray(special.logit(share), dtype=float)
+    effects = np.zeros((people, design.shape[1]))
+    for _ in range(ROUNDS):
+        for who in range(people):
+            own = subject == who
+            effects[who] = _fitted(category[own], design[own], cuts, penalty, effects[who])
+        level = (design * effects[subject]).sum(axis=1)
+        cuts = _thresholds(category, level, cuts)
+    return effects[:, 1 + count :]
+
+
+def _fitted(
+    category: NDArray[np.int_], design: FloatArray, cuts: FloatArray, penalty: FloatArray, start: FloatArray
+) -> FloatArray:
+    """Penalised effects of one subject: Newton's method, on a function that is concave."""
+    edges = np.concatenate([[-FAR], cuts, [FAR]])
+    low, high = edges[category], edges[category + 1]
+    effects = start
+    for _ in range(NEWTON):
+        eta = design @ effects
+        below, above = special.expit(low - eta), special.expit(high - eta)
+        gradient = (below + above - 1) @ design - penalty @ effects
+        curvature = below * (1 - below) + above * (1 - above)
+        step = np.linalg.solve((design.T * curvature) @ design + penalty, gradient)
+        effects = effects + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    return np.asarray(effects, dtype=float)
+
+
+def _thresholds(category: NDArray[np.int_], level: FloatArray, cuts: FloatArray) -> FloatArray:
+    """Most likely thresholds for given levels, beginning from `cuts`."""
+
+    def cost(free: FloatArray) -> float:
+        edges = np.concatenate([[-FAR], free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), [FAR]])
+        p = special.expit(edges[category + 1] - level) - special.expit(edges[category] - level)
+        return -float(np.log(np.maximum(p, 1e-12)).sum())
+
+    start = np.concatenate([cuts[:1], np.log(np.maximum(np.diff(cuts), 1e-3))])
+    free = optimize.minimize(cost, start, method="L-BFGS-B", bounds=[(-20.0, 20.0), *[(-7.0, 3.0)] * (len(cuts) - 1)]).x
+    return np.asarray(free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), dtype=float)

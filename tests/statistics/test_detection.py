@@ -1,0 +1,81 @@
+"""Signal detection: analytic truth, recovery from simulated observers, and wrong counts."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from focalgradient.errors import InputError
+from focalgradient.statistics import MetaSensitivity, RatingRoc, meta_sensitivity, rating_roc, sensitivity
+
+
+def counted(mean: float, sd: float, cuts: list[float], trials: float) -> np.ndarray:
+    """Expected counts of ratings of a normal variable."""
+    edges = stats.norm.cdf((np.array([-np.inf, *cuts, np.inf]) - mean) / sd)
+    return trials * np.diff(edges)
+
+
+def test_d_prime_and_criterion_are_those_of_the_rates_of_many_trials():
+    hits, alarms = stats.norm.sf(0.3 - 1.5), stats.norm.sf(0.3)
+    counts = np.round(np.array([hits, 1 - hits, alarms, 1 - alarms]) * 1e7)
+    found = sensitivity(*map(int, counts))
+    assert found.d_prime.estimate == pytest.approx(1.5, abs=1e-5)
+    assert found.criterion.estimate == pytest.approx(0.3 - 0.75, abs=1e-5)
+    two = sensitivity(*map(int, counts), intervals=2)
+    assert two.d_prime.estimate == pytest.approx(1.5 / np.sqrt(2), abs=1e-5)
+
+
+def test_perfect_answers_have_a_finite_d_prime_and_intervals_cover():
+    assert 3 < sensitivity(20, 0, 0, 20).d_prime.estimate < 5
+    rng = np.random.default_rng(1)
+    found = [
+        sensitivity(hits, 100 - hits, alarms, 100 - alarms).d_prime
+        for hits, alarms in zip(rng.binomial(100, 0.8, 2000), rng.binomial(100, 0.3, 2000), strict=True)
+    ]
+    truth = stats.norm.ppf(0.8) - stats.norm.ppf(0.3)
+    assert np.mean([one.low <= truth <= one.high for one in found]) == pytest.approx(0.95, abs=0.02)
+
+
+def test_unequal_variances_are_recovered_from_expected_counts():
+    cuts = [-0.5, 0.2, 0.8, 1.5]
+    found = rating_roc(counted(1.2, 1.4, cuts, 1e5), counted(0, 1, cuts, 1e5))
+    assert isinstance(found, RatingRoc)
+    assert found.sd_ratio.estimate == pytest.approx(1.4, rel=2e-3)
+    assert found.d_a.estimate == pytest.approx(1.2 / np.sqrt((1 + 1.4**2) / 2), rel=2e-3)
+    assert found.criteria == pytest.approx(cuts, abs=3e-3)
+    assert found.area < found.area_normal == pytest.approx(stats.norm.cdf(1.2 / np.sqrt(1 + 1.4**2)), rel=1e-3)
+    assert found.equal_p < 1e-6
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_meta_d_is_d_where_confidence_is_of_the_same_evidence_and_less_with_noise(noise):
+    rng = np.random.default_rng(2)
+    signal = np.repeat([1, 0], 20_000)
+    evidence = rng.standard_normal(40_000) + 1.5 * (signal - 0.5)
+    yes = evidence > 0.1
+    felt = np.abs(evidence + noise * rng.standard_normal(40_000) - 0.1)
+    felt = np.where((evidence + 0 > 0.1) == yes, felt, 0)
+    level = np.digitize(felt, [0.4, 0.9, 1.5])
+    rating = np.where(yes, 4 + level, 3 - level)
+    found = meta_sensitivity(*(np.bincount(rating[signal == one], minlength=8) for one in (1, 0)))
+    assert isinstance(found, MetaSensitivity)
+    assert found.d_prime == pytest.approx(1.5, abs=0.05)
+    if noise:
+        assert found.efficiency < 0.9
+    else:
+        assert found.efficiency == pytest.approx(1, abs=0.06)
+        assert found.meta_d.low < 1.5 < found.meta_d.high
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: sensitivity(-1, 2, 3, 4), "whole numbers of 0 or more"),
+        (lambda: sensitivity(0, 0, 3, 4), "must each have been shown"),
+        (lambda: sensitivity(1, 2, 3, 4, intervals=3), "intervals is 3, but must be 1"),
+        (lambda: rating_roc([1, 2], [2, 1]), "3 or more ratings"),
+        (lambda: meta_sensitivity([1, 2, 3], [3, 2, 1]), "2 K ratings"),
+    ],
+)
+def test_wrong_counts_are_named(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
