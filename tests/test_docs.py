@@ -23,7 +23,7 @@ WRITTEN = (*ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), ROOT / "e
 PAGES = sorted(str(path.relative_to(ROOT)) for path in WRITTEN)
 README = "README.md"
 RUN = {"sh", "python"}
-SHOWN = {"toml", "csv", "text", "r", "json"}
+SHOWN = {"toml", "csv", "text", "r", "json", "js", "matlab"}
 """Kinds of blocks that are run, and that only show what a file holds."""
 
 LONGEST_S = 500

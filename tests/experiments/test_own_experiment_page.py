@@ -1,0 +1,183 @@
+"""The blocks of docs/in-your-own-experiment.md for other programs, taken from the page and run."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+import threading
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import browser
+import cv2
+import numpy as np
+import pytest
+from headless import Headless, psychopy_here
+from test_psychopy_plugin import plugin, ran
+
+from focalgradient.live import FocusSeries, packed
+
+__all__ = ["plugin"]  # the screen with the plugin's wheel
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "in-your-own-experiment.md").read_text("utf-8")
+PLUGINS = ROOT / "plugins" / "jspsych"
+SHAPE = (60, 80)
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="elsewhere no screen is set up")]
+
+
+def block(heading: str, kind: str, number: int = 0) -> str:
+    """A block of the page below a heading."""
+    part = PAGE.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+    return str(re.findall(rf"^```{kind}\n(.*?)^```$", part, re.DOTALL | re.MULTILINE)[number])
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with small files under the names that the first block makes, which tests/test_docs.py runs."""
+    folder = tmp_path_factory.mktemp("files")
+    picture = cv2.resize(np.random.default_rng(1).integers(0, 256, (15, 20), dtype=np.uint8), SHAPE[::-1])
+    planes = tuple((picture / 255).astype(np.float16) * level for level in (0.5, 0.8, 1.0))
+    made = FocusSeries((0.4, 1.0, 1.5), planes, np.ones(SHAPE), np.full((2, 2), np.nan))
+    made.save(folder / "series")
+    (folder / "series" / "focus.json").write_text(json.dumps(packed(made)))
+    for name in ("demo", "blurred"):
+        (folder / name).mkdir()
+    cv2.imwrite(str(folder / "demo" / "picture.png"), picture)
+    np.save(folder / "demo" / "distance.npy", np.where(np.arange(SHAPE[1]) < 40, 0.7, 2.0) * np.ones((SHAPE[0], 1)))
+    for focus in ("0.8", "1.2", "2.0"):
+        cv2.imwrite(str(folder / "blurred" / f"blurred-{focus}m.png"), picture)
+    return folder
+
+
+def given(screen: Headless, files: Path) -> None:
+    for name in ("demo", "series", "blurred"):
+        shutil.copytree(files / name, screen.folder / name, dirs_exist_ok=True)
+
+
+@psychopy_here
+def test_coder(plugin: Headless, files: Path) -> None:
+    given(plugin, files)
+    check = "\nprint('found', picture.focus, cube.phase)\n"
+    (said,) = re.findall("^found (.*)$", ran(plugin, "-c", block("PsychoPy Coder", "python") + check), re.MULTILINE)
+    focus, phase = map(float, said.split())
+    assert 1.2 < focus < 1.5
+    assert 0.1 < phase < 0.15
+
+
+BUILD = """
+from psychopy import experiment, plugins
+plugins.activatePlugins()
+from psychopy.experiment.components import getAllComponents
+from psychopy.experiment.components.code import CodeComponent
+from psychopy.experiment.loops import TrialHandler
+
+made = experiment.Experiment()
+for name, value in {"Show info dlg": False, "Full-screen window": False, "Window size (pixels)": "(640, 480)"}.items():
+    made.settings.params[name].val = value
+made.settings.params["Monitor"].val = "laboratory"
+made.settings.params["Save log file"].val = False
+routine = made.addRoutine("trial")
+made.flow.addRoutine(routine, 0)
+made.flow.addLoop(TrialHandler(made, name="trials", conditionsFile="table.csv", nReps=1, loopType="sequential"), 0, 1)
+shown = getAllComponents(fetchIcons=False)["FocalGradientComponent"](
+    made, "trial", name="shown", image="$picture", focus="$dioptres", stopVal=0.3
+)
+shown.params["image"].updates = shown.params["focus"].updates = "set every repeat"
+look = CodeComponent(made, "trial", name="look")
+look.params["End Routine"].val = "print('focus', shown.focus, len(shown.series.planes), flush=True)"
+routine += [shown, look]
+open("page.py", "w", encoding="utf-8").write(made.writeScript(target="PsychoPy"))
+"""
+
+
+@psychopy_here
+def test_builder(plugin: Headless, files: Path) -> None:
+    given(plugin, files)
+    (plugin.folder / "table.csv").write_text(block("PsychoPy Builder", "csv"))
+    monitor = "from psychopy import monitors; m = monitors.Monitor('laboratory', width=53, distance=57);"
+    ran(plugin, "-c", f"{monitor} m.setSizePix((640, 480)); m.save()")
+    ran(plugin, "-c", BUILD)
+    said = [line.split() for line in ran(plugin, "page.py").splitlines() if line.startswith("focus ")]
+    assert [float(focus) for _, focus, _ in said] == [0.5, 1.2]
+
+
+@psychopy_here
+def test_opensesame(plugin: Headless, files: Path) -> None:
+    given(plugin, files)
+    before = """
+import time
+from types import SimpleNamespace
+from psychopy import visual
+win = visual.Window((640, 480), units="pix", color=-1)
+var, clock = SimpleNamespace(dioptres=1.2), SimpleNamespace(sleep=lambda ms: time.sleep(ms / 1000))
+"""
+    scripts = "\n".join(block("OpenSesame", "python", number) for number in (0, 1))
+    assert ran(plugin, "-c", before + scripts + "\nprint('found', picture.focus)").count("found 1.2\n") == 1
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_: Any) -> None:
+        pass
+
+
+def test_jspsych(files: Path) -> None:
+    spec = importlib.util.spec_from_file_location("jspsych_build", PLUGINS / "build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    build.write_shared()
+    source = block("jsPsych", "js").replace('"@focalgradient/jspsych"', json.dumps(str(PLUGINS / "src" / "index.js")))
+    (files / "own.js").write_text(source)
+    plain = ("bundle", "--quiet", "--frozen", "--platform", "browser", "-c", "deno.json")
+    build.deno(*plain, "-o", files / "bundled.js", files / "own.js")
+    (files / "own.html").write_text('<!doctype html><body></body><script type="module" src="bundled.js"></script>')
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(files)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    with browser.Browser(files / "profile") as page:
+        page.call("Page.navigate", url=f"http://127.0.0.1:{server.server_address[1]}/own.html")
+        page.wait("document.querySelector('#picture')?.width === 80")
+        for kind in ("keyDown", "keyUp", "keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key="f", **({"text": "f"} if kind == "keyDown" else {}))
+            page.js("new Promise((resolve) => setTimeout(resolve, 600))")
+        page.wait("document.querySelector('#focal-blur')?.width === 80")
+        assert page.js("document.querySelector('#focal-blur-foot').textContent").startswith("Make the left side sharp.")
+    server.shutdown()
+    server.server_close()
+
+
+SCREEN = """function out = Screen(what, varargin)
+  global shown
+  out = 1;
+  if strcmp(what, 'MakeTexture')
+    shown{end + 1} = varargin{2};
+    out = numel(shown);
+  elseif strcmp(what, 'Flip')
+    out = 0.0;
+  end
+end
+"""
+
+
+def test_matlab(files: Path) -> None:
+    octave = shutil.which("octave-cli")
+    if octave is None:
+        pytest.skip("GNU Octave is not installed")
+    (files / "Screen.m").write_text(SCREEN)
+    (files / "WaitSecs.m").write_text("function WaitSecs(seconds)\nend\n")
+    (files / "page.m").write_text(
+        "global shown\nshown = {};\n"
+        + block("MATLAB and Psychtoolbox", "matlab")
+        + "printf('%d %d %d\\n', numel(shown), size(shown{1}, 1), size(shown{1}, 2));\n"
+    )
+    done = subprocess.run([octave, "--quiet", "page.m"], cwd=files, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[-3:] == ["3", "60", "80"]
