@@ -10,9 +10,10 @@ import pandas as pd
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.psychometric import person_figure, psychometric_figure
 from focalgradient.progress import Progress
+from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import EFFECT
-from focalgradient.report.export import safe_csv
+from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -186,8 +187,13 @@ class OwnThresholdPart(Part):
         if isinstance(self.groups, PsychometricGroups):
             yield Paragraph(f"All people and conditions together: {self.groups.method}")
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return THRESHOLDS
+
     def exports(self) -> Mapping[str, bytes]:
-        return {"threshold_trials.csv": safe_csv(self.own.table)}
+        file = f"{self.name}_trials.csv"
+        return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
 
 
 def _level(value: float, unit: str) -> str:
