@@ -97,6 +97,10 @@ def adjust(
         marker.draw()
         return screen.frame(lit=True)
 
+    def turn(taps: float) -> None:
+        nonlocal share, turned
+        share, turned = min(max(share + taps * TURN, 0.0), 1.0), turned or taps != 0
+
     screen.wait_out()
     screen.keys.clear()
     screen.mouse.getWheelRel()
@@ -105,25 +109,26 @@ def adjust(
     screen.on_event(event, asked)
     try:
         while True:
-            by = _turns(screen.mouse.getWheelRel())
+            turn(_turns(screen.mouse.getWheelRel()))
             found = screen.keys.events()
             screen.stop_if_asked(found)
             for press in found:
                 if press.key in KEYS and press.down:
-                    by, held[press.key] = by + KEYS[press.key], press.time
+                    turn(KEYS[press.key])  # at once: Enter may come within the same frame
+                    held[press.key] = press.time
                 elif press.key in KEYS:
                     held.pop(press.key, None)
                 elif press.down and press.key in ("return", "num_enter") and turned:
                     return Given(round(_value(share, least, most, ratios), 6), press.time - asked, round(begun, 6))
             for key, since in held.items():
                 if before - since > HOLD_S:
-                    by += KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP_S / TURN
+                    turn(KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP_S / TURN)
             x, y = screen.mouse.getPos()
             dragged = screen.mouse.getPressed()[0] and (
                 dragged or (abs(y - PLACE * unit) < 0.06 * unit and abs(x) < half + 0.05 * unit)
             )
-            share = (x / half + 1) / 2 if dragged else share + by * TURN
-            share, turned = min(max(share, 0.0), 1.0), turned or bool(by) or dragged
+            if dragged:
+                share, turned = min(max((x / half + 1) / 2, 0.0), 1.0), True
             before = show()
     finally:
         screen.window.mouseVisible = False
