@@ -119,7 +119,7 @@ def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path
     )
     if name == "blur_matching":
         turn = 2.0 * 6 / 60  # a tap right, one up (six taps), one left
-        assert (table["matched"] - table["start"] - turn).abs().max() < 1e-3 or (table["matched"] == 2.0).any()
+        assert (table["matched"] - table["start"] - turn).abs().max() < 1e-3 or (table["matched"] > 1.96).any()
 
 
 @pytest.mark.slow
