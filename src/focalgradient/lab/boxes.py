@@ -137,6 +137,7 @@ def add_boxes(add: Callable[..., object]) -> None:
         help="response box whose buttons count as keys: serial:PORT[:BAUD] (a letter or digit a press), cedrus:PORT "
         "(XID) or gamepad; may be given more than once",
     )
+    add("--pointer", action="store_true", help="let mouse or touch be enough: pages and questions get buttons")
     add("--box-keys", metavar="LIST", help="keys that its buttons stand for, as 1=left,2=right,3=space,4=return")
 
 

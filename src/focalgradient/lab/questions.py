@@ -19,6 +19,7 @@ __all__ = ["Given", "ask", "ask_which", "explain"]
 SWEEP = 2.5  # seconds that a held key takes from one end of the slider to the other
 STEP = 1 / 60  # of the slider that a tap moves
 HOLD = 0.3  # seconds after which a key counts as held
+STEP_KEY = "step "  # and its number: the key that a click on a step counts as
 WIDTH, LOW = 0.9, -0.05  # of the slider, and its height above the middle: shares of the screen's height
 
 
@@ -97,6 +98,7 @@ def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str =
     screen.wait_out()
     screen.keys.clear()
     _draw(still)
+    screen.offer(left=ways[0], right=ways[1])
     asked = screen.frame()
     screen.on_event(event, asked)
     while True:
@@ -106,6 +108,7 @@ def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str =
             if press.down and press.key in ("left", "right"):
                 return Given(1.0 if press.key == "left" else 2.0, press.time - asked)
         _draw(still)
+        screen.offer(left=ways[0], right=ways[1])
         screen.frame()
 
 
@@ -167,6 +170,7 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
 
     def draw() -> None:
         _draw(still)
+        screen.offer(**({} if place is None else {"return": "OK"}))
         if place is not None:
             marker(place)
 
@@ -277,6 +281,10 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
 
     def draw() -> None:
         _draw([*still, *boxes])
+        screen.offer(**({} if at is None else {"return": "OK"}))
+        if screen.pointer is not None:
+            for number, x in enumerate(places):
+                screen.pointer.target(f"{STEP_KEY}{number}", x, LOW * unit, places[1] - places[0], 0.12 * unit)
         if at is not None:
             frame.pos = (places[at], LOW * unit)
             frame.draw()
@@ -300,6 +308,8 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
                     start = float(values[at])
                 else:
                     at = min(max(at + (1 if key == "right" else -1), 0), len(values) - 1)
+            elif key.startswith(STEP_KEY):
+                at = int(key.removeprefix(STEP_KEY))
             elif scale.has_digits and key.isdigit() and int(key) in values:
                 at = values.index(int(key))
             elif press.key in ("return", "num_enter") and at is not None:

@@ -91,6 +91,8 @@ def _in_window(experiment: Experiment, ready: Prepared) -> int:
     )
     sitting = Sitting(window, ready.design, options.participant or "", ready.stimuli, window.now())
     window.keys.boxes += ready.boxes
+    if options.pointer:
+        window.point()
     try:
         if "gamepad" in options.box:
             window.keys.boxes.append(open_gamepad(window.window, keys_of(options.box_keys)))

@@ -32,6 +32,7 @@ from focalgradient.lab.boxes import Box  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 from focalgradient.lab.focus_view import FocusView  # noqa: E402
 from focalgradient.lab.picture import ShownPicture  # noqa: E402
+from focalgradient.lab.pointer import Pointer  # noqa: E402
 from focalgradient.live import FocusSeries  # noqa: E402
 from focalgradient.luminance import Luminance  # noqa: E402
 
@@ -230,6 +231,7 @@ class Screen:
         self.background = background
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False)
+        self.pointer: Pointer | None = None
         self.dropped = 0
         self.drawn: dict[str, None] = {}
         """Pictures that were drawn during this trial, in order: the SHA-256 of their pixels and what was changed."""
@@ -276,6 +278,8 @@ class Screen:
         if self.refresh_hz is None and (rest := self._last + self.frame_s - self.now()) > 0:
             time.sleep(rest)
         self._last = self._flip()
+        if self.pointer is not None:
+            self.pointer.shown()
         self.after_frame()
         return self._last
 
@@ -314,6 +318,8 @@ class Screen:
             If escape was pressed, by what was answered to the question whether to stop.
         """
         self.wait_out()
+        if self.pointer is not None:
+            self.window.mouseVisible = False
         draw(0.0)
         onset = self.frame(lit)
         self.on_event(event, onset)
@@ -362,6 +368,7 @@ class Screen:
         """Show something until one of the keys is pressed: which, and when."""
         self.keys.clear()
         draw()
+        self.offer(*keys)
         self.on_event(event, self.frame())
         while True:
             found = self.keys.events()
@@ -370,7 +377,21 @@ class Screen:
             if pressed is not None:
                 return pressed
             draw()
+            self.offer(*keys)
             self.frame()
+
+    def point(self) -> None:
+        """Let mouse or touch be enough: pages and questions get buttons."""
+        self.pointer = Pointer(self)
+        self.keys.boxes.append(self.pointer)
+
+    def offer(self, *keys: str, **labels: str) -> None:
+        """Draw a button for each key, where mouse or touch is to be enough; `labels`: other keys, with labels."""
+        if self.pointer is None:
+            return
+        usual = {"space": "web.go_on", self.words.yes: "web.yes", self.words.no: "web.no"}
+        named = [(key, self.words(usual[key]) if key in usual else key.upper()) for key in keys]
+        self.pointer.buttons([*named, *labels.items()])
 
     def stop_if_asked(self, found: Iterable[Press]) -> None:
         """Where escape is among the keys, ask whether to stop."""
@@ -388,6 +409,7 @@ class Screen:
         while True:
             for part in parts:
                 part.draw()
+            self.offer(yes, no)
             self.frame()
             for press in self.keys.events():
                 if press.down and press.key in (yes, no):

@@ -1,0 +1,88 @@
+"""Mouse or touch alone, from the first page to the last: buttons found on the screen by their frames, and clicked."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from headless import PROGRAMS, Running, headless, keep, make_set, psychopy_here
+from test_accommodation_range import DESIGN
+
+from focalgradient.dataset import read_dataset, validate
+
+pytestmark = psychopy_here
+
+RATING = """
+task = "depthrating"
+scenes = ["spheres-01"]
+apertures = ["pinhole", "f/5.6"]
+fixations = ["nearest"]
+repetitions = 1
+catch_trials = 0
+practice_trials = 1
+standard_every = 0
+break_every = 0
+mark_s = 0.1
+picture_s = 0.2
+standard_s = 0.1
+blank_s = 0.1
+pause_s = 0.1
+"""
+LOWEST = round(768 / 2 + 0.33 * 768)
+"""Row of the buttons, in pixels from above."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scale", "language"), [("ratio", "en"), ("steps", "de")])
+def test_ratings_by_the_mouse_alone(scale: str, language: str, tmp_path: Path) -> None:
+    make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
+    (tmp_path / "mine.toml").write_text(RATING + f'scale = "{scale}"\nlanguage = "{language}"\n')
+    (tmp_path / "consent.txt").write_text("Consent\nI take part.")
+    given = ["--data", tmp_path / "data", "--stimuli", tmp_path / "set", "--uncalibrated", "--participant", "01"]
+    given += ["--design", tmp_path / "mine.toml", "--pointer", "--consent", tmp_path / "consent.txt"]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, "depth-rating", *given)
+        stopped = False
+        for event in running.events():
+            time.sleep(0.15)
+            keep(screen, f"pointer-{scale}-{event.strip('?')}")
+            if event == "question" and not stopped:
+                stopped = True
+                screen.click(1024 - round(0.08 * 768), round(768 / 2 - 0.455 * 768))  # ESC
+            elif event == "quit?":
+                screen.click(512 + 60, LOWEST)  # no
+            elif event == "question":
+                screen.click(512 + 150, round(768 / 2 + 0.05 * 768))
+                time.sleep(0.15)
+                keep(screen, f"pointer-{scale}-answered")
+                screen.click(512, LOWEST)
+            elif event in ("instructions", "ready", "thanks", "debriefing", "example", "break", "keep?"):
+                screen.click(512, LOWEST)
+            elif event == "consent":
+                screen.click(512 - 60, LOWEST)  # yes
+        assert running.end() == 0, running.errors
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    table = read_dataset(tmp_path / "data").depth_rating
+    assert len(table) == 2
+    assert table["start"].isna().all()  # no key moved the marker
+    assert (table["rating"] > {"ratio": 1, "steps": 4}[scale]).all()
+
+
+@pytest.mark.slow
+def test_one_of_two_by_the_mouse_alone(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(DESIGN.format("de"))
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, str(PROGRAMS / "accommodation_range.py"), *given, "--pointer")
+        for event in running.events():
+            time.sleep(0.15)
+            keep(screen, f"pointer-ways-{event.strip('?')}")
+            if event == "question":
+                screen.click(512 + 70, LOWEST)
+            elif event in ("instructions", "thanks"):
+                screen.click(512, LOWEST)
+        assert running.end() == 0, running.errors
+    rows = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()[1:]
+    assert len(rows) == 3
+    assert all("\tfalse\t" in row for row in rows)
