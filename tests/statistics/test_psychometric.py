@@ -1,5 +1,6 @@
 """Hierarchical psychometric functions: derivatives, recovery, pooling, and wrong tables."""
 
+import importlib.util
 import math
 
 import numpy as np
@@ -7,7 +8,13 @@ import pandas as pd
 import pytest
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import SHAPES, NotComputed, PsychometricGroups, fit_psychometric_groups
+from focalgradient.statistics import (
+    SHAPES,
+    NotComputed,
+    PsychometricGroups,
+    bayes_psychometric_groups,
+    fit_psychometric_groups,
+)
 from focalgradient.statistics.psychometric import psychometric_data
 from focalgradient.statistics.psychometric_model import _Model
 
@@ -118,3 +125,24 @@ def test_a_column_that_lacks_is_named_and_equal_answers_have_no_function():
         fit_psychometric_groups(answered(2).drop(columns="level"))
     found = fit_psychometric_groups(answered(2).assign(correct=True))
     assert isinstance(found, NotComputed)
+
+
+def test_without_the_extra_the_posterior_names_the_remedy(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pip install 'focalgradient\[bayes\]'"):
+        bayes_psychometric_groups(answered(2))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not importlib.util.find_spec("pymc"), reason="the extra bayes is not installed")
+@pytest.mark.filterwarnings("default")
+def test_the_posterior_is_near_the_likelihood():
+    table = answered(6, trials=72)
+    sampled = bayes_psychometric_groups(table, lapse="common", draws=200, tune=300, chains=2)
+    fitted = fit_psychometric_groups(table, lapse="common")
+    assert isinstance(fitted, PsychometricGroups)
+    assert sampled.diagnostics["r_hat"] < 1.1
+    for one, other in zip(sampled.groups, fitted.groups, strict=True):
+        assert math.log(one.threshold.estimate / other.threshold.estimate) == pytest.approx(0, abs=0.1)
+    for one, other in zip(sampled.people, fitted.people, strict=True):
+        assert one.threshold.low < other.threshold.estimate < one.threshold.high

@@ -4,6 +4,7 @@
 stands in its place with the reason. Everything generalises over subjects, also where they are few.
 """
 
+from focalgradient.statistics.bayes_psychometric import bayes_psychometric_groups
 from focalgradient.statistics.comparisons import (
     ComparisonMean,
     ComparisonResult,
@@ -123,6 +124,7 @@ __all__ = [
     "Unjudged",
     "analyse",
     "as_table",
+    "bayes_psychometric_groups",
     "blur_thresholds",
     "compare_pictures",
     "condition_tests",

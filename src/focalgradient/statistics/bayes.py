@@ -35,6 +35,7 @@ __all__ = [
     "effective_number",
     "posterior_of_rises",
     "posteriors_of_steps",
+    "quiet",
 ]
 
 NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
@@ -150,7 +151,7 @@ def posterior_of_rises(
     priors = {"Intercept": prior["rise"], "sigma": prior["residual"]}
     for term, column in (("subjects", "participant_id"), ("scenes", "scene"))[: 1 + several]:
         priors[f"1|{column}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
-    with _quiet():
+    with quiet():
         model = bambi.Model(_formula(several), rises, priors=priors, auto_scale=False)
         found = _sampled(model, seed, draws, tune, chains, progress)
     spread = {"subjects": _flat(found, "1|participant_id_sigma"), "residual": _flat(found, "sigma")}
@@ -259,7 +260,7 @@ def posteriors_of_steps(
             priors[f"{name}|{group}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
     if len(fixations) < 2:
         del priors["fixation"]
-    with _quiet():
+    with quiet():
         model = bambi.Model(
             formula, rows, family="cumulative", priors=priors, auto_scale=False, center_predictors=False
         )
@@ -309,7 +310,7 @@ def _summary(
     import arviz
 
     low, median, high = (float(end) for end in np.quantile(draws, [0.025, 0.5, 0.975]))
-    with _quiet():
+    with quiet():
         table = arviz.summary(found, var_names=parameters, kind="diagnostics", round_to="none")
     return Posterior(
         name,
@@ -346,8 +347,8 @@ def effective_number(draws: FloatArray) -> float:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Without the libraries' own messages: what matters is in `Posterior`."""
+def quiet() -> Iterator[None]:
+    """Silence the libraries' own messages: what matters is in the results."""
     logs = [logging.getLogger(name) for name in ("pymc", "pytensor", "bambi", "arviz", "arviz_base", "arviz_stats")]
     levels = [log.level for log in logs]
     for log in logs:
