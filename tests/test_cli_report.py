@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 
+import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 from recorded import edit, rating_file, record_necker, record_ratings
@@ -133,3 +134,19 @@ def test_the_command_names_its_option_where_the_library_names_a_parameter(tmp_pa
     ended = run(tmp_path / "own.csv", "--out", tmp_path / "out")
     assert ended.exit_code == 2
     assert "no column for participant: name it with --columns participant=NAME." in ended.stderr
+
+
+def test_several_data_sets_are_pooled(data, tmp_path):
+    other = record_ratings(tmp_path / "other", 4)
+    result = run(data, other, "--out", tmp_path / "series")
+    assert result.exit_code == 0, result.output
+    pooled = pd.read_csv(tmp_path / "series" / "meta_analysis.csv")
+    studies = pd.read_csv(tmp_path / "series" / "studies.csv")
+    for _, row in pooled.iterrows():
+        own = studies[(studies["what"] == row["what"]) & (studies["exclusions"] == "with exclusions")]
+        assert own["value"].min() <= row["value"] <= own["value"].max()
+        assert row["studies"] == len(own) == 2
+    assert (tmp_path / "series" / "forest_01.png").exists()
+    result = run(data, other, "--preregister", "--out", tmp_path / "none")
+    assert result.exit_code == 2
+    assert "--preregister takes one design" in result.stderr

@@ -2,11 +2,17 @@
 
 import math
 
+import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
+from statsmodels.stats.meta_analysis import combine_effects
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.power import Model, rise_power
+from focalgradient.errors import InputError
+from focalgradient.power import AnyStudy, Model, rise_power, sequential_power, spending_bounds
+from focalgradient.statistics.means import paired_effect
+from focalgradient.statistics.meta_analysis import random_effects
 from focalgradient.statistics.skewness import FACTOR
 
 
@@ -25,3 +31,85 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
     limit = stats.t.isf(0.025 / FACTOR, subjects - 1)
     upper = float(stats.nct.sf(limit, subjects - 1, effect / error))
     assert upper - 0.1 < found["near_rise"] < upper + 0.03  # the rest is what the sample's skewness costs
+
+
+@pytest.mark.parametrize(
+    ("rule", "published"), [("obrien-fleming", (3.710, 2.511, 1.993)), ("pocock", (2.279, 2.295, 2.296))]
+)
+def test_bounds_are_those_published(rule, published) -> None:
+    """Reboussin, DeMets, Kim and Lan (2000), three equal looks, two-sided .05."""
+    levels = spending_bounds([1 / 3, 2 / 3, 1.0], rule)
+    np.testing.assert_allclose(stats.norm.isf(np.array(levels) / 2), published, atol=0.003)
+
+
+def test_one_look_spends_all_and_wrong_shares_are_refused() -> None:
+    assert spending_bounds([1.0], "pocock") == pytest.approx([0.05], rel=1e-6)
+    with pytest.raises(InputError, match="must rise to 1"):
+        spending_bounds([0.5, 0.4, 1.0], "pocock")
+
+
+class Drawn(AnyStudy):
+    """Normal effects of people, tested by Student's t: error rates are known without the package's analysis."""
+
+    __slots__ = ("effect",)
+    seed, design, tests = 3, None, {"effect": "effect"}
+
+    def __init__(self, effect: float) -> None:
+        self.effect = effect
+
+    def settings(self):
+        return {}
+
+    def table(self, subjects, rng):
+        values = rng.normal(self.effect, 1, subjects)
+        return pd.DataFrame({"participant_id": [f"{n:03}" for n in range(subjects)], "value": values})
+
+    def outcome(self, table):
+        return {}
+
+    def primary(self, table):
+        return paired_effect(table["value"], "t")
+
+    def without_effect(self):
+        return Drawn(0.0)
+
+
+@pytest.mark.parametrize("rule", ["obrien-fleming", "pocock"])
+def test_looks_keep_the_error_rate_and_stop_early(rule) -> None:
+    looks = sequential_power(Drawn(0.8), [10, 20, 30], 300, rule)
+    assert looks[-1].error < 0.05 + 3 * math.sqrt(0.05 * 0.95 / 300)
+    exact = stats.nct.sf(stats.t.isf(0.025, 29), 29, 0.8 * math.sqrt(30))
+    assert looks[-1].power == pytest.approx(exact, abs=0.05)
+    assert looks[-1].mean_subjects_with_effect < 24 < 28 < looks[-1].mean_subjects_without_effect
+
+
+def test_a_bayes_factor_stops_for_either_hypothesis() -> None:
+    looks = sequential_power(Drawn(1.0), [8, 16, 32], 100, "bayes-factor", factor=6.0)
+    assert looks[-1].power > 0.95
+    assert looks[-1].error < 0.1
+    assert looks[-1].stopped_without_effect < 1.0
+    assert looks[-1].missed < 0.05
+
+
+def test_pooling_is_the_t_test_where_data_sets_are_alike_in_error_and_differ() -> None:
+    """With equal errors every weight is equal: Hartung and Knapp's interval is Student's over the estimates."""
+    estimates = np.array([0.1, 0.35, 0.2, 0.6, 0.42])
+    found = random_effects(estimates, np.full(5, 0.05))
+    exact = stats.ttest_1samp(estimates, 0)
+    assert found.estimate == pytest.approx(estimates.mean())
+    assert (found.statistic, found.p) == pytest.approx((exact.statistic, exact.pvalue))
+    assert (found.low, found.high) == pytest.approx(tuple(exact.confidence_interval()))
+    assert found.tau**2 == pytest.approx(estimates.var(ddof=1) - 0.05**2, rel=1e-6)
+
+
+def test_pooling_covers_and_agrees_with_statsmodels() -> None:
+    rng, covered = np.random.default_rng(4), []
+    for _ in range(300):
+        errors = rng.uniform(0.05, 0.2, 5)
+        estimates = 0.3 + rng.normal(0, 0.15, 5) + rng.normal(0, errors)
+        found = random_effects(estimates, errors)
+        covered.append(found.low <= 0.3 <= found.high)
+    assert np.mean(covered) > 0.92
+    other = combine_effects(estimates, errors**2, method_re="iterated", use_t=True)
+    assert found.tau**2 == pytest.approx(other.tau2, abs=1e-5)
+    assert found.estimate == pytest.approx(other.mean_effect_re, abs=1e-6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,8 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from focalgradient.power import AnyStudy, Power
 
 __all__ = ["power"]
@@ -70,6 +72,24 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
     help="Of ratios: of equivalence, the smallest rise that would matter, as a ratio; of thresholds: the factor to "
     "which the mean is to be known.  [default: 1.2]",
 )
+@click.option(
+    "--sequential",
+    type=click.Choice(["obrien-fleming", "pocock", "bayes-factor"]),
+    help="Look at the data at each number of subjects of --subjects, and stop by this rule; of the primary test.",
+)
+@click.option(
+    "--factor",
+    type=float,
+    default=10.0,
+    show_default=True,
+    callback=positive(),
+    help="Of --sequential bayes-factor: Bayes factor for either hypothesis at which one stops.",
+)
+@click.option(
+    "--sensitivity",
+    is_flag=True,
+    help="The power with each assumed SD half and twice as large, too: a fifth of the experiments each.",
+)
 @click.option("--design", type=click.Path(path_type=Path), metavar="FILE", help="Design (TOML).  [default: its own]")
 @click.option(
     "--experiments", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="With each number."
@@ -87,6 +107,9 @@ def power(
     seed: int,
     workers: int | None,
     scheduler: str | None,
+    sequential: Any,
+    factor: float,
+    sensitivity: bool,
     **model: float | None,
 ) -> None:
     """Simulate whole experiments of TASK, and count how many find the effect.
@@ -110,20 +133,36 @@ def power(
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
     from focalgradient.power import power as sum_up
-    from focalgradient.power import run
+    from focalgradient.power import run, sequential_power
+    from focalgradient.power import sensitivity as power_by_assumption
+    from focalgradient.power.sequential import RULES
     from focalgradient.statistics import as_table
 
     study = _study(task, design, seed, {name: value for name, value in model.items() if value is not None})
-    writable(out, ["power.csv", "power.png", "power.pdf"], [] if design is None else [design])
+    extra = [*(["sequential.csv"] if sequential else []), *(["sensitivity.csv"] if sensitivity else [])]
+    writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
+    if sequential:
+        study.without_effect()  # refused at once where there is no test to stop for
     total = len(subjects) * experiments
     seconds = study.seconds * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command goes on."
     with resumable(left) as say, shared_work(workers, scheduler, 2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
+        looks = (
+            sequential_power(study, subjects, experiments, sequential, factor=factor, executor=executor)
+            if sequential
+            else ()
+        )
+        few = max(experiments // 5, 1)
+        varied = power_by_assumption(study, subjects, few, executor=executor) if sensitivity else None
     found = sum_up(table, logs=study.logs)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
-    files["power.csv"] = as_table(found).assign(simulated=True).to_csv(index=False, lineterminator="\n").encode()
+    files["power.csv"] = _csv(as_table(found))
+    if looks:
+        files["sequential.csv"] = _csv(as_table(looks).assign(rule=sequential))
+    if varied is not None:
+        files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
     lines = ["Simulated subjects, of a statistical model: share of experiments that find"]
     for name, meaning in study.tests.items():
@@ -133,8 +172,29 @@ def power(
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
+    if looks:
+        lines.append(f"Sequential ({sequential}), of: {next(iter(study.tests.values()))}")
+        kind = "factor" if sequential == RULES[-1] else "p below"
+        lines += [
+            f"  N = {one.subjects}: stop at {kind} {one.bound:.4g}; error so far {one.error:.1%}, power {one.power:.1%}"
+            for one in looks
+        ]
+        last = looks[-1]
+        lines.append(
+            f"  mean N {last.mean_subjects_with_effect:.1f} with the effect, "
+            f"{last.mean_subjects_without_effect:.1f} without"
+        )
+    if varied is not None:
+        lines += [
+            f"With {one.assumed} times {one.factor:g}, N = {one.subjects}: all of them {one.power:.1%}"
+            for one in varied[varied["test"] == "joint"].itertuples()
+        ]
     written = [printable(out / name) for name in files]
     show({"simulated": True, "power": as_table(found).to_dict("records"), "written": written}, *lines)
+
+
+def _csv(table: pd.DataFrame) -> bytes:
+    return bytes(table.assign(simulated=True).to_csv(index=False, lineterminator="\n").encode())
 
 
 def _shares(found: Iterable[tuple[float, float, Power]]) -> str:

@@ -29,7 +29,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
 
 
 @click.command(short_help="Analyse a data set and write its report.")
-@click.argument("folder", metavar="DATASET", type=click.Path(path_type=Path))
+@click.argument("folders", metavar="DATASET...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), metavar="DIR", help="Folder for the report.")
 @click.option(
     "--bound",
@@ -85,7 +85,7 @@ def _pairs(_: click.Context, option: click.Parameter, given: tuple[str, ...]) ->
 @force_option
 @json_option
 def report(
-    folder: Path,
+    folders: tuple[Path, ...],
     out: Path,
     bound: float | None,
     ordinal: bool,
@@ -115,6 +115,9 @@ def report(
     levels, for thresholds, has a row for each trial with the columns participant, level (above 0) and correct (1 or 0),
     or interval and response, and may have condition, session and catch.
 
+    Several data sets of one design are pooled: a meta-analysis with random effects of the main results of each, with a
+    forest plot of each result. The report of each data set is written by a command of its own.
+
     The sessions of a data set are checked by the workers, those of a --scheduler must see it under the same path.
 
     Takes about 10 s for 20 subjects on two cores; --ordinal a little longer.
@@ -125,13 +128,17 @@ def report(
       focalgradient report data --out report --bound 1.2
       focalgradient report reports.csv --columns participant=subject,percept=seen --out report
       focalgradient report answers.csv --columns level=blur_D --out report
+      focalgradient report first-data second-data third-data --out series
       focalgradient report --preregister design.toml --out preregistration
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
     from focalgradient.statistics import Rules
 
-    inputs = [path for path in (folder, rules) if path is not None and path.is_file()]
+    folder = folders[0]
+    inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
+    if preregister and len(folders) > 1:
+        raise InputError("--preregister takes one design: give one file.")
     if preregister:
         from focalgradient.report.preregister import preregistration
 
@@ -154,26 +161,35 @@ def report(
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
     given = [option for option, value in of_ratings.items() if value]
-    if given and folder.is_file() and (other := other_than_ratings(folder, columns)):
-        raise InputError(f"{given[0]} is of depth ratings, but {printable(folder)} holds {other}: leave it out.")
-    seconds = 0.0 if folder.is_file() else SESSION_S * sum(1 for _ in folder.glob("sub-*"))
+    for one in folders:
+        if given and one.is_file() and (other := other_than_ratings(one, columns)):
+            raise InputError(f"{given[0]} is of depth ratings, but {printable(one)} holds {other}: leave it out.")
+    seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
         options_named({"equivalence_bound is": "--bound is"}),
         shared_work(workers, scheduler, seconds) as executor,
     ):
-        made = make_report(
-            folder,
-            bound=bound,
-            scale="ordinal" if ordinal else None,
-            stated=stated,
-            columns=columns,
-            conditions=conditions,
-            focal_length_mm=focal_length,
-            bayes=bayes,
-            executor=executor,
-            progress=say,
-        )
+        reports = [
+            make_report(
+                one,
+                bound=bound,
+                scale="ordinal" if ordinal else None,
+                stated=stated,
+                columns=columns,
+                conditions=conditions,
+                focal_length_mm=focal_length,
+                bayes=bayes,
+                executor=executor,
+                progress=say,
+            )
+            for one in folders
+        ]
+    made = reports[0]
+    if len(folders) > 1:
+        from focalgradient.report.meta import combined_report, file_names
+
+        made = combined_report(dict(zip(file_names([str(one) for one in folders]), reports, strict=True)))
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):

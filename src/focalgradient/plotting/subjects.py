@@ -203,7 +203,8 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         elif any(mean.fixation == fixation for mean in result.subject_means):
             labels.append((drawn[-1], label, colour))
     low, high = min(drawn), max(drawn)
-    ax.set_ylim(low - 0.04 * (high - low), high + 0.04 * (high - low))
+    room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0  # where all that is drawn is one number
+    ax.set_ylim(low - room, high + room)
     _apertures(ax, sizes)
     if ratio:
         ax.set_ylabel("increase in depth (ratio to the pinhole)")

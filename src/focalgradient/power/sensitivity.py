@@ -1,0 +1,61 @@
+"""Sensitivity of the power to the standard deviations that are assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+
+import pandas as pd
+
+from focalgradient.parallel import in_order
+from focalgradient.power.running import power
+from focalgradient.power.study import AnyStudy
+
+__all__ = ["FACTORS", "sensitivity"]
+
+FACTORS = (0.5, 2.0)
+"""Each standard deviation is taken half and twice as large: assumed ones are rarely known better."""
+
+
+def sensitivity(
+    study: AnyStudy, subjects: Sequence[int], experiments: int, *, executor: Executor | None = None
+) -> pd.DataFrame:
+    """Return the power where each assumed standard deviation is half and twice as large, the others as assumed.
+
+    Parameters
+    ----------
+    study
+        What is simulated.
+    subjects, experiments
+        So many experiments with each of these numbers of subjects.
+    executor
+        What simulates them. None: this process.
+
+    Returns
+    -------
+    DataFrame
+        Columns `assumed` (name of the standard deviation), `factor`, `subjects`, `test` (of the study's tests, or
+        "joint"), `power` and its `standard_error`. Empty where nothing is assumed.
+    """
+    variants = [(name, factor) for name in study.spreads for factor in FACTORS]
+    counts = sorted(set(subjects))
+    jobs = [
+        (study.varied(name, factor), count, number)
+        for name, factor in variants
+        for count in counts
+        for number in range(experiments)
+    ]
+    outcomes = iter(in_order(executor, _experiment, jobs))
+    rows = []
+    for name, factor in variants:
+        found = [{"subjects": count} | next(outcomes) for count in counts for _ in range(experiments)]
+        for one in power(pd.DataFrame(found), logs=False):
+            shares = {test: (one.found[test], one.standard_error[test]) for test in study.tests}
+            shares["joint"] = (one.joint, one.joint_error)
+            rows += [(name, factor, one.subjects, test, *share) for test, share in shares.items()]
+    return pd.DataFrame(rows, columns=["assumed", "factor", "subjects", "test", "power", "standard_error"])
+
+
+def _experiment(job: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
+    study, subjects, number = job
+    return study.experiment(subjects, number)

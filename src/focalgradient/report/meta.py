@@ -1,0 +1,173 @@
+"""Meta-analysis of the reports of several data sets of one design."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.plotting.forest import forest_figure
+from focalgradient.report import Report
+from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
+from focalgradient.report.export import safe_csv
+from focalgradient.report.parts import Output
+from focalgradient.report.provenance import listed
+from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number, probability
+from focalgradient.statistics.meta_analysis import Pooled, random_effects
+
+__all__ = ["combined_report"]
+
+METHODS = (
+    "The main results of each data set, with exclusions where there are any, were pooled by a random-effects model: "
+    "the variance between data sets by Paule and Mandel (1982), interval and test by Hartung and Knapp (2001), not "
+    "narrower than without their factor (Röver, Knapp and Friede, 2015), Student’s t with one degree of freedom less "
+    "than data sets. The interval of prediction is that of the effect in a new data set (Higgins, Thompson and "
+    "Spiegelhalter, 2009). Ratios were pooled on their logarithm. Probabilities are not corrected for several effects."
+)
+
+
+def combined_report(reports: Mapping[str, Report]) -> Report:
+    """Pool the main results of several reports.
+
+    Parameters
+    ----------
+    reports
+        By the name of the data set, two or more.
+
+    Raises
+    ------
+    InputError
+        If fewer than two have a main result in common.
+    """
+    rows = [{"data_set": name} | dict(result) for name, made in reports.items() for result in _main(made.results)]
+    output, body = Output(), list[Block]()
+    problems = [f"{name}: {problem}" for name, made in reports.items() for problem in made.problems]
+    simulated = any(json.loads(made.files["results.json"])["simulated"] for made in reports.values())
+    if simulated:
+        body.append(Notice("Simulated observers, not people: every answer was computed by a model."))
+    body += [Notice(f"Problem: {problem}") for problem in problems]
+    pooled, alone = [], []
+    for (experiment, what), found in _grouped(rows).items():
+        if len(found) < 2:
+            alone.append(what)
+            continue
+        result = random_effects([row["estimate"] for row in found], [row["standard_error"] for row in found])
+        logs = _logs(found[0])
+        pooled.append({"experiment": experiment, "what": what, **_shown(result, logs), **_fields(result)})
+        body += [Heading(what[:1].upper() + what[1:]), Paragraph(_sentence(result, logs))]
+        name = f"forest_{len(pooled):02}"
+        studies = [(row["data_set"], row["value"], row["value_low"], row["value_high"]) for row in found]
+        shown = _shown(result, logs)
+        ends = None if result.predicted_low is None else (shown["value_predicted_low"], shown["value_predicted_high"])
+        figure = forest_figure(
+            what,
+            studies,
+            (shown["value"], shown["value_low"], shown["value_high"]),
+            ends,
+            none=1.0 if logs else 0.0,
+            simulated=simulated,
+        )
+        caption = (
+            f"{what}: each data set with its 95 % interval, the mean of all, and dashed the interval of prediction."
+        )
+        body.append(output.figure(name, figure, caption))
+    if not pooled:
+        raise InputError("no two of the data sets have a main result in common: give data sets of one design.")
+    if alone:
+        body.append(Paragraph(f"In one data set only, and not pooled: {'; '.join(alone)}."))
+    head = ["data set", "result", "subjects", "estimate", f"95{SPACE}%"]
+    cells = [
+        [
+            row["data_set"],
+            row["what"],
+            str(row["subjects"]),
+            number(row["value"]),
+            interval(row["value_low"], row["value_high"]),
+        ]
+        for row in rows
+        if row.get("value") is not None
+    ]
+    body += output.tables([listed("studies_read.csv", "Data sets", head, cells)])
+    body += [Heading("Methods"), Paragraph(METHODS)]
+    title = f"Meta-analysis of {many(len(reports), 'data set')}"
+    files = dict(output.figures)
+    files["report.html"] = as_html(title, body).encode()
+    files["report.md"] = as_markdown(title, body).encode()
+    files["studies.csv"] = safe_csv(pd.DataFrame(rows))
+    files["meta_analysis.csv"] = safe_csv(pd.DataFrame(pooled))
+    files |= {sheet.file: safe_csv(sheet.digits) for sheet in output.sheets}
+    told = {"simulated": simulated, "problems": problems, "notices": [], "results": pooled}
+    files["results.json"] = (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
+    return Report(files, tuple(problems), tuple(pooled))
+
+
+def _main(results: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The results with exclusions; those without where a task excludes nobody."""
+    with_ = {one["experiment"] for one in results if one["exclusions"] == "with exclusions"}
+    return [one for one in results if one["exclusions"] == "with exclusions" or one["experiment"] not in with_]
+
+
+def _grouped(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
+    """Rows that were computed, by experiment and effect."""
+    found: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for row in rows:
+        error = row.get("standard_error")
+        if error is not None and math.isfinite(error) and error > 0:
+            found.setdefault((str(row["experiment"]), str(row["what"])), []).append(row)
+    return found
+
+
+def _logs(row: Mapping[str, Any]) -> bool:
+    """Whether what is shown is the exponential of the estimate."""
+    return math.isclose(row["value"], math.exp(min(row["estimate"], 700.0)), rel_tol=1e-9)
+
+
+def _scale(row: float, logs: bool) -> float:
+    return math.exp(row) if logs else row
+
+
+def _shown(result: Pooled, logs: bool) -> dict[str, float]:
+    """The mean and its ends as ratios, or as they are."""
+    ends = {"value": result.estimate, "value_low": result.low, "value_high": result.high}
+    if result.predicted_low is not None and result.predicted_high is not None:
+        ends |= {"value_predicted_low": result.predicted_low, "value_predicted_high": result.predicted_high}
+    return {name: _scale(end, logs) for name, end in ends.items()}
+
+
+def _fields(result: Pooled) -> dict[str, Any]:
+    return {name: getattr(result, name) for name in result.__dataclass_fields__}
+
+
+def _sentence(result: Pooled, logs: bool) -> str:
+    shown = _shown(result, logs)
+    p = probability(result.p)
+    new = ""
+    if "value_predicted_low" in shown:
+        ends = interval(shown["value_predicted_low"], shown["value_predicted_high"])
+        new = f" In a new data set it is expected within {ends}."
+    return (
+        f"Over {many(result.studies, 'data set')} it is {number(shown['value'])}, 95{SPACE}% CI "
+        f"{interval(shown['value_low'], shown['value_high'])}, t({freedom(result.df)}) = "
+        f"{decimals(result.statistic)}, p {p if p.startswith('<') else f'= {p}'}. Data sets differ by a standard "
+        f"deviation of {number(result.tau)}{' (of the logarithm)' if logs else ''}; Q = {decimals(result.q)}, p = "
+        f"{probability(result.q_p).removeprefix('= ')}, I² = {result.i2:.0%}.{new}"
+    )
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """Names of data sets that differ, for tables: the last part of each path, numbered where two are alike.
+
+    >>> file_names(["a/data", "b/data", "c"])
+    ['data', 'data (2)', 'c']
+    """
+    found: list[str] = []
+    for name in names:
+        base = re.split(r"[\\/]", name.rstrip("/\\"))[-1] or name
+        count = sum(one == base or one.startswith(f"{base} (") for one in found)
+        found.append(base if not count else f"{base} ({count + 1})")
+    return found
