@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
-from statsmodels.stats.meta_analysis import combine_effects
+from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
