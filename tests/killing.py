@@ -14,13 +14,58 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, read_dataset, read_journal, validate
-from focalgradient.design import DepthRatingDesign, Pinhole
+from focalgradient.dataset import (
+    Apparatus,
+    Rated,
+    Response,
+    Session,
+    bids_problems,
+    read_dataset,
+    read_journal,
+    validate,
+)
+from focalgradient.design import DepthRatingDesign, Pinhole, Plan, Trial
 from focalgradient.errors import InputError
+from focalgradient.tasks import Task, register
 
-DESIGNS = {"short": Pinhole(), "long": DepthRatingDesign()}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GuessTrial(Trial):
+    dots: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GuessAnswer(Response):
+    rating: float = field(metadata={"about": "Number that was guessed.", "least": 0, "most": 9})
+
+
+class GuessDesign(Plan):
+    task: str = "guesses"
+    repetitions: int = 3
+
+    def trials(self, participant, session=None):
+        return self.ordered(participant, session, [GuessTrial(dots=dots) for dots in range(1, 7)])
+
+
+@register
+class Guesses(Task):
+    """Guess a number: a task of a laboratory's own."""
+
+    name = "guesses"
+    title = "Guesses"
+    design, trial, answer = GuessDesign, GuessTrial, GuessAnswer
+
+
+DESIGNS: dict[str, Any] = {"short": Pinhole(), "long": DepthRatingDesign(), "own": GuessDesign()}
+
+
+def answer_of(design: Any, **given: float) -> Any:
+    """An answer to a trial; that of the own task has a further value noted beside it."""
+    return GuessAnswer(**given, noted=given["rating"]) if isinstance(design, GuessDesign) else Rated(**given)  # type: ignore[call-arg]
 
 
 def run(root: Path, length: str, participant: str) -> None:
@@ -37,7 +82,7 @@ def run(root: Path, length: str, participant: str) -> None:
         for number, trial in enumerate(session.remaining()):
             time.sleep(0.001)
             rating = random.uniform(0.5, 2)
-            session.record(trial, Rated(onset=20.0 * number, rating=rating, response_time=0.5))
+            session.record(trial, answer_of(design, onset=20.0 * number, rating=rating, response_time=0.5))
             print(trial.phase, trial.trial, rating, flush=True)
 
 

@@ -51,21 +51,22 @@ def resumed(root, session=None) -> Session:
 
 @pytest.mark.slow
 @posix
-def test_kills_at_random_moments_lose_no_finished_trial_and_end_in_a_valid_data_set(tmp_path):
+@pytest.mark.parametrize("length", ["short", "own"])  # the second is a task that is registered here
+def test_kills_at_random_moments_lose_no_finished_trial_and_end_in_a_valid_data_set(length, tmp_path):
     killed = 0
     for place, spread in enumerate((0.06, 0.02, 0.007, 0.002)):  # a quick machine is through before a late kill
-        count = kill_often(tmp_path / f"{place}", "short", "01", random.Random(7), spread)
+        count = kill_often(tmp_path / f"{place}", length, "01", random.Random(7), spread)
         killed += count["SIGKILL"] + count["SIGTERM"]
-        _is_whole(tmp_path / f"{place}")
+        _is_whole(tmp_path / f"{place}", length)
         if killed:
             break
     assert killed >= 1
 
 
-def _is_whole(folder):
+def _is_whole(folder, length="short"):
     found = validate(folder)
     assert found.problems == ()
-    assert found.trials == len(DESIGNS["short"].trials("01"))
+    assert found.trials == len(DESIGNS[length].trials("01"))
 
 
 def test_wherever_the_last_line_is_cut_the_session_goes_on(tmp_path):
