@@ -34,15 +34,13 @@ from focalgradient.statistics.judging import FEW, FEW_STARTS
 __all__ = ["preregister_ratings"]
 
 FAILED_RATIOS = [
-    "The test rests on normally distributed effects of subjects and scenes on the logarithm. Where the report’s Q-Q "
-    "plot or its Shapiro-Wilk test (p < .05) of the subjects’ own rises fails, the robust test stated above stays the "
-    "one that decides; the signed-rank and sign tests and the trimmed mean of the robustness section stand beside it, "
-    "and a result that they do not share is called dependent on the assumption."
+    "The rule for effects that are not normally distributed is part of the analysis above. The report draws the "
+    "subjects’ own effects and the residuals by normal quantiles; no test other than those stated takes their place."
 ]
 FAILED_OTHERS = [
     "Where the model does not converge, or cannot be fitted, the hypothesis is reported as not tested, with the "
-    "reason; no other model takes its place. Tests of the subjects’ own slopes (signed-rank, sign, trimmed mean) "
-    "stand beside it in the robustness section, and a result that they do not share is called dependent on the model."
+    "reason; no other model takes its place. The report draws the subjects’ own slopes and the residuals by normal "
+    "quantiles."
 ]
 
 
