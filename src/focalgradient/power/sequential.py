@@ -230,7 +230,8 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
     for count in counts:
         test = study.primary(table[table["participant_id"].isin(people[:count])])
         if isinstance(test, Effect):
-            found.append((math.copysign(1, test.estimate), test.p, test.statistic, test.df))
+            p = (test.robust or test).p  # of the test that decides in a report
+            found.append((math.copysign(1, test.estimate), p, test.statistic, test.df))
         else:
             found.append((math.nan,) * 4)
     return found

@@ -248,7 +248,7 @@ def preregister_own_task(task: Task, design: Any, asked: Planned) -> Preregister
         table,
         neutral=neutral,
         failed=[
-            "The tests rest on normally distributed effects of the subjects. The tests stated above stay those that "
-            "decide; a result that a signed-rank test does not share is called dependent on the assumption."
+            "The tests rest on normally distributed effects of the subjects, and stay those that decide. State here "
+            "what else is reported where they are not."
         ],
     )
