@@ -135,7 +135,10 @@ def task_names() -> tuple[str, ...]:
 
 def is_task(name: Any) -> bool:
     """Return whether there is a task of that label."""
-    return isinstance(name, str) and (name in _REGISTERED or name in OURS or name in _declared())
+    if not isinstance(name, str):
+        return False
+    # What is declared is asked before what is registered: it loads the files that are named, which register their tasks.
+    return name in _REGISTERED or name in OURS or name in _declared() or name in _REGISTERED
 
 
 def unknown_task(name: str) -> str:
