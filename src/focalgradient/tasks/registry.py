@@ -137,7 +137,7 @@ def is_task(name: Any) -> bool:
     """Return whether there is a task of that label."""
     if not isinstance(name, str):
         return False
-    # What is declared is asked before what is registered: it loads the files that are named, which register their tasks.
+    # Registered is asked twice: what is declared loads the files that are named, and these register their tasks.
     return name in _REGISTERED or name in OURS or name in _declared() or name in _REGISTERED
 
 
