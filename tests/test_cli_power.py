@@ -306,3 +306,21 @@ def test_precision_of_thresholds_is_that_of_the_t_interval(monkeypatch):
     # the sample variance is chi square: how often half the interval is below log 1.2
     exact = stats.chi2.cdf(29 * (math.log(1.2) * math.sqrt(30) / stats.t.ppf(0.975, 29) / 0.4) ** 2, 29)
     assert found.found["precise"] == pytest.approx(exact, abs=0.1)
+
+
+def test_the_deciding_test_is_that_of_the_study(small, tmp_path) -> None:
+    """The same experiments: Student's t finds the near rise in more of them, and what finds it by the other does."""
+    found = {}
+    for name in ("robust", "t"):
+        asked = [*small, "--deciding-test", name, "--subjects", 8, "--experiments", 12, "--between", 0.3]
+        assert call(*asked, "--out", tmp_path / name).exit_code == 0
+        lines = (tmp_path / name / "experiments.jsonl").read_text().splitlines()
+        assert json.loads(lines[0])["deciding_test"] == name
+        found[name] = np.array([json.loads(line)["near_rise"] for line in lines[1:]])
+    assert (found["robust"] <= found["t"]).all()
+    assert found["robust"].sum() < found["t"].sum()
+    wrong = call(*small, "--deciding-test", "z", "--out", tmp_path / "z")
+    assert wrong.exit_code == 2
+    assert "'z' is not one of 'robust', 't'" in wrong.output
+    with pytest.raises(InputError, match="deciding_test is 'z', but must be 'robust'"):
+        Study(Model(), SMALL, deciding_test="z")

@@ -25,7 +25,7 @@ from focalgradient.statistics import Rules, quality
 
 
 def test_rules_survive_their_file(tmp_path: Path) -> None:
-    rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5)
+    rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5, deciding_test="t")
     file = tmp_path / "rules.toml"
     file.write_text(as_toml(rules, 1.3))
     stated = load_rules(file)
@@ -41,6 +41,8 @@ def test_rules_survive_their_file(tmp_path: Path) -> None:
         ("bound = 0.5", "bound is 0.5, but must be a ratio above 1"),
         ("response_time = 3", "response_time is 3, but must be two times"),
         ('lapses = "few"', "lapses is 'few', but must be a number"),
+        ('deciding_test = "wilcoxon"', "rules.toml: deciding_test is 'wilcoxon', but must be 'robust'"),
+        ("deciding_test = false", "deciding_test is False, but must be 'robust'"),
         ("dropped_frames = 1.5", "dropped_frames is 1.5, but must be a number"),
     ],
 )
@@ -216,3 +218,43 @@ def test_a_bound_of_0_is_refused_and_not_taken_for_none_given(tmp_path):
         make_report(file, bound=0.0)
     with pytest.raises(InputError, match=r"bound is 0\.0, but must be a ratio above 1"):
         preregistration(tmp_path / "design.toml", bound=0.0, stated=Stated(Rules()))
+
+
+SKEWED = (0.5, 0.45, 0.55, 0.5, 0.48, 0.52, 0.47, -0.3)
+"""Log rises of eight people, one of them far from the others: Student's t and the robust test disagree about them."""
+
+
+def test_the_stated_test_decides_in_sentences_tables_and_scripts(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    rows = [
+        (f"{who:02}", scene, aperture, focus, np.exp(rise * blurred * (focus == "nearest") + rng.normal(0, 0.05)))
+        for who, rise in enumerate(SKEWED)
+        for scene in "abcdef"
+        for aperture, blurred in (("pinhole", 0), ("f/5.6", 1))
+        for focus in ("nearest", "farthest")
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", "scene", "aperture", "fixation", "rating"])
+    table.to_csv(tmp_path / "own.csv", index=False)
+    found = {}
+    for name in ("robust", "t"):
+        (tmp_path / "rules.toml").write_text(f'deciding_test = "{name}"\n')
+        files = make_report(tmp_path / "own.csv", stated=load_rules(tmp_path / "rules.toml"), focal_length_mm=50).files
+        near = pd.read_csv(io.BytesIO(files["depth_rating_rises.csv"])).iloc[0]
+        found[name] = near
+        text = files["report.md"].decode().replace("\u202f", " ").replace("\u00a0", " ")
+        assert near["p_holm"] < 0.05 < near["robust.p_holm"]  # both are there, whichever decides
+        assert near["robust.decides"] == (name == "robust")
+        assert ("nearest object in focus, ratings rose" in text) == (name == "t")
+        assert ("that is not there in up to 10.5 % of experiments" in text) == (name == "t")
+        assert ("so read the robust interval and test, which decide here" in text) == (name == "robust")
+        assert ("Student’s t decides, as was stated in advance" in text) == (name == "t")
+        assert ("the corrected p of the robust test is below" in text) == (name == "robust")
+        assert f'deciding_test = "{name}"'.encode() in files["rules.toml"]
+        for script in ("headline.R", "headline_jasp.R"):
+            said = files[script].decode()
+            assert f"p of the test that decides: {'p' if name == 't' else 'robust_p'}\\n" in said
+            assert ("Student's t decides" in said) == (name == "t")
+        ends = near[["low", "high"]] if name == "t" else near[["robust.low", "robust.high"]]
+        low, high = np.exp(ends.to_numpy(float))
+        assert rf"CI \[{low:.2f}, {high:.2f}\]; t(" in text
+    assert found["t"]["p"] == found["robust"]["p"]

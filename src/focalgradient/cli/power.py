@@ -73,6 +73,12 @@ def _counts(_: click.Context, option: click.Parameter, given: str) -> tuple[int,
     "which the mean is to be known.  [default: 1.2]",
 )
 @click.option(
+    "--deciding-test",
+    type=click.Choice(["robust", "t"]),
+    help="Of ratios: the test that decides, robust to skewed subjects or Student's t, as deciding_test in the rules of "
+    "the report.  [default: robust]",
+)
+@click.option(
     "--sequential",
     type=click.Choice(["obrien-fleming", "pocock", "bayes-factor"]),
     help="Look at the data at each number of subjects of --subjects, and stop by this rule; of the primary test.",
@@ -110,7 +116,7 @@ def power(
     sequential: Any,
     factor: float,
     sensitivity: bool,
-    **model: float | None,
+    **model: Any,
 ) -> None:
     """Simulate whole experiments of TASK, and count how many find the effect.
 
@@ -201,7 +207,7 @@ def _shares(found: Iterable[tuple[float, float, Power]]) -> str:
     return ", ".join(f"{share:.1%} ± {error:.1%} (N = {one.subjects})" for share, error, one in found)
 
 
-def _study(name: str, design: Path | None, seed: int, given: dict[str, float]) -> AnyStudy:
+def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:
     """What is to be simulated, of the options of the task that were given."""
     from focalgradient.design import load_design
     from focalgradient.tasks import task_named

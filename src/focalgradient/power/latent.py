@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -172,7 +172,7 @@ def _rises(test: Effect | NotComputed) -> bool:
     return isinstance(test, Effect) and test.significant and test.estimate > 0
 
 
-def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, float], seed: int = 1) -> Study | LatentStudy:
+def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed: int = 1) -> Study | LatentStudy:
     """Make the study of depth ratings on the scale of a design: see `focalgradient.tasks.Task.study`.
 
     Examples
@@ -181,8 +181,8 @@ def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, float], se
     'nearest in focus: rises with blur'
     """
     if design.response_scale.analysis.ratios:
-        bound = {name: value for name, value in assumed.items() if name == "bound"}
-        return Study(model_of(Model, assumed, design.task, bound), design, **bound, seed=seed)
+        own = {name: value for name, value in assumed.items() if name in ("bound", "deciding_test")}
+        return Study(model_of(Model, assumed, design.task, own), design, **own, seed=seed)
     return LatentStudy(model_of(LatentModel, assumed, design.task), design, seed)
 
 

@@ -17,15 +17,16 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
+from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy
-from focalgradient.statistics import Effect, Equivalence, NotComputed, depth_rating, quality
+from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, NotComputed, depth_rating, quality
 from focalgradient.statistics.crossed import FEWEST_SCENES, moments
-from focalgradient.statistics.hypotheses import check_bound, one_sided
+from focalgradient.statistics.hypotheses import check_bound, one_sided, robust_decides
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 from focalgradient.statistics.skewness import error_skewness, two_sided_p
@@ -102,17 +103,20 @@ class Study(AnyStudy):
         Of equivalence, a ratio above 1: see `focalgradient.statistics.depth_rating`.
     seed
         Of all chance.
+    deciding_test
+        "robust" or "t": see `focalgradient.statistics.depth_rating`.
 
     Raises
     ------
     InputError
-        If the bound is not above 1 and at most 10, or the design lacks what is tested.
+        If the bound is not above 1 and at most 10, `deciding_test` is another, or the design lacks what is tested.
     """
 
     model: Model
     design: DepthRatingDesign
     bound: float = 1.2
     seed: int = 1
+    deciding_test: str = "robust"
 
     seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
@@ -121,6 +125,7 @@ class Study(AnyStudy):
     def __post_init__(self) -> None:
         check_fields(self)
         check_bound("bound", self.bound)
+        robust_decides(self.deciding_test)
         if not self.design.response_scale.analysis.ratios:
             raise InputError(
                 f"The design has the scale {self.design.scale!r}, but this is a model of ratios: take LatentStudy."
@@ -135,6 +140,7 @@ class Study(AnyStudy):
         stated = {
             "bound": self.bound,
             "seed": self.seed,
+            "deciding_test": self.deciding_test,
             "model": dataclasses.asdict(self.model),
             "analysis": ANALYSIS,
         }
@@ -159,7 +165,11 @@ class Study(AnyStudy):
         return rated_outcome(self, table)
 
     def primary(self, table: pd.DataFrame) -> Effect | NotComputed:
-        return depth_rating(table, equivalence_bound=self.bound).fixations[0].rise
+        return self.analysed(table).fixations[0].rise
+
+    def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
+        """Analyse ratings as the report does."""
+        return depth_rating(table, equivalence_bound=self.bound, deciding_test=self.deciding_test)
 
     def without_effect(self) -> Study:
         return dataclasses.replace(self, model=dataclasses.replace(self.model, effect=1.0, far_effect=1.0))
@@ -270,12 +280,12 @@ def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
     outcome["left_out"] = float(found.subjects_before - found.subjects_after)
     if not found.subjects_after:
         return outcome
-    result = depth_rating(kept, equivalence_bound=study.bound)
+    result = study.analysed(kept)
     of = {each.fixation: each for each in result.fixations}
     for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
         rise = of[fixation].rise if fixation in of else None
         if isinstance(rise, Effect):
-            outcome[width] = rise.robust.high - rise.robust.low if rise.robust else rise.high - rise.low
+            outcome[width] = rise.deciding.high - rise.deciding.low
     if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
         outcome["near_rise"] = float(near.significant and near.estimate > 0)
     if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
@@ -308,11 +318,19 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     >>> found["near_rise"] > 0.95
     True
     """
-    return rise_power(study.model, study.design, study.bound, subjects, experiments, seed=study.seed)
+    settings = study.model, study.design, study.bound
+    return rise_power(*settings, subjects, experiments, seed=study.seed, deciding_test=study.deciding_test)
 
 
 def rise_power(
-    model: Model, design: DepthRatingDesign, bound: float, subjects: int, experiments: int = 2000, *, seed: int = 1
+    model: Model,
+    design: DepthRatingDesign,
+    bound: float,
+    subjects: int,
+    experiments: int = 2000,
+    *,
+    seed: int = 1,
+    deciding_test: str = "robust",
 ) -> dict[str, float]:
     """Power as `quick_power` gives it, of a design with any number of fixations.
 
@@ -320,6 +338,7 @@ def rise_power(
     others are equivalent to zero, "interaction" that the first rise is larger than each; without others there is
     neither.
     """
+    by_t = not robust_decides(deciding_test)
     rng = default_rng(SeedSequence([seed, subjects, experiments]))
     shape = (experiments, subjects, len(design.scenes))
     noise = model.noise * math.sqrt(2 / design.repetitions)
@@ -335,14 +354,20 @@ def rise_power(
     found = [_tested(cells) for cells in tables]
     skewness = [error_skewness(cells, error) for cells, (_, error, _) in zip(tables, found, strict=True)]
     tests = zip(found, skewness, strict=True)
-    p = np.stack([two_sided_p(mean / error, df, skew) for (mean, error, df), skew in tests], axis=-1)
+    p = np.stack(
+        [
+            2 * stats.t.sf(np.abs(mean / error), df) if by_t else two_sided_p(mean / error, df, skew)
+            for (mean, error, df), skew in tests
+        ],
+        axis=-1,
+    )
     corrected = holm(p) < ALPHA
     shares = {"near_rise": float((corrected[:, 0] & (found[0][0] > 0)).mean())}
     if not pairs:
         return shares
     none = np.ones(experiments, bool)
     for one in range(1, len(rises)):
-        none &= np.maximum(*one_sided(*found[one], math.log(bound), skewness[one])) < ALPHA
+        none &= np.maximum(*one_sided(*found[one], math.log(bound), None if by_t else skewness[one])) < ALPHA
     larger = np.ones(experiments, bool)
     for at, (one, _) in enumerate(pairs, start=len(rises)):
         if one == 0:

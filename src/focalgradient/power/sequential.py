@@ -230,8 +230,7 @@ def _primaries(job: tuple[AnyStudy, Sequence[int], int]) -> list[tuple[float, fl
     for count in counts:
         test = study.primary(table[table["participant_id"].isin(people[:count])])
         if isinstance(test, Effect):
-            p = (test.robust or test).p  # of the test that decides in a report
-            found.append((math.copysign(1, test.estimate), p, test.statistic, test.df))
+            found.append((math.copysign(1, test.estimate), test.deciding.p, test.statistic, test.df))
         else:
             found.append((math.nan,) * 4)
     return found

@@ -127,7 +127,7 @@ def analyse_ratings(
     scale
         What the ratings are; None: what the designs of the data set say.
     rules
-        Of exclusion.
+        Of exclusion, and the test that decides.
     progress
         See `focalgradient.statistics.depth_rating`.
 
@@ -189,7 +189,7 @@ def _main(
     """The main analysis of some rows, by what the answers are."""
     if rows["catch"].all():
         return _nobody(found)
-    return analyse(rows, meant, bound=bound, progress=progress)
+    return analyse(rows, meant, bound=bound, deciding_test=found.rules.deciding_test, progress=progress)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:

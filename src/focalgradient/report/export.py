@@ -78,7 +78,7 @@ HEADLINE = """# The headline test of the report: the rise of the ratings from th
 # subjects and scenes crossed as random effects. Run in the report's folder: Rscript headline.R
 # Complete tables: base R, by mean squares; before it, with the packages lme4 and lmerTest, the same by REML, which may
 # take fewer degrees of freedom where subjects and scenes differ little (here min(subjects, scenes) - 1 or more).
-# Tables with empty cells: REML, by lmerTest where it is installed, else in base R. The robust test decides.
+# Tables with empty cells: REML, by lmerTest where it is installed, else in base R. {decides}
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 {prepare}
 of <- all_rises(d)
@@ -91,17 +91,22 @@ for (f in names(of)) {{
   }}
   print(headline(y), digits = 7)
 }}
+cat("p of the test that decides: {column}\\n")
 """
+
+BY_ROBUST = "The robust test decides."
+BY_T = 'Student\'s t decides (deciding_test = "t").'
 
 JASP = """# The same for JASP. By its menus: open depth_rating_wide.csv, a row for each subject and scene; Mixed Models,
 # Linear Mixed Models; dependent variable nearest, farthest or difference (log ratios); random grouping factors
 # participant_id and scene; no fixed effect but the intercept; degrees of freedom by Satterthwaite. By its R console:
-# open depth_rating_trials.csv, then run this on `data`; base R only.
+# open depth_rating_trials.csv, then run this on `data`; base R only. {decides}
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 {prepare}
 of <- all_rises(d)
 for (f in names(of)) {{ cat("rise:", f, "\\n"); print(headline(of[[f]]), digits = 7) }}
+cat("p of the test that decides: {column}\\n")
 """
 
 ORDINAL = """# The headline test of the report: the log odds of a higher answer at the largest aperture against the
@@ -346,8 +351,11 @@ def trial_files(
         rises = [(each.fixation, each.rise) for each in result.fixations]
         pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
         found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
-        files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES) + found).encode()
-        files["headline_jasp.R"] = (JASP.format(prepare=PREPARE) + found).encode()
+        tests = [test for _, test in rises if isinstance(test, Effect)]
+        by_t = any(test.robust is not None and not test.robust.decides for test in tests)
+        said = {"decides": BY_T, "column": "p"} if by_t else {"decides": BY_ROBUST, "column": "robust_p"}
+        files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES, **said) + found).encode()
+        files["headline_jasp.R"] = (JASP.format(prepare=PREPARE, **said) + found).encode()
     return files
 
 

@@ -14,7 +14,8 @@ from typing import Any
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.skewness import FACTOR
+from focalgradient.statistics.hypotheses import robust_decides
+from focalgradient.statistics.skewness import FACTOR, WORST_LEVEL_OF_T
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = ["PLANS", "Plan", "in_focus", "plan_of"]
@@ -52,6 +53,8 @@ class Plan(ABC):
         How many steps the scale has, where it has some and they are known.
     statistic
         Analysis of the answers.
+    deciding_test
+        Of ratios: "robust" or "t".
     """
 
     fixations: tuple[str, ...]
@@ -60,6 +63,7 @@ class Plan(ABC):
     reference: str
     steps: int | None
     statistic: Analysis
+    deciding_test: str = "robust"
 
     @property
     def random(self) -> bool:
@@ -103,7 +107,17 @@ SKEWED = (
     "subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 and by Q-Q plots; where it "
     "fails, the report says so, and Student’s t is not interpreted."
 )
-"""What is done about skewed subjects, with ratios."""
+"""What is done about skewed subjects, with ratios, where the robust test decides."""
+
+SKEWED_BY_T = (
+    'Student’s t decides, as was stated in advance (deciding_test = "t"), and its interval is the one that is given; '
+    f"with very skewed subjects (skewness 4) it errs in up to {100 * WORST_LEVEL_OF_T:.1f} % of experiments without "
+    "an effect. Beside it stands the p of a test that is robust to skewed subjects: t is corrected for the skewness of "
+    "the subjects’ own means where that is conservative (Johnson, 1978), and its p is multiplied by "
+    f"{FACTOR:g}. Normality of the subjects’ means and of the residuals is checked by Shapiro and Wilk’s test at .05 "
+    "and by Q-Q plots; where it fails, the report says so."
+)
+"""The same where Student's t decides."""
 
 
 class RatioPlan(Plan):
@@ -158,16 +172,21 @@ class RatioPlan(Plan):
             1: " The difference of the two rises was tested in the same way.",
         }.get(len(self.pairs), " The differences of the rises, in pairs, were tested in the same way.")
         rises = "the rises with their differences" if self.pairs else "the rise"
+        skewed, equivalent, deciding, ends = (
+            (SKEWED, "robust in the same way", "the robust test", "robust")
+            if robust_decides(self.deciding_test)
+            else (SKEWED_BY_T, "by Student’s t", "Student’s t", "Student’s")
+        )
         return (
             "Ratings were analysed on their logarithm and are given as ratios; means are geometric. The mean rise was "
-            f"tested {test}.{differences} {SKEWED} Equivalence to zero was tested by two one-sided tests, robust in "
-            f"the same way, against a factor of {self.bound:.3g}, the smallest rise that would matter; a change that "
+            f"tested {test}.{differences} {skewed} Equivalence to zero was tested by two one-sided tests, "
+            f"{equivalent}, against a factor of {self.bound:.3g}, the smallest rise that would matter; a change that "
             "is reliable and equivalent to zero is reported as both. As a trend, the least-squares slope of the log "
             "rating on the diameter of the aperture, and its lack of fit (the quadratic part), were tested likewise. "
             "Probabilities were corrected by Holm’s "
             f"method within each family: {rises}, the comparisons of the apertures between with the pinhole, the "
-            "slopes, the tests of lack of fit; a result is called reliable where the corrected p of the robust test is "
-            "below .05. Each equivalence test is one question and is not corrected. Intervals of ratios are robust "
+            f"slopes, the tests of lack of fit; a result is called reliable where the corrected p of {deciding} is "
+            f"below .05. Each equivalence test is one question and is not corrected. Intervals of ratios are {ends} "
             "95 % intervals on the logarithm, not adjusted for several tests; those of ratings are within subjects "
             "(Cousineau, Morey). Effect sizes of tests over subjects and scenes are d of Westfall, Kenny and Judd "
             "(2014): the mean over the root of the sum of the variance components. All tests but those of equivalence "
@@ -375,6 +394,7 @@ def plan_of(
     scenes: int,
     design: Mapping[str, Any] | None = None,
     bound: float = 1.2,
+    deciding_test: str = "robust",
 ) -> Plan:
     """Return the plan of ratings with an analysis (or its name), of what a design or a table has.
 
@@ -388,4 +408,4 @@ def plan_of(
     steps = int(design["steps"]) if "steps" in design else None
     reference = REFERENCES[str(design.get("reference", "standard"))]
     statistic = analysis_named(analysis)
-    return PLANS[type(statistic)](ordered, scenes, bound, reference, steps, statistic)
+    return PLANS[type(statistic)](ordered, scenes, bound, reference, steps, statistic, deciding_test)

@@ -57,10 +57,12 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         raise InputError(
             f"ordinal is of answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps' in it."
         )
-    plan = plan_of(analysis, design.fixations, len(design.scenes), design.model_dump(), asked.used_bound)
+    settings, deciding_test = design.model_dump(), asked.stated.rules.deciding_test
+    plan = plan_of(analysis, design.fixations, len(design.scenes), settings, asked.used_bound, deciding_test)
     ratios = analysis.ratios
     if ratios and "pinhole" not in design.apertures:
         raise InputError("apertures has no pinhole, from which the rise is measured: add it.")
+    names = (*OF_RATINGS, "deciding_test") if ratios else OF_RATINGS
     assumed, powers = (_ratios if ratios else _latent)(design, asked)
     orders = "" if len(design.fixations) == 1 else f" ({design.fixation_order} order)"
     focus = " and ".join(in_focus(name) for name in plan.fixations)
@@ -73,7 +75,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     unjudged = _unjudged(design, asked.stated)
     sentences = criteria(asked.stated.rules, unjudged, catch_answers(analysis, design.catch_pictures))
     skipped = {*unjudged} if ratios else {*unjudged, "catch_factor"}
-    table = rules_table(asked.stated, [name for name in OF_RATINGS if name not in skipped])
+    table = rules_table(asked.stated, [name for name in names if name not in skipped])
     return Preregistered(
         "Preregistration: depth ratings by aperture and fixation",
         plan.hypotheses,
@@ -86,7 +88,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         power_table(powers, _named(plan)),
         neutral=_neutral(design, analysis),
         failed=FAILED_RATIOS if ratios else FAILED_OTHERS,
-        rules_file=as_toml(asked.stated.rules, asked.used_bound if ratios else None, OF_RATINGS),
+        rules_file=as_toml(asked.stated.rules, asked.used_bound if ratios else None, names),
     )
 
 
@@ -129,7 +131,9 @@ def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
 def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
     """What is assumed of ratios, in words, and the power of their tests."""
     model = Model(**asked.effects)
-    powers = {subjects: rise_power(model, design, asked.used_bound, subjects, EXPERIMENTS) for subjects in SUBJECTS}
+    settings = model, design, asked.used_bound
+    test = asked.stated.rules.deciding_test
+    powers = {number: rise_power(*settings, number, EXPERIMENTS, deciding_test=test) for number in SUBJECTS}
     far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
     assumed = (
         f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean rise of "

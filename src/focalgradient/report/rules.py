@@ -1,4 +1,4 @@
-"""Preregistered rules in a settings file: what leaves trials and subjects out, and the bound of equivalence."""
+"""Preregistered rules in a settings file: what leaves trials and subjects out, deciding test, bound of equivalence."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ MEANING = {
     "fast": "largest share of answers in less than the shortest time; false: nobody is left out",
     "same_answer": "largest share of one and the same answer to pictures that must differ; false: nobody is left out",
     "first_press": "largest share of answers left at the first place of the marker; false: nobody is left out",
+    "deciding_test": "of ratios, the test that decides: robust (to skewed subjects) or t (Student's t)",
 }
 """Of each rule, for people."""
 
@@ -107,6 +108,8 @@ def _value(path: Path, key: str, value: Any) -> Any:
                 f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.3, 60]."
             )
         return (float(value[0]), float(value[1]))
+    if key == "deciding_test":
+        return value  # checked by name, as `Rules` are
     if type(value) not in ((int,) if key == "dropped_frames" else (int, float)):
         raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
     return value if key == "dropped_frames" else float(value)
@@ -125,8 +128,15 @@ def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(ME
         if key not in names:
             continue
         value = getattr(rules, key)
-        text = "false" if value is None else str(list(value)) if isinstance(value, tuple) else f"{value:g}"
-        lines += ["", f"# {meaning}", f"{key} = {text}"]
+        lines += ["", f"# {meaning}", f"{key} = {_as_text(value)}"]
     if bound is not None:
         lines += ["", "# smallest rise at the largest aperture that would matter, as a ratio", f"bound = {bound:g}"]
     return "\n".join(lines) + "\n"
+
+
+def _as_text(value: Any) -> str:
+    if value is None:
+        return "false"
+    if isinstance(value, str):
+        return f'"{value}"'
+    return str(list(value)) if isinstance(value, tuple) else f"{value:g}"

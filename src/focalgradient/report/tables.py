@@ -320,12 +320,12 @@ def _equivalence(result: DepthRatingResult) -> Sheet:
             bound = math.exp(test.bound)
             ends = interval(math.exp(test.low), math.exp(test.high), 2)
             first = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
-            ps = [probability(p) for p in (test.p_below, test.p_above, test.p, test.p_by_t)]
+            ps = [probability(p) for p in (test.p_below, test.p_above, test.p, test.p_by_t, test.p_robust)]
             rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
         else:
-            rows.append([each.fixation, *cells.missing(test, 8)])
+            rows.append([each.fixation, *cells.missing(test, 9)])
     header = ["in focus", "bounds", "rise at the largest aperture", "90 %", "p against less", "p against more", "p"]
-    header.append("p by t alone")
+    header += ["p by t alone", "robust p"]
     digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
     crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
     over = "over subjects and scenes" if crossed else "over subjects, for these scenes"

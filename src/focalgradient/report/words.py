@@ -23,6 +23,7 @@ from focalgradient.statistics import (
     Quality,
 )
 from focalgradient.statistics.crossed import random_scenes
+from focalgradient.statistics.skewness import WORST_LEVEL_OF_T
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
@@ -94,24 +95,35 @@ def _rise_sentence(subject: str, each: FixationResult, result: DepthRatingResult
             said = f"Ratings {what}, and the change is {within}: it is reliable, but smaller than what would matter"
         else:
             said = f"The change is {within}"
-        by_t = "" if rise.robust is None else f"; by Student’s t alone p{SPACE}{_is(each.equivalence.p_by_t)}"
-        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)}{by_t})."
-    sentence += _assumption(each)
+        beside = ""
+        if rise.robust is not None and rise.robust.decides:
+            beside = f"; by Student’s t alone p{SPACE}{_is(each.equivalence.p_by_t)}"
+        elif rise.robust is not None:
+            beside = f"; robust to skewed subjects p{SPACE}{_is(each.equivalence.p_robust)}"
+        sentence += f" {said} (two one-sided tests, 90{SPACE}% CI {ends}, p{SPACE}{_is(each.equivalence.p)}{beside})."
+    sentence += _assumption(each, rise)
     if isinstance(each.curvature, Effect) and each.curvature.significant:
         bend = "flattens" if each.curvature.estimate * rise.estimate > 0 else "steepens"
         sentence += f" The curve is not straight: it {bend} towards the largest aperture ({_test(each.curvature)})."
     return sentence
 
 
-def _assumption(each: FixationResult) -> str:
+def _assumption(each: FixationResult, rise: Effect) -> str:
     """What follows from rises of subjects that are not normal: a sentence where the planned check finds it."""
     parts = each.components
     if not isinstance(parts, Components) or not parts.skewed:
         return ""
+    advice = (
+        "so read the robust interval and test, which decide here."
+        if rise.robust is not None and rise.robust.decides
+        else "but it decides here, as the rules state (deciding_test). With very skewed subjects (skewness 4) it finds "
+        f"an effect that is not there in up to {100 * WORST_LEVEL_OF_T:.1f}{SPACE}% of experiments instead of "
+        f"5{SPACE}%; the p robust to skewed subjects stands beside it."
+    )
     return (
         f" Subjects’ rises are not normally distributed (Shapiro-Wilk W{SPACE}={SPACE}"
         f"{decimals(parts.subjects_w, 3)}, p{SPACE}{_is(parts.subjects_p)}; skewness {decimals(parts.skewness)}; see "
-        "the Q-Q plot): Student’s t assumes that they are, so read the robust interval and test, which decide here."
+        f"the Q-Q plot): Student’s t assumes that they are, {advice}"
     )
 
 
@@ -220,7 +232,8 @@ def _analysis(part: Ratings, bound: float, design: Mapping[str, Any]) -> list[st
     rows = part.kept[~part.kept["catch"]]
     if rows.empty:
         rows = part.table[~part.table["catch"]]
-    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound)
+    decides = part.quality.rules.deciding_test
+    plan = plan_of(part.analysis, {*rows["fixation"]}, rows["scene"].nunique(), design, bound, decides)
     return [plan.outcome, plan.analysis]
 
 
@@ -296,10 +309,12 @@ def _same(designs: list[Mapping[str, Any]]) -> str:
 
 
 def _test(effect: Effect) -> str:
-    """The statistic and its p, and that of the robust test, which then decides: Holm's where there is one."""
+    """The statistic and its p, and that of the robust test: Holm's where there is one."""
     name, p = ("p", effect.p) if effect.p_holm is None else ("p_Holm", effect.p_holm)
     said = f"t({freedom(effect.df)}){SPACE}={SPACE}{decimals(effect.statistic)}, {name}{SPACE}{_is(p)}"
-    return said if effect.robust is None else f"{said}, robust to skewed subjects {name}{SPACE}{_is(effect.deciding_p)}"
+    if effect.robust is None:
+        return said
+    return f"{said}, robust to skewed subjects {name}{SPACE}{_is(effect.robust.corrected_p)}"
 
 
 def _size(effect: Effect) -> str:

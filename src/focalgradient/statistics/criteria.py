@@ -1,4 +1,4 @@
-"""Exclusion criteria as numbers: which answers and subjects to leave out, stated before the data are seen."""
+"""Exclusion criteria as numbers, and the test that decides, stated before the data are seen."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.statistics.cube import SHORTEST_BOTH
+from focalgradient.statistics.hypotheses import robust_decides
 
 __all__ = ["OF_CUBE", "OF_RATINGS", "Rules"]
 
@@ -22,7 +23,7 @@ OF_CUBE = ("dropped_frames", "catch_share", "catch_passed", "lapses", "shortest_
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """Rules of exclusion; with None a rule is off: it is counted, but leaves nobody out.
+    """Rules of exclusion and of analysis; with None a rule is off: it is counted, but leaves nobody out.
 
     Parameters
     ----------
@@ -53,6 +54,8 @@ class Rules:
         most subjects agree on how the scenes differ. Elsewhere the rule cannot be applied.
     first_press
         Largest share of answers left where the first key had put the marker, at random, beyond what chance makes of it.
+    deciding_test
+        Of ratios, the test that decides: "robust" to skewed subjects, or Student's "t". It leaves nobody out.
 
     Raises
     ------
@@ -72,8 +75,10 @@ class Rules:
     fast: float | None = 0.2
     same_answer: float | None = 0.9
     first_press: float | None = 0.5
+    deciding_test: str = "robust"
 
     def __post_init__(self) -> None:
+        robust_decides(self.deciding_test)
         check_fields(self)
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
             raise InputError(

@@ -149,14 +149,14 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
 
 
-def over_subjects(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotComputed:
+def over_subjects(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
     """The mean of the subjects' own means, for these scenes only, by Student's t.
 
     Parameters
     ----------
     cells
         A row a subject, a column a scene; NaN where there is no value.
-    bounded
+    bounded, robust_decides
         See `crossed_effect`.
 
     Examples
@@ -166,10 +166,10 @@ def over_subjects(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotCom
     """
     shared = _used(cells)
     found = paired_effect(_own_means(shared), THESE)
-    return found if isinstance(found, NotComputed) or bounded else _robust(found, shared)
+    return found if isinstance(found, NotComputed) or bounded else _robust(found, shared, robust_decides)
 
 
-def crossed_effect(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotComputed:
+def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
     """The mean of a table of subjects by scenes, generalised over both where there are five or more scenes.
 
     Parameters
@@ -178,7 +178,10 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotCo
         A row a subject, a column a scene; NaN where there is no value.
     bounded
         Whether values come from a scale with ends, like shares of choices or steps. Student's t then keeps its level
-        however skewed people are; else the test robust to skewness decides (`focalgradient.statistics.skewness`).
+        however skewed people are; else a test robust to skewness stands beside it
+        (`focalgradient.statistics.skewness`).
+    robust_decides
+        Whether the robust test decides, or Student's t.
 
     Returns
     -------
@@ -198,7 +201,7 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotCo
     shared = _used(cells)
     subjects, scenes = shared.shape
     gaps = int(np.isnan(shared).sum())
-    own = over_subjects(shared, bounded=bounded)
+    own = over_subjects(shared, bounded=bounded, robust_decides=robust_decides)
     if isinstance(own, NotComputed) or scenes < FEWEST_SCENES:
         return own
     remarks: tuple[str, ...] = ()
@@ -222,13 +225,14 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False) -> Effect | NotCo
         each = subjects, scenes
     size = crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
     effect = replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
-    return effect if bounded else _robust(effect, shared)
+    return effect if bounded else _robust(effect, shared, robust_decides)
 
 
-def _robust(effect: Effect, cells: FloatArray) -> Effect:
+def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
     """The effect with the test robust to the skewness of the subjects' own means."""
     skewness = float(error_skewness(_own_means(cells)[:, None], effect.standard_error))
-    return replace(effect, robust=robust(effect.estimate, effect.standard_error, effect.df, skewness))
+    test = robust(effect.estimate, effect.standard_error, effect.df, skewness, decides=decides)
+    return replace(effect, robust=test)
 
 
 def random_scenes(effect: Effect) -> bool:

@@ -20,7 +20,12 @@ Found = tuple[Effect | NotComputed, ...]
 
 
 def analyse(
-    table: pd.DataFrame, analysis: Analysis | str, *, bound: float = BOUND, progress: Progress | None = None
+    table: pd.DataFrame,
+    analysis: Analysis | str,
+    *,
+    bound: float = BOUND,
+    deciding_test: str = "robust",
+    progress: Progress | None = None,
 ) -> DepthRatingResult | ComparisonResult:
     """Analyse answers by the statistic that their scale names.
 
@@ -32,6 +37,8 @@ def analyse(
         The statistic, or its name: "ratio", "ordinal", "bipolar" or "choice".
     bound
         Of equivalence, of ratios: see `depth_rating`.
+    deciding_test
+        Of ratios: see `depth_rating`.
     progress
         See `depth_rating`.
 
@@ -43,7 +50,7 @@ def analyse(
     statistic = analysis_named(analysis)
     if isinstance(statistic, Slopes | Choices):
         return compare_pictures(table, statistic)
-    return depth_rating(table, equivalence_bound=bound, scale=statistic, progress=progress)
+    return depth_rating(table, equivalence_bound=bound, scale=statistic, deciding_test=deciding_test, progress=progress)
 
 
 def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:

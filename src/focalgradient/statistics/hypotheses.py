@@ -12,7 +12,15 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.records import ALPHA, Effect
 from focalgradient.statistics.skewness import half_widths, one_sided_p
 
-__all__ = ["LARGEST_BOUND", "Equivalence", "check_bound", "equivalence", "one_sided"]
+__all__ = [
+    "DECIDING_TESTS",
+    "LARGEST_BOUND",
+    "Equivalence",
+    "check_bound",
+    "equivalence",
+    "one_sided",
+    "robust_decides",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +38,24 @@ def check_bound(name: str, bound: object) -> None:
             f"{name} is {bound!r}, but must be a ratio above 1 and at most {LARGEST_BOUND:g}: give the smallest rise "
             "that matters, 1.2 for 20 %."
         )
+
+
+DECIDING_TESTS = ("robust", "t")
+"""Tests of ratios that can decide: the one robust to skewed subjects, and Student's t."""
+
+
+def robust_decides(deciding_test: object) -> bool:
+    """Return whether the robust test decides; raise `InputError` unless `deciding_test` is one of `DECIDING_TESTS`.
+
+    >>> robust_decides("robust"), robust_decides("t")
+    (True, False)
+    """
+    if deciding_test not in DECIDING_TESTS:
+        raise InputError(
+            f"deciding_test is {deciding_test!r}, but must be 'robust' (the test robust to skewed subjects) or 't' "
+            "(Student's t)."
+        )
+    return deciding_test == DECIDING_TESTS[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +80,8 @@ class Equivalence:
         How many the estimate rests on.
     p_by_t
         The same as `p` by Student's t alone, which takes people's effects as symmetric.
+    p_robust
+        The same as `p` by tests robust to skewed people; None where there are none.
     """
 
     bound: float
@@ -66,6 +94,7 @@ class Equivalence:
     equivalent: bool
     subjects: int
     p_by_t: float
+    p_robust: float | None = None
 
 
 def one_sided(
@@ -104,7 +133,7 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     Parameters
     ----------
     effect
-        Tests are robust to skewed people where its own test is.
+        Tests are robust to skewed people where the test of the effect that decides is.
     bound
         Above 0, in the effect's unit.
 
@@ -116,14 +145,16 @@ def equivalence(effect: Effect, bound: float) -> Equivalence:
     (0.0021, True)
     """
     distances = effect.estimate, effect.standard_error, effect.df, bound
-    by_t = max(float(p) for p in one_sided(*distances))
-    if effect.robust is None:
-        reach = [float(stats.t.isf(ALPHA, effect.df))] * 2
-        below, above = (float(p) for p in one_sided(*distances))
-    else:
-        reach = [float(each) for each in half_widths(effect.df, effect.robust.skewness, 2 * ALPHA)]
-        below, above = (float(p) for p in one_sided(*distances, effect.robust.skewness))
+    reach = [float(stats.t.isf(ALPHA, effect.df))] * 2
+    below, above = (float(p) for p in one_sided(*distances))
+    by_t, robust = max(below, above), None
+    if effect.robust is not None:
+        sides = [float(p) for p in one_sided(*distances, effect.robust.skewness)]
+        robust = max(sides)
+        if effect.robust.decides:
+            below, above = sides
+            reach = [float(each) for each in half_widths(effect.df, effect.robust.skewness, 2 * ALPHA)]
     low = effect.estimate - reach[0] * effect.standard_error
     high = effect.estimate + reach[1] * effect.standard_error
     p = max(below, above)
-    return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects, by_t)
+    return Equivalence(bound, effect.estimate, low, high, below, above, p, p < ALPHA, effect.subjects, by_t, robust)

@@ -21,7 +21,7 @@ from focalgradient.progress import Progress
 from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.cells import Cells, cells, curvature_weights, slope_weights
 from focalgradient.statistics.crossed import Components, components, crossed_effect, over_subjects
-from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence
+from focalgradient.statistics.hypotheses import Equivalence, check_bound, equivalence, robust_decides
 from focalgradient.statistics.means import family, t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
@@ -229,6 +229,7 @@ def depth_rating(
     *,
     equivalence_bound: float,
     scale: Analysis | Scale = "ratio",
+    deciding_test: str = "robust",
     progress: Progress | None = None,
 ) -> DepthRatingResult:
     """Analyse depth ratings.
@@ -242,6 +243,9 @@ def depth_rating(
         were seen: at 1.2, a rise between 1 / 1.2 and 1.2 is equivalent to none.
     scale
         "ordinal" for answers in steps: then ratios mean nothing, and the cumulative-link model is the analysis.
+    deciding_test
+        Of ratios, the test that decides, stated before the data were seen: "robust" to skewed subjects, or Student's
+        "t"; the other stands beside it.
     progress
         Called with the share done, while the cumulative-link model is fitted.
 
@@ -253,7 +257,8 @@ def depth_rating(
     Raises
     ------
     InputError
-        If the table cannot be read without guessing, naming the row, or the bound is not above 1 and at most 10.
+        If the table cannot be read without guessing, naming the row, or the bound is not above 1 and at most 10, or
+        `deciding_test` is another.
 
     Examples
     --------
@@ -267,6 +272,7 @@ def depth_rating(
     (2.15, False)
     """
     check_bound("equivalence_bound", equivalence_bound)
+    decides = robust_decides(deciding_test)
     analysis = analysis_named(scale)
     if not isinstance(analysis, Ratios | OrdinalSteps):
         raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': take compare_pictures.")
@@ -280,9 +286,9 @@ def depth_rating(
     remarks: list[str] = []
     present = fixations_of(table)
     of = {fixation: cells(table[table["fixation"] == fixation]) for fixation in present}
-    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks) for name in present]
+    found = [_fixation(name, of[name], equivalence_bound, analysis, remarks, decides) for name in present]
     pairs = [FIXATIONS] if set(present) <= {*FIXATIONS} else list(combinations(present, 2))
-    against = [_difference(of, one, other, analysis) for one, other in pairs]
+    against = [_difference(of, one, other, analysis, decides) for one, other in pairs]
     rises = family([*(each.rise for each in found), *(test for test, _ in against)])
     here = family([*(each.rise_these_scenes for each in found), *(test for _, test in against)])
     differences = dict(zip(pairs, zip(rises[len(found) :], here[len(found) :], strict=True), strict=True))
@@ -296,7 +302,7 @@ def depth_rating(
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
         scene_means=_scene_means(table, of) if analysis.ratios else (),
-        means=_means(table, of, dict(zip(present, zip(rises, here, strict=False), strict=False)), remarks)
+        means=_means(table, of, dict(zip(present, zip(rises, here, strict=False), strict=False)), remarks, decides)
         if analysis.ratios
         else (),
         fixations=tuple(
@@ -318,7 +324,9 @@ ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
 RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
 
 
-def _fixation(fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str]) -> FixationResult:
+def _fixation(
+    fixation: str, own: Cells, bound: float, analysis: Analysis, remarks: list[str], decides: bool
+) -> FixationResult:
     if not analysis.ratios:
         return FixationResult(fixation, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL, ORDINAL)
     if not own.scenes:
@@ -330,7 +338,8 @@ def _fixation(fixation: str, own: Cells, bound: float, analysis: Analysis, remar
     parts: Components | NotComputed = missing
     if not missing.reason:
         rises = own.against_smallest(-1)
-        rise, fixed, parts = crossed_effect(rises), over_subjects(rises), components(rises, "log_ratio")
+        rise = crossed_effect(rises, robust_decides=decides)
+        fixed, parts = over_subjects(rises, robust_decides=decides), components(rises, "log_ratio")
         equal = equivalence(rise, math.log(bound)) if isinstance(rise, Effect) else rise
         if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
             left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
@@ -338,7 +347,7 @@ def _fixation(fixation: str, own: Cells, bound: float, analysis: Analysis, remar
                 f"The rise ({fixation}) leaves out {left}: no answers to the largest aperture or the pinhole."
             )
     trends = [
-        weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+        weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights), robust_decides=decides)
         for weights in (slope_weights(own.amounts), curvature_weights(own.amounts))
     ]
     return FixationResult(fixation, rise, fixed, trends[0], trends[1], equal, parts)
@@ -352,7 +361,7 @@ def _no_ratio(own: Cells, fixation: str) -> NotComputed:
 
 
 def _difference(
-    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis
+    of: Mapping[str, Cells], one: str, other: str, analysis: Analysis, decides: bool
 ) -> tuple[Effect | NotComputed, Effect | NotComputed]:
     """The difference of two rises of each subject and scene, over both; and for these scenes."""
     if not analysis.ratios:
@@ -373,7 +382,7 @@ def _difference(
     difference = (near - far).to_numpy()
     if not np.isfinite(difference).any():
         difference = (near.mean(axis=1) - far.mean(axis=1)).to_frame().to_numpy()
-    return crossed_effect(difference), over_subjects(difference)
+    return crossed_effect(difference, robust_decides=decides), over_subjects(difference, robust_decides=decides)
 
 
 def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
@@ -413,7 +422,11 @@ Test = Effect | NotComputed
 
 
 def _means(
-    table: pd.DataFrame, of: Mapping[str, Cells], primary: Mapping[str, tuple[Test, Test]], remarks: list[str]
+    table: pd.DataFrame,
+    of: Mapping[str, Cells],
+    primary: Mapping[str, tuple[Test, Test]],
+    remarks: list[str],
+    decides: bool,
 ) -> tuple[RatingMean, ...]:
     """Means of all conditions; at the largest aperture the test is that of the rise, in its family."""
     logs = table.pivot_table(
@@ -440,7 +453,8 @@ def _means(
             ratio = test = fixed = missing
         else:
             rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
-            test, fixed = crossed_effect(rises), over_subjects(rises)
+            test = crossed_effect(rises, robust_decides=decides)
+            fixed = over_subjects(rises, robust_decides=decides)
             ratio = test.ratio if isinstance(test, Effect) else _untested(rises, str(aperture[mm]))
         rating = Interval(level, *ends).ratio
         subjects = int(logs[fixation, mm].notna().sum())

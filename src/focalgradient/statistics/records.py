@@ -56,6 +56,8 @@ class Robust:
         The 95 % interval.
     p, p_holm
         Probability, and after Holm's correction over its family of tests.
+    decides
+        Whether this test decides; else Student's t does, and this one stands beside it.
     """
 
     skewness: float
@@ -63,6 +65,12 @@ class Robust:
     high: float
     p: float
     p_holm: float | None = None
+    decides: bool = True
+
+    @property
+    def corrected_p(self) -> float:
+        """The probability, by Holm where the test is one of a family."""
+        return self.p if self.p_holm is None else self.p_holm
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -92,7 +100,7 @@ class Effect:
         Of a test over subjects and scenes, Westfall, Kenny and Judd's (2014) d with its interval: the mean over the
         root of the sum of the variances of subjects, scenes and residuals.
     robust
-        The interval and test robust to skewed people, which then decide; None where Student's t decides.
+        The interval and test robust to skewed people, which say whether they decide; without them Student's t decides.
     """
 
     estimate: float
@@ -111,10 +119,19 @@ class Effect:
     robust: Robust | None = None
 
     @property
+    def deciding(self) -> Effect | Robust:
+        """The test that decides: the robust one where there is one that decides, else Student's t."""
+        return self.robust if self.robust is not None and self.robust.decides else self
+
+    @property
+    def corrected_p(self) -> float:
+        """The probability by Student's t, by Holm where the test is one of a family."""
+        return self.p if self.p_holm is None else self.p_holm
+
+    @property
     def deciding_p(self) -> float:
-        """The probability that decides: of the robust test where there is one, by Holm where it is one of a family."""
-        test = self.robust or self
-        return test.p if test.p_holm is None else test.p_holm
+        """The probability of the test that decides, by Holm where it is one of a family."""
+        return self.deciding.corrected_p
 
     @property
     def significant(self) -> bool:
@@ -124,8 +141,7 @@ class Effect:
     @property
     def interval(self) -> Interval:
         """The estimate with the 95 % interval of the test that decides."""
-        test = self.robust or self
-        return Interval(self.estimate, test.low, test.high)
+        return Interval(self.estimate, self.deciding.low, self.deciding.high)
 
     @property
     def ratio(self) -> Interval:
@@ -170,8 +186,8 @@ class Effect:
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
         ends = self.interval
         text = f"{self.estimate:.3f}, 95 % interval {ends.low:.3f} to {ends.high:.3f}, t({df}) = {self.statistic:.2f}"
-        text += f", {name} {_stated(self.p if self.p_holm is None else self.p_holm)}"
-        return text if self.robust is None else f"{text}, robust {name} {_stated(self.deciding_p)}"
+        text += f", {name} {_stated(self.corrected_p)}"
+        return text if self.robust is None else f"{text}, robust {name} {_stated(self.robust.corrected_p)}"
 
 
 def _stated(p: float) -> str:

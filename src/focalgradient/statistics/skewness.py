@@ -13,7 +13,7 @@ from scipy import stats
 
 from focalgradient.statistics.records import ALPHA, Robust
 
-__all__ = ["FACTOR", "error_skewness", "half_widths", "one_sided_p", "robust", "two_sided_p"]
+__all__ = ["FACTOR", "WORST_LEVEL_OF_T", "error_skewness", "half_widths", "one_sided_p", "robust", "two_sided_p"]
 
 FloatArray = NDArray[np.float64]
 
@@ -21,6 +21,10 @@ FACTOR = 2.5
 """Factor of every probability. It is the smallest (in steps of 0.25) with which gamma and log-normal people of a
 skewness of up to 4 are tested at .06 or less, 6 to 40 of them (benchmarks/statistics_error_rates.py). No test of a mean
 keeps its level for all distributions (Bahadur and Savage 1956)."""
+
+WORST_LEVEL_OF_T = 0.105
+"""Largest false positive rate of Student's t at .05, of the rise over subjects and scenes: 10 subjects whose rises have
+a skewness of 4 (benchmarks/statistics_error_rates.py, the table in docs/statistics.md)."""
 
 
 def error_skewness(cells: ArrayLike, standard_error: ArrayLike) -> FloatArray:
@@ -104,7 +108,7 @@ def half_widths(df: ArrayLike, skewness: ArrayLike, level: float = ALPHA) -> tup
     )
 
 
-def robust(estimate: float, standard_error: float, df: float, skewness: float) -> Robust:
+def robust(estimate: float, standard_error: float, df: float, skewness: float, *, decides: bool = True) -> Robust:
     """The interval and the two-sided test of a mean whose error has a skewness.
 
     Examples
@@ -115,7 +119,7 @@ def robust(estimate: float, standard_error: float, df: float, skewness: float) -
     """
     below, above = half_widths(df, skewness)
     ends = estimate - float(below) * standard_error, estimate + float(above) * standard_error
-    return Robust(skewness, *ends, float(two_sided_p(estimate / standard_error, df, skewness)))
+    return Robust(skewness, *ends, float(two_sided_p(estimate / standard_error, df, skewness)), decides=decides)
 
 
 def _corrected(t: FloatArray, skewness: FloatArray) -> FloatArray:
