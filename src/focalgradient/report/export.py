@@ -351,8 +351,8 @@ def trial_files(
         rises = [(each.fixation, each.rise) for each in result.fixations]
         pairs = {names: test for names, (test, _) in result.differences.items()} or {FIXATIONS: result.interaction}
         found = _found([*rises, *((f"{one} less {other}", test) for (one, other), test in pairs.items())])
-        tests = [test for _, test in rises if isinstance(test, Effect)]
-        by_t = any(test.robust is not None and not test.robust.decides for test in tests)
+        computed = [test for _, test in rises if isinstance(test, Effect)]
+        by_t = any(test.robust is not None and not test.robust.decides for test in computed)
         said = {"decides": BY_T, "column": "p"} if by_t else {"decides": BY_ROBUST, "column": "robust_p"}
         files["headline.R"] = (HEADLINE.format(prepare=PREPARE, fewest=FEWEST_SCENES, **said) + found).encode()
         files["headline_jasp.R"] = (JASP.format(prepare=PREPARE, **said) + found).encode()
