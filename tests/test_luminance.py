@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
+from focalgradient.lab import photometer
 from focalgradient.luminance import fit_luminance, read_luminance
 
 LEVELS = np.arange(0, 256, 15.0)
@@ -100,3 +101,44 @@ def test_the_doctor_draws_a_table_and_gives_each_figure_with_its_limit(tmp_path,
     wrong = CliRunner().invoke(main, ["doctor", "--luminance", str(tmp_path / "p.csv"), "--data", str(tmp_path)])
     assert wrong.exit_code == 2
     assert wrong.output.startswith("Error: ")
+
+
+@pytest.mark.parametrize(
+    ("device", "sentence"),
+    [
+        ("LS100", "must be one of CS100A, LS100, PR650"),
+        ("spyder:COM3", "must be one of CS100A, LS100, PR650"),
+        ("S470:COM3", "pip install psychopy-gammasci"),
+    ],
+)
+def test_a_photometer_that_cannot_be_opened_is_one_sentence(device, sentence):
+    with pytest.raises(InputError) as caught:
+        photometer.open_photometer(device)
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("given", [-1, None, float("nan")])
+def test_a_reading_that_fails_is_tried_again_and_named_where_it_goes_on_failing(given):
+    shown = []
+
+    class Failing:
+        fails = 2
+
+        def getLum(self):
+            if len(shown) == 4 and self.fails:
+                self.fails -= 1
+                return given
+            return shown[-1][0] / 10
+
+    assert photometer.measure(shown.append, Failing())["red"][3] == 5.1
+    shown.clear()
+    Failing.fails = 3
+    with pytest.raises(InputError, match=r"no luminance at red 51"):
+        photometer.measure(shown.append, Failing())
+
+
+def test_a_photometer_needs_a_file_for_its_table(tmp_path):
+    wrong = CliRunner().invoke(main, ["doctor", "--photometer", "LS100:COM3", "--data", str(tmp_path)])
+    assert wrong.exit_code == 2
+    assert "give --luminance FILE" in wrong.output

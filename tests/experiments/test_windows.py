@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -374,6 +375,65 @@ def test_the_doctor_tells_what_is_well_and_what_is_not(screen, tmp_path):
     assert lines["clock"][0] == "ok"
     assert lines["device pixels"] == ("ok", "1024 x 768 for a window of 1024 x 768")
     assert {"screen", "refresh rate", "dropped frames", "frames"} <= set(lines)
+
+
+LOOKING = """
+import pathlib, struct
+
+class LS100:
+    OK = True
+
+    def __init__(self, port):
+        self.folder = pathlib.Path(port)
+        self.OK = self.folder.exists()
+
+    def getLum(self):
+        content = (self.folder / "Xvfb_screen0").read_bytes()
+        header = struct.unpack(">25I", content[:100])
+        at = header[0] + 12 * header[19] + header[12] * (header[5] // 2) + 4 * (header[4] // 2)
+        blue, green, red = content[at : at + 3]
+        shares = ((red / 255) ** 2.0, (green / 255) ** 2.2, (blue / 255) ** 2.4)
+        return 0.5 + 20 * shares[0] + 60 * shares[1] + 10 * shares[2]
+"""
+
+
+@beside_others
+def test_a_photometer_measures_the_table_that_one_would_write_by_hand(screen, tmp_path):
+    """A stand-in for PsychoPy's package looks at the middle of the real screen, whose guns it gives gammas."""
+    (tmp_path / "psychopy_minolta").mkdir()
+    (tmp_path / "psychopy_minolta" / "__init__.py").touch()
+    (tmp_path / "psychopy_minolta" / "minolta.py").write_text(LOOKING)
+    environment = {**screen.environment, "PYTHONPATH": f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}"}
+    table = tmp_path / "measured.csv"
+
+    def doctor(device: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "doctor", "--seconds", "0.3"]
+        command += ["--luminance", str(table), "--photometer", device, "--json"]
+        pipe = subprocess.PIPE
+        return subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe, text=True, cwd=screen.folder)
+
+    running = doctor(f"LS100:{screen.folder}")
+    deadline = time.monotonic() + 120
+    while not (screen.pixels()[384, 512] == 255).all():
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
+    keep(screen, "doctor-photometer")
+    screen.keys("Return")
+    said, errors = running.communicate(timeout=120)
+    assert running.returncode == 1, errors
+    checks = {one["name"]: one for one in json.loads(said)["checks"]}
+    assert "red 2.00, green 2.20, blue 2.40" in checks["luminance"]["measured"]
+    assert "white 90.5" in checks["luminance"]["measured"]
+    assert len(table.read_text().splitlines()) == 17
+    table.write_text("level,grey\n")
+    (tmp_path / "measured-fit.png").unlink()
+    _, errors = doctor(f"LS100:{screen.folder}").communicate(timeout=120)
+    assert "measured.csv is there already and was not written by 'focalgradient doctor'" in errors
+    table.unlink()
+    absent = doctor("LS100:nowhere")
+    assert "the photometer LS100:nowhere does not answer: switch it on" in absent.communicate(timeout=120)[1]
+    assert absent.returncode == 2
+    assert not table.exists()
 
 
 @beside_others

@@ -19,11 +19,14 @@ import click
 
 from focalgradient.cli.options import positive
 from focalgradient.cli.program import force_option, json_option, show, writable, write_set
+from focalgradient.errors import InputError
 from focalgradient.files import printable
 
 __all__ = ["Check", "doctor", "table"]
 
 SCREEN = [sys.executable, "-m", "focalgradient.lab.check_screen"]  # in a process of its own, which owns PsychoPy
+
+PHOTOMETER = [sys.executable, "-m", "focalgradient.lab.photometer"]
 
 WRITES = 50
 SLOW = 0.02  # seconds to the disk that a participant would notice between trials
@@ -81,6 +84,11 @@ class Check:
     "and with --monitor stored for the experiments.",
 )
 @click.option(
+    "--photometer",
+    metavar="NAME:PORT",
+    help="Measure that table by a photometer, such as LS100:/dev/ttyUSB0, and write it as the FILE of --luminance.",
+)
+@click.option(
     "--markers",
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -108,6 +116,7 @@ def doctor(
     seconds: float,
     windowed: bool,
     luminance: Path | None,
+    photometer: str | None,
     markers: Path | None,
     triggers: tuple[str, ...],
     codes: Path | None,
@@ -124,6 +133,7 @@ def doctor(
     Example:
       focalgradient doctor --monitor lab1 --data data
       focalgradient doctor --monitor lab1 --luminance photometer.csv --card
+      focalgradient doctor --monitor lab1 --luminance photometer.csv --photometer LS100:/dev/ttyUSB0
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     options = ["--screen", str(screen), "--seconds", str(seconds)]
     options += ["--monitor", monitor] if monitor else []
@@ -134,8 +144,13 @@ def doctor(
     options += ["--codes", str(codes)] if codes else []
     options += ["--card"] if card else []
     light: list[Check] = []
+    measured: str | None = None
+    if photometer is not None:
+        if luminance is None:
+            raise InputError("--photometer needs a file for what it measures: give --luminance FILE.")
+        measured = _measured(luminance, [photometer, "--screen", str(screen), *(["--windowed"] if windowed else [])])
     if luminance is not None:
-        light = [*_luminance(luminance, monitor)]
+        light = [*_luminance(luminance, monitor, measured)]
         options += ["--luminance", str(luminance)]
     checks = [*_screen(options), *light, *_disk(data), _versions()]
     show({"well": all(check.well for check in checks), "checks": [asdict(check) for check in checks]}, table(checks))
@@ -158,16 +173,36 @@ def table(checks: list[Check]) -> str:
     return "\n".join(rows)
 
 
-def _luminance(path: Path, monitor: str | None) -> Iterator[Check]:
-    """Fit and draw a photometer's table: what it says of the screen."""
+def _measured(path: Path, options: list[str]) -> str:
+    """The table that a photometer measures, which is going to be written to the path."""
+    writable(path.parent, [path.name, _drawing(path).name])
+    run = subprocess.run([*PHOTOMETER, *options], capture_output=True, text=True, encoding="utf-8")
+    if run.returncode == 0 and "level," in run.stdout:
+        return run.stdout[run.stdout.index("level,") :]
+    last = (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
+    raise InputError(last if run.returncode == 2 else f"the photometer's program broke off ({last}): run it again.")
+
+
+def _drawing(path: Path) -> Path:
+    return path.with_name(f"{path.stem}-fit.png")
+
+
+def _luminance(path: Path, monitor: str | None, measured: str | None) -> Iterator[Check]:
+    """Fit and draw a photometer's table, written now where it was `measured`: what it says of the screen."""
     from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, read_luminance
     from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure
 
-    found = read_luminance(path)
-    drawn = path.with_name(f"{path.stem}-fit.png")
-    writable(drawn.parent, [drawn.name], [path])
-    write_set(drawn.parent, {drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
+    drawn, written = _drawing(path), {}
+    if measured is None:
+        found = read_luminance(path)
+        writable(drawn.parent, [drawn.name], [path])
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "measured.csv").write_text(measured, "utf-8")
+            found = read_luminance(Path(folder, "measured.csv"))
+        written = {path.name: measured.encode()}
+    write_set(drawn.parent, {**written, drawn.name: as_file(luminance_figure(found), "png")}, drawn.name)
     curves = ", ".join(f"{gun} {curve.gamma:.2f}" for gun, curve in found.curves.items())
     text = (
         f"gamma: {curves}; white {found.grey.white:.1f}, black {found.grey.black:.2f} cd/m2; drawn: {printable(drawn)}"
