@@ -37,7 +37,7 @@ PHOTOMETERS: Mapping[str, tuple[str, str]] = {
 """Module and package of each class of PsychoPy's, all of which take a port and have `getLum()` in cd/m2. PsychoPy 2026
 finds only those of the first package by itself: the other packages declare no entry points."""
 
-LEVELS: NDArray[np.float64] = np.arange(0.0, 256.0, 17.0)
+LEVELS: NDArray[np.float64] = np.linspace(0.0, 255.0, 16)
 """Levels that are measured: 16, both ends among them."""
 
 SIDE = 1 / 3
