@@ -1,13 +1,15 @@
 """False positives and coverage of the analyses of steps, comparisons in steps, and choices, by simulation.
 
     python benchmarks/scales_error_rates.py [--sets 300] [--scales steps,bipolar,choice] [--means 0,1] [--subjects 6]
-        [--workers 2 | --scheduler ADDRESS]
+        [--levels 0,-4,-6] [--differences normal,skewed] [--scenes 0,0.5] [--workers 2 | --scheduler ADDRESS]
 
 Each set is one experiment: N subjects, 6 scenes, 2 repetitions, one fixation. What a subject feels is level + rise x
 aperture / largest + logistic noise, in log odds; rises differ over subjects by a standard deviation of 1, about a mean
-of none or of 1, and over scenes by none or 0.5. "steps" has seven of them, with the pinhole among four apertures;
+of none or of 1, and over scenes by none or 0.5. "steps" has seven of them, with the pinhole among four apertures, and a
+mean level that may be far below the scale's middle (`--levels`, log odds), where most answers are the lowest step;
 "bipolar" is the nearest whole number from -3 to 3 and "choice" its sign, for three apertures against a reference. The
-truth of an interval is that of 100,000 subjects with a scene each, and of steps the mean rise itself.
+truth of an interval is that of 100,000 subjects with a scene each, and of steps the mean rise itself. Of steps the
+t-test over subjects' own rises (`own_rises`) is shown beside the test that the analysis chose.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ from focalgradient.parallel import in_order, shared
 from focalgradient.statistics import Effect, NotComputed, compare_pictures
 from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.crossed import moments
+from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.ordinal import ordinal_rating
+from focalgradient.statistics.ordinal_people import own_rises
 
 FloatArray = NDArray[np.float64]
 
@@ -51,6 +55,7 @@ class Cell(NamedTuple):
     scene_sd: float
     mean: float
     subjects: int
+    level: float = 0.0
 
 
 def people(rng: np.random.Generator, size: int | tuple[int, ...], kind: str, mean: float) -> FloatArray:
@@ -73,7 +78,7 @@ def answered(rng: np.random.Generator, cell: Cell, sets: int) -> FloatArray:
     who = (sets, cell.subjects, 1, 1, 1)
     rise = people(rng, (sets, cell.subjects), cell.kind, cell.mean).reshape(who)
     rise = rise + cell.scene_sd * rng.normal(size=(sets, 1, SCENES, 1, 1))
-    level = SPREAD * rng.normal(size=who) if cell.scale == "steps" else np.zeros(who)
+    level = cell.level + SPREAD * rng.normal(size=who) if cell.scale == "steps" else np.zeros(who)
     shape = (sets, cell.subjects, SCENES, len(amounts), REPETITIONS)
     return answers(level + rise * amounts[:, None] / MM[-1] + rng.logistic(size=shape), cell.scale)
 
@@ -115,13 +120,14 @@ def truth(scale: str, kind: str, scene_sd: float, mean: float) -> tuple[float, f
 class Found(NamedTuple):
     """Of each set: p of the slope over subjects and scenes, and for these scenes; whether intervals hold the truth.
 
-    NaN: not computed.
+    Of steps p of subjects' own rises, too. NaN: not computed.
     """
 
     p: FloatArray
     p_these: FloatArray
     slope: FloatArray
     largest: FloatArray
+    p_own: FloatArray
 
 
 def tested(cells: FloatArray, true: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -148,7 +154,7 @@ def comparisons(seed: int, cell: Cell, sets: int) -> Found:
     weights = slope_weights(MM)
     assert isinstance(weights, np.ndarray)
     both, here, held = tested(means @ weights, slope)
-    return Found(both, here, held, away)
+    return Found(both, here, held, away, np.full(sets, np.nan))
 
 
 def _of(both: Effect | NotComputed, here: Effect | NotComputed, true: float) -> tuple[float, float, float]:
@@ -163,14 +169,19 @@ def rng_of(seed: int, cell: Cell, *number: int) -> np.random.Generator:
     return np.random.default_rng([seed, *place, int(cell.scene_sd > 0), int(cell.mean > 0), cell.subjects, *number])
 
 
-def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float]:
-    """One set of steps; it depends on the task alone."""
+def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float, float]:
+    """One set of steps; it depends on the task alone. As `_of`, and p of subjects' own rises."""
     seed, cell, number = task
     (one,) = answered(rng_of(seed, cell, number), cell, 1)
-    found = ordinal_rating(as_rows(one, cell.scale), [])
+    rows = as_rows(one, cell.scale)
+    found = ordinal_rating(rows, [])
     if not found.these_scenes:
-        return np.nan, np.nan, np.nan
-    return _of(found.rises[0], found.these_scenes[0], cell.mean)
+        return np.nan, np.nan, np.nan, np.nan
+    category = np.unique(rows["rating"], return_inverse=True)[1]
+    amounts = rows["aperture_mm"].to_numpy()[:, None] / MM[-1]
+    own = own_rises(category, amounts, np.zeros((len(rows), 0)), rows["who"].to_numpy())[:, 0]
+    test = paired_effect(own, "subjects' own rises")
+    return *_of(found.rises[0], found.these_scenes[0], cell.mean), getattr(test, "p", np.nan)
 
 
 def compare(seed: int) -> None:
@@ -197,6 +208,8 @@ def shares(found: Found) -> dict[str, str]:
         "rejected": (computed["p"] < 0.05).mean(),
         "rejected, for these scenes": (computed["p_these"] < 0.05).mean(),
     }
+    if found.p_own.size and not np.isnan(found.p_own).all():
+        rates["rejected, subjects' own rises"] = (computed["p_own"] < 0.05).mean()
     held = {"coverage": computed["slope"].mean(), "coverage, largest aperture": computed["largest"].mean()}
     told = {name: f"**{rate:.3f}**" if rate > 0.06 else f"{rate:.3f}" for name, rate in rates.items()}
     told |= {name: f"**{c:.3f}**" if abs(c - 0.95) > 0.02 else f"{c:.3f}" for name, c in held.items() if c == c}
@@ -208,28 +221,35 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=300, help="of each cell")
     parser.add_argument("--scales", default="bipolar,choice,steps")
     parser.add_argument("--means", default="0,1", help="mean rises, log odds; rates of rejection are told of 0 alone")
+    parser.add_argument("--levels", default="0", help="mean levels of answers in steps, log odds from the middle")
+    parser.add_argument("--differences", default=",".join(DIFFERENCES), help="how subjects' rises are distributed")
+    parser.add_argument("--scenes", default=",".join(map(str, SCENE_SD)), help="standard deviations of scenes' rises")
     parser.add_argument("--subjects", type=int, nargs="+", default=SUBJECTS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scheduler", help="address of a Dask scheduler, in place of processes")
     options = parser.parse_args()
     compare(options.seed)
-    means = [float(each) for each in options.means.split(",")]
-    print("| scale; subjects; scenes; mean rise | | " + " | ".join(f"N = {n}" for n in options.subjects) + " |")
+    means, levels, scenes = (
+        [float(each) for each in x.split(",")] for x in (options.means, options.levels, options.scenes)
+    )
+    print("| scale; subjects; scenes; mean rise; level | | " + " | ".join(f"N = {n}" for n in options.subjects) + " |")
     print("| --- " * (2 + len(options.subjects)) + "|", flush=True)
     with shared(options.workers, options.scheduler) as executor:
-        for row in product(options.scales.split(","), DIFFERENCES, SCENE_SD, means):
+        for row in product(options.scales.split(","), options.differences.split(","), scenes, means, levels):
             cells = []
             for subjects in options.subjects:
-                cell = Cell(*row, subjects)
+                cell = Cell(*row[:4], subjects, row[4])
                 if cell.scale == "steps":
                     tasks = [(options.seed, cell, number) for number in range(options.sets)]
-                    both, here, held = np.array(list(in_order(executor, in_steps, tasks))).T
-                    cells.append(shares(Found(both, here, held, np.full(options.sets, np.nan))))
+                    both, here, held, own = np.array(list(in_order(executor, in_steps, tasks))).T
+                    cells.append(shares(Found(both, here, held, np.full(options.sets, np.nan), own)))
+                    lowest = (answered(rng_of(options.seed, cell), cell, 500) == 1).mean()
+                    cells[-1]["answers in the lowest step"] = f"{lowest:.2f}"
                 else:
                     cells.append(shares(comparisons(options.seed, cell, options.sets)))
             for name in cells[0]:
-                if row[-1] == 0 or not name.startswith("rejected"):
+                if row[3] == 0 or not name.startswith("rejected"):
                     label = "; ".join([row[0], row[1], *(f"{value:g}" for value in row[2:])])
                     print(f"| {label} | {name} | " + " | ".join(cell[name] for cell in cells) + " |", flush=True)
 

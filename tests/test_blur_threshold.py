@@ -203,6 +203,21 @@ def test_the_fit_finds_a_threshold_from_many_trials_by_a_formula_of_its_own():
     assert fit.correct(threshold) == pytest.approx(0.75, abs=0.02)
 
 
+def test_priors_of_lapses_and_slope_are_the_users_and_move_the_fit():
+    """At 60 trials that hardly determine them a prior of more lapses gives a lower threshold."""
+    levels = np.repeat([0.12, 0.18, 0.25, 0.35], 15)
+    right = np.concatenate([np.arange(15) < count for count in (8, 10, 12, 14)])
+    none, many = (fit_threshold(levels, right, least=0.02, most=2.0, lapse=mean) for mean in (0.0, 0.05))
+    assert none.lapse == 0
+    assert many.lapse > 0.01
+    assert many.threshold < none.threshold
+    steep = fit_threshold(levels, right, least=0.02, most=2.0, slope=8.0)
+    assert steep.slope > none.slope
+    for wrong in ({"lapse": -0.1}, {"lapse": 0.3}, {"slope": 0.5}, {"slope": math.nan}):
+        with pytest.raises(InputError, match=f"{next(iter(wrong))} is"):
+            fit_threshold(levels, right, least=0.02, most=2.0, **wrong)
+
+
 def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
     """Logarithms of the fitted over the true threshold, and how many intervals hold the true one."""
     design = BlurThresholdDesign(catch_trials=0, practice_trials=0)

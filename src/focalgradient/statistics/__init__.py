@@ -64,6 +64,7 @@ from focalgradient.statistics.ratings import (
     depth_rating,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, as_table
+from focalgradient.statistics.response_times import EzDiffusion, ResponseTimes, response_times
 from focalgradient.statistics.thresholds import (
     SubjectThreshold,
     ThresholdFit,
@@ -89,6 +90,7 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
+    "EzDiffusion",
     "FactorEffect",
     "FixationResult",
     "GradientEffect",
@@ -108,6 +110,7 @@ __all__ = [
     "Quality",
     "RatingMean",
     "RatingRoc",
+    "ResponseTimes",
     "Rules",
     "Scale",
     "SceneMean",
@@ -142,5 +145,6 @@ __all__ = [
     "read_ratings",
     "read_reports",
     "read_thresholds",
+    "response_times",
     "sensitivity",
 ]

@@ -37,14 +37,17 @@ logarithm: two thirds of all slopes lie between 2.1 and 5.8."""
 
 SLOPE_RANGE = (1.0, 10.0)
 
-LAPSE_PRIOR = 65.0
-"""Second parameter of the beta prior of the lapse rate (the first is 1): a mean of 1.5 %, within the 0 to 5 % of
-trained people (Wichmann & Hill 2001). QUEST+ shows few levels that everybody sees, so that 60 answers do not tell the
-lapse rate: its posterior is the prior, and the threshold is biased by -1.5 % for each 1 % by which the prior's mean is
-above it (simulated: -4.7, -3.5 and -2.2 % for lapse rates of 0, 1 and 2 % with a mean of 5 %; -2.2, -0.8 and +0.7 %
-with 1.5 %)."""
+LAPSE = 0.015
+"""Mean of the prior of the lapse rate, which is beta (1, b): within the 0 to 5 % of trained people (Wichmann & Hill
+2001). QUEST+ shows few levels that everybody sees, so that 60 answers do not determine the lapse rate: its posterior is
+the prior, and the threshold is biased by -1.5 % for each 1 % by which the prior's mean is above it (simulated: -4.7,
+-3.5 and -2.2 % for lapse rates of 0, 1 and 2 % with a mean of 5 %; -2.2, -0.8 and +0.7 % with 1.5 %)."""
 
-LAPSE_MOST = 0.1
+LAPSE_QUANTILE = 0.999
+"""Quantile of the lapse rate's prior at which its grid ends: 10 % with a mean of 1.5 %."""
+
+LARGEST_LAPSE = 0.1
+"""Upper limit on the mean of that prior: beyond it the grid would reach rates at which all answers are lapses."""
 
 WIDTH = math.log10(math.log(0.05) / math.log(0.95))
 """Width of Weibull's function of slope 1, from 5 to 95 %, in decades."""
@@ -186,7 +189,9 @@ class ThresholdResult:
         return f"{name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
 
 
-def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: float) -> ThresholdFit:
+def fit_threshold(
+    levels: ArrayLike, right: ArrayLike, *, least: float, most: float, lapse: float = LAPSE, slope: float = SLOPE
+) -> ThresholdFit:
     """Fit the psychometric function of two alternatives.
 
     Parameters
@@ -197,11 +202,17 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
         Whether each was answered rightly.
     least, most
         Between which the threshold is sought, every one as likely on a logarithmic scale: those of the design.
+    lapse
+        Mean of the prior of the lapse rate, from 0 (no lapses) to 0.1. Sixty adaptive trials do not determine the rate:
+        the threshold is biased by -1.5 % for each 1 % by which this mean is above the true rate.
+    slope
+        Median of the prior of Weibull's slope, from 1 to 10, the standard deviation of whose logarithm is 0.5. It, too,
+        biases the threshold of sixty adaptive trials where the true slope is another: see `docs/thresholds.md`.
 
     Raises
     ------
     InputError
-        If psignifit is not installed, or levels and answers do not agree.
+        If psignifit is not installed, levels and answers do not agree, or an option is outside its range.
 
     Examples
     --------
@@ -220,14 +231,27 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
         raise InputError(f"levels has shape {level.shape} and right {answered.shape}, but both must be one list.")
     if not ((level > 0).all() and 0 < least < most):
         raise InputError("levels, least and most must be above 0, and most above least.")
+    if not 0 <= lapse <= LARGEST_LAPSE:
+        raise InputError(f"lapse is {lapse}, but must be a mean rate from 0 to {LARGEST_LAPSE:g}.")
+    if not SLOPE_RANGE[0] <= slope <= SLOPE_RANGE[1]:
+        raise InputError(f"slope is {slope}, but must be from {SLOPE_RANGE[0]:g} to {SLOPE_RANGE[1]:g}.")
     there, place = np.unique(level, return_inverse=True)
     shown = np.bincount(place)
     hits = np.bincount(place, weights=answered).astype(int)
 
     def width_prior(width: ArrayLike) -> NDArray[np.float64]:
         wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit's search may leave the bounds
-        return np.asarray(np.exp(-0.5 * (np.log(WIDTH / wide / SLOPE) / SLOPES) ** 2) / wide)
+        return np.asarray(np.exp(-0.5 * (np.log(WIDTH / wide / slope) / SLOPES) ** 2) / wide)
 
+    fixed = {"eta": STEADY}
+    bounds = {"width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0])}
+    priors: dict[str, Any] = {"width": width_prior}
+    if lapse:
+        rates = beta(1, 1 / lapse - 1)
+        bounds["lambda"] = (0.0, min(float(rates.ppf(LAPSE_QUANTILE)), 0.5))
+        priors["lambda"] = lambda rate: rates.pdf(np.asarray(rate, float))
+    else:
+        fixed["lambda"] = 0.0
     ends = (math.log10(least), math.log10(most))
     with np.errstate(all="ignore"):
         found = psignifit.psignifit(
@@ -235,13 +259,9 @@ def fit_threshold(levels: ArrayLike, right: ArrayLike, *, least: float, most: fl
             experiment_type="2AFC",
             sigmoid="gumbel",  # Weibull's, on a logarithmic scale
             stimulus_range=ends,
-            bounds={
-                "threshold": ends,
-                "width": (WIDTH / SLOPE_RANGE[1], WIDTH / SLOPE_RANGE[0]),
-                "lambda": (0.0, LAPSE_MOST),
-            },
-            priors={"width": width_prior, "lambda": lambda lapse: beta.pdf(np.asarray(lapse, float), 1, LAPSE_PRIOR)},
-            fixed_parameters={"eta": STEADY},
+            bounds={"threshold": ends, **bounds},
+            priors=priors,
+            fixed_parameters=fixed,
             grid_steps=GRID,
             verbose=False,
         )
@@ -266,7 +286,14 @@ def _median(values: Any, density: Any) -> float:
 
 
 def blur_thresholds(
-    table: pd.DataFrame, *, least: float, most: float, unit: str = "D", known: Mapping[str, float] | None = None
+    table: pd.DataFrame,
+    *,
+    least: float,
+    most: float,
+    unit: str = "D",
+    known: Mapping[str, float] | None = None,
+    lapse: float = LAPSE,
+    slope: float = SLOPE,
 ) -> ThresholdResult:
     """Fit each participant's threshold, and average them.
 
@@ -279,11 +306,13 @@ def blur_thresholds(
         Of the design's levels.
     known
         The thresholds that simulated observers were given, by participant.
+    lapse, slope
+        Mean and median of the priors of the lapse rate and the slope, as in `fit_threshold`.
 
     Raises
     ------
     InputError
-        If psignifit is not installed.
+        If psignifit is not installed, or an option is outside its range.
     """
     check_installed(*NEEDED)
     subjects = []
@@ -296,7 +325,8 @@ def blur_thresholds(
             f"There are {counted} trials, but must be {LEAST_TRIALS} for a threshold."
         )
         if counted >= LEAST_TRIALS:
-            fit = fit_threshold(rows["level"].to_numpy(float)[~catch], right[~catch], least=least, most=most)
+            level = rows["level"].to_numpy(float)[~catch]
+            fit = fit_threshold(level, right[~catch], least=least, most=most, lapse=lapse, slope=slope)
         kept = not catches or caught >= ATTENDING * catches
         name = str(participant)
         subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))

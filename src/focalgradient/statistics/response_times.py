@@ -1,0 +1,279 @@
+"""Response times with answers as a covariate, and the diffusion model's parameters by the EZ method.
+
+Slow and fast answers differ in which answer they are, so that a condition that changes answers changes the mean time,
+too. Regression of each person's log times on condition and answer takes this apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError
+from focalgradient.statistics.means import family, paired_effect, t_interval
+from focalgradient.statistics.records import Effect, Interval, NotComputed, line
+
+__all__ = ["EzDiffusion", "ResponseTimes", "response_times"]
+
+FloatArray = NDArray[np.float64]
+
+LEAST_CORRECT = 10
+"""Right answers of a person in a condition from which the variance of their times is taken: its standard error is then
+half of itself or less (normal times; times are skewed, so take 40 or more)."""
+
+NEAR_CHANCE = 1e-3
+"""Log odds of a right answer below which the EZ equations' limit at chance is taken: they are 0 / 0 there."""
+
+METHOD = "log response time, each person's least squares on condition and answer, t-test over people"
+METHOD_ALONE = "log response time, each person's means, paired t-test over people"
+METHOD_DRIFT = "EZ diffusion, each person's drift rates, paired t-test over people"
+
+
+@dataclass(frozen=True, slots=True)
+class EzDiffusion:
+    """Diffusion model of a condition: means over people with 95 % intervals (Student's t).
+
+    Parameters
+    ----------
+    drift
+        Drift rate in units of the noise within a trial, whose variance grows by 1 in a second (1 / sqrt(s)).
+    boundary
+        Distance of the two boundaries, in the same unit (sqrt(s)); the start is half-way.
+    non_decision
+        Time for seeing and pressing, in seconds.
+    people
+        Each person's drift, boundary and non-decision time.
+    """
+
+    drift: Interval
+    boundary: Interval
+    non_decision: Interval
+    people: Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ResponseTimes:
+    """Response times of several people, in seconds.
+
+    Parameters
+    ----------
+    times
+        Geometric mean over people of each condition, with a 95 % interval.
+    effects
+        Differences of log time, of conditions at the same answer and of answers in the same condition, corrected by
+        Holm as one family; `Effect.ratio` is the ratio of times.
+    unadjusted
+        The same differences of conditions whatever was answered.
+    diffusion
+        Of each condition, where it is known which answers were right.
+    drifts
+        Differences of the drift rates of conditions, corrected by Holm.
+    trials, left_out
+        Number of trials taken, and of those without a time.
+    """
+
+    times: Mapping[str, Interval]
+    effects: Mapping[str, Effect | NotComputed]
+    unadjusted: Mapping[str, Effect | NotComputed]
+    diffusion: Mapping[str, EzDiffusion | NotComputed]
+    drifts: Mapping[str, Effect | NotComputed]
+    trials: int
+    left_out: int
+
+    def __repr__(self) -> str:
+        """In short; `summary` has the results."""
+        return f"<ResponseTimes: {self.trials} trials, {len(self.times)} conditions>"
+
+    def summary(self) -> str:
+        """Times, differences of log time, and drift rates, a line each."""
+        lines = [f"{name or 'time'}: {_ends(one)} s" for name, one in self.times.items()]
+        lines += [line(f"log time, {name}", one) for name, one in self.effects.items()]
+        lines += [line(f"log time whatever the answer, {name}", one) for name, one in self.unadjusted.items()]
+        for name, one in self.diffusion.items():
+            what = f"diffusion, {name}" if name else "diffusion"
+            if isinstance(one, NotComputed):
+                lines.append(f"{what}: {one.reason}")
+            else:
+                parts = (one.drift, one.boundary, one.non_decision)
+                words = zip(("drift", "boundary", "non-decision"), map(_ends, parts), ("", "", " s"), strict=True)
+                lines.append(f"{what}: " + "; ".join(f"{part} {ends}{unit}" for part, ends, unit in words))
+        return "\n".join(lines + [line(f"drift, {name}", one) for name, one in self.drifts.items()])
+
+
+def _ends(found: Interval) -> str:
+    if found.low is None or found.high is None:
+        return f"{found.estimate:.3g}"
+    return f"{found.estimate:.3g}, 95 % interval {found.low:.3g} to {found.high:.3g}"
+
+
+def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTimes:
+    """Analyse response times with answers as a covariate, and estimate the diffusion model's parameters.
+
+    Each person's log times are regressed on condition and answer, and the coefficients tested over people. Where a
+    person gave one answer only, their conditions are compared without it. The diffusion model is estimated from each
+    person's share of right answers and the mean and variance of their right answers' times (EZ: Wagenmakers, van der
+    Maas & Grasman 2007, Psychon. Bull. Rev. 14:3); it assumes a start half-way and the same difficulty in all trials of
+    a condition.
+
+    Parameters
+    ----------
+    table
+        One row a trial, or arrays by name: `participant_id`, `response_time` (s; NaN where there was no answer),
+        and `answer` (which one; two or more different ones), `correct` (whether it was right), or both; `condition` if
+        there. Without `answer`, right and wrong ones are the covariate.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, a time is not above 0, or `correct` is not true or false.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(2)
+    >>> who, answer = np.repeat(np.arange(6), 80), rng.integers(0, 2, 480)
+    >>> time = np.exp(-0.5 + 0.1 * rng.normal(size=6)[who] + 0.2 * answer + 0.2 * rng.normal(size=480))
+    >>> found = response_times({"participant_id": who, "response_time": time, "answer": answer})
+    >>> round(found.times[""].estimate, 2), round(found.effects["answer 1 less 0"].estimate, 2)
+    (0.62, 0.22)
+    """
+    rows = _checked(pd.DataFrame(table))
+    complete = rows[rows["response_time"].notna()]
+    if complete.empty:
+        raise InputError("No trial has a response time: give seconds in the column 'response_time'.")
+    conditions = list(dict.fromkeys(complete["condition"]))
+    answers = sorted(complete["answer"].unique())
+    own = {
+        str(name): _coefficients(trials, conditions, answers)
+        for name, trials in complete.groupby("participant_id", sort=True)
+    }
+    pairs = {f"{other} less {one}": (one, other) for one, other in combinations(conditions, 2)}
+    adjusted = {name: _tested([_less(each[0], *pair) for each in own.values()], METHOD) for name, pair in pairs.items()}
+    for one, other in combinations(answers, 2):
+        adjusted[f"answer {other} less {one}"] = _tested([_less(each[1], one, other) for each in own.values()], METHOD)
+    means = (
+        complete.assign(log=np.log(complete["response_time"])).groupby(["participant_id", "condition"])["log"].mean()
+    )
+    wide = means.unstack().reindex(columns=conditions)
+    diffusion: dict[str, EzDiffusion | NotComputed] = {}
+    if "correct" in complete:
+        diffusion = {name: _diffusion(complete[complete["condition"] == name]) for name in conditions}
+    return ResponseTimes(
+        {name: t_interval(wide[name].dropna().to_numpy()).ratio for name in conditions},
+        _as_family(adjusted),
+        _as_family({k: _tested((wide[b] - wide[a]).tolist(), METHOD_ALONE) for k, (a, b) in pairs.items()}),
+        diffusion,
+        _as_family({k: _drifts(diffusion[a], diffusion[b]) for k, (a, b) in pairs.items()} if diffusion else {}),
+        len(complete),
+        len(rows) - len(complete),
+    )
+
+
+def _checked(rows: pd.DataFrame) -> pd.DataFrame:
+    """The columns that are used, with a condition and an answer as text."""
+    if not {"participant_id", "response_time"} <= set(rows) or not {"answer", "correct"} & set(rows):
+        raise InputError(
+            f"The table has the columns {', '.join(map(str, rows))}, but needs participant_id, response_time (s), and "
+            "answer or correct."
+        )
+    try:
+        times = rows["response_time"].to_numpy(dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError("response_time must be numbers, in seconds; leave missing ones empty.") from error
+    wrong = times[(times <= 0) | np.isinf(times)]
+    if wrong.size:
+        raise InputError(f"response_time has {wrong[0]:g}, but must be above 0 s; leave times that are missing empty.")
+    found = pd.DataFrame({"participant_id": rows["participant_id"].astype(str), "response_time": times})
+    found["condition"] = rows["condition"].astype(str) if "condition" in rows else ""
+    covariate = "answer" if "answer" in rows else "correct"
+    given = rows[covariate]
+    found["answer"] = given.astype(str) if covariate == "answer" else np.where(given == 1, "right", "wrong")
+    if given.isna().any():  # no answer: nothing was timed
+        found.loc[given.isna().to_numpy(), "response_time"] = np.nan
+    if "correct" in rows:
+        known = rows["correct"].isin([True, False]).to_numpy()
+        if not known[found["response_time"].notna()].all():
+            raise InputError("correct must be true or false (1 or 0) in each trial that has a response time.")
+        found["correct"] = known & (rows["correct"] == 1).to_numpy()
+    return found
+
+
+Coefficients = Mapping[str, float]
+
+
+def _coefficients(
+    trials: pd.DataFrame, conditions: Sequence[str], answers: Sequence[str]
+) -> tuple[Coefficients, Coefficients]:
+    """One person's log time in each condition (at equal answers) and with each answer (in equal conditions).
+
+    Only differences within either count. NaN, or absent, where the person's trials do not determine them.
+    """
+    where = [name for name in conditions if (trials["condition"] == name).any()]
+    which = [name for name in answers if (trials["answer"] == name).any()]
+    columns = [trials["condition"] == name for name in where] + [trials["answer"] == name for name in which[1:]]
+    design = np.column_stack(columns).astype(float)
+    if np.linalg.matrix_rank(design) < design.shape[1]:  # an answer that stands for a condition
+        return dict.fromkeys(where, math.nan), dict.fromkeys(which, math.nan)
+    found = np.linalg.lstsq(design, np.log(trials["response_time"].to_numpy()), rcond=None)[0]
+    levels = [0.0, *found[len(where) :].tolist()]
+    return dict(zip(where, found.tolist(), strict=False)), dict(zip(which, levels, strict=True))
+
+
+def _less(values: Coefficients, one: str, other: str) -> float:
+    return values.get(other, math.nan) - values.get(one, math.nan)
+
+
+def _tested(values: Sequence[float], method: str) -> Effect | NotComputed:
+    differences = np.asarray(values, dtype=float)
+    return paired_effect(differences[np.isfinite(differences)], method)
+
+
+def _as_family(tests: Mapping[str, Effect | NotComputed]) -> dict[str, Effect | NotComputed]:
+    return dict(zip(tests, family(tests.values()), strict=True))
+
+
+def _diffusion(trials: pd.DataFrame) -> EzDiffusion | NotComputed:
+    people: dict[str, tuple[float, float, float]] = {}
+    for name, own in trials.groupby("participant_id", sort=True):
+        right = own["correct"].to_numpy()
+        times = own["response_time"].to_numpy()[right]
+        if len(times) >= LEAST_CORRECT and np.ptp(times) > 0:
+            edge = 0.5 / len(right)  # shares of 0 and 1 have no log odds
+            share = min(max(float(right.mean()), edge), 1 - edge)
+            people[str(name)] = _ez(share, float(times.var(ddof=1)), float(times.mean()))
+    if not people:
+        return NotComputed(f"Nobody has {LEAST_CORRECT} right answers whose times differ.")
+    drift, boundary, non_decision = (t_interval(values) for values in np.array(list(people.values())).T)
+    return EzDiffusion(drift, boundary, non_decision, people)
+
+
+def _ez(share: float, variance: float, mean: float) -> tuple[float, float, float]:
+    """Drift, boundary and non-decision time; Wagenmakers et al. (2007), Eqs. 5, 7 to 9, with s = 1.
+
+    Their example has s = 0.1: drift 0.09994, boundary 0.13997.
+
+    >>> [round(one, 4) for one in _ez(0.802, 0.112, 0.723)]
+    [0.9994, 1.3997, 0.3]
+    """
+    odds = math.log(share / (1 - share))
+    if abs(odds) < NEAR_CHANCE:
+        boundary = (24 * variance) ** 0.25
+        return odds / boundary, boundary, mean - boundary**2 / 4
+    x = odds * (odds * share**2 - odds * share + share - 0.5) / variance
+    drift = math.copysign(x**0.25, odds)
+    boundary = odds / drift
+    return drift, boundary, mean - boundary / (2 * drift) * math.tanh(drift * boundary / 2)
+
+
+def _drifts(one: EzDiffusion | NotComputed, other: EzDiffusion | NotComputed) -> Effect | NotComputed:
+    if isinstance(one, NotComputed):
+        return one
+    if isinstance(other, NotComputed):
+        return other
+    both = [name for name in other.people if name in one.people]
+    return paired_effect([other.people[name][0] - one.people[name][0] for name in both], METHOD_DRIFT)
