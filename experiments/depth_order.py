@@ -98,6 +98,6 @@ class DepthOrder(Task):
         return OrderAnswer(correct=("left", "right")[int(value) - 1] == trial.near, **times)
 
     def simulated(self, design, trial, observer, chance):
-        told = (1 / FOCUS_M - 1 / trial.far) * (trial.depth_of_field == "with")
-        right = bool(chance.random() < 0.5 + 0.48 * (1 - np.exp(-2 * told)))
+        blur_difference = (1 / FOCUS_M - 1 / trial.far) * (trial.depth_of_field == "with")
+        right = bool(chance.random() < 0.5 + 0.48 * (1 - np.exp(-2 * blur_difference)))
         return OrderAnswer(onset=0.0, response_time=0.9, correct=right)

@@ -102,8 +102,8 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda rows: [{**row, "colour": "red"} for row in rows], "colour is no setting of a trial"),
-        (lambda rows: [{"form": row["form"]} for row in rows], "there is no column scene"),
+        (lambda rows: [{**row, "colour": "red"} for row in rows], "colour is not a setting of a trial"),
+        (lambda rows: [{"form": row["form"]} for row in rows], "the column scene is missing"),
         (
             lambda rows: [{**row, "catch": "perhaps"} for row in rows],
             "row 2: catch is 'perhaps', but must be a valid boo",

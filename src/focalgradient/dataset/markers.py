@@ -139,7 +139,7 @@ def read_codes(path: Path | None) -> Codes:
     Raises
     ------
     InputError
-        If the file cannot be read, a code is no whole number from 1 to 255, or stands for two events.
+        If the file cannot be read, a code is not a whole number from 1 to 255, or stands for two events.
     """
     if path is None:
         return Codes()

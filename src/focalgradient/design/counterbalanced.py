@@ -119,10 +119,10 @@ def constrained(
                 order[place], order[other] = order[other], order[place]
                 if wrong(order, place) + wrong(order, other) > before:
                     order[place], order[other] = order[other], order[place]
-    told = ", ".join([*(f"{name} at most {n} in a row" for name, n in runs.items())])
-    told += ", " * bool(told and distances) + ", ".join(f"{name} {n} apart" for name, n in distances.items())
+    limits = ", ".join([*(f"{name} at most {n} in a row" for name, n in runs.items())])
+    limits += ", " * bool(limits and distances) + ", ".join(f"{name} {n} apart" for name, n in distances.items())
     raise InputError(
-        f"no order of the {len(items)} trials was found with {told}: allow more, or even out the conditions."
+        f"no order of the {len(items)} trials was found with {limits}: allow more, or even out the conditions."
     )
 
 
@@ -144,8 +144,8 @@ class Counterbalanced(Plan):
         "random": conditions are shuffled within each repetition. "latin-square": they too go by the rows of a square,
         the next row in each repetition and for each participant.
     runs, distances
-        Constraints on a random order, by field of a trial: at most so many trials in a row with one level; at least so
-        many others between two with one level.
+        Constraints on a random order, by field of a trial: maximum number of trials in a row with one level; minimum
+        number of other trials between two with one level.
 
     Examples
     --------
@@ -199,7 +199,7 @@ class Counterbalanced(Plan):
         for setting in ("blocked", "runs", "distances"):
             for name in getattr(self, setting):
                 if not hasattr(trial, name):
-                    raise InputError(f"{setting} names {name!r}, which is no setting of a trial: give one that is.")
+                    raise InputError(f"{setting} names {name!r}, which is not a setting of a trial: name one that is.")
         if self.condition_order == "latin-square" and (self.runs or self.distances):
             raise InputError("runs and distances are constraints on a random order: leave them out of a Latin square.")
 

@@ -136,11 +136,11 @@ def trials_of(
     for column in rows[0]:
         if column not in known:
             raise InputError(
-                f"{name}: {column} is no setting of a trial: leave the column out, or use {', '.join(fields)}."
+                f"{name}: {column} is not a setting of a trial: leave the column out, or use {', '.join(fields)}."
             )
     needed = {one.name for one in fields.values() if _needed(one)} | set(factors)
     if missing := sorted(needed - {*rows[0]}):
-        raise InputError(f"{name}: there is no column {missing[0]}: add it.")
+        raise InputError(f"{name}: the column {missing[0]} is missing: add it.")
     checked = []
     for number, row in enumerate(rows, start=2):
         made: dict[str, Any] = {}

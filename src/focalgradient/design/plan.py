@@ -219,7 +219,7 @@ class Plan(Table):
                 if row[column] not in known:
                     listed = ", ".join(map(str, sorted(known)))
                     raise InputError(
-                        f"{name}, row {number}: {column} is {row[column]!r}, but the design has {listed}: mend it."
+                        f"{name}, row {number}: {column} is {row[column]!r}, but the design has {listed}: correct it."
                     )
         for row in checked:
             if PARTICIPANT in row:

@@ -147,7 +147,7 @@ def keys_of(given: str | None) -> dict[str, str]:
     Raises
     ------
     InputError
-        If it is no list of buttons with their keys.
+        Unless it lists buttons with their keys.
 
     Examples
     --------

@@ -192,7 +192,7 @@ def _pulses(triggers: Triggers, port: Port) -> dict[str, Any]:
         try:
             triggers.send(port, "test", time.monotonic(), PULSE_GAP * number, None)
         except Exception as error:
-            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "mend it", "no error")
+            return _check("triggers", f"{port.name} failed: {error!r}"[:200], False, "correct it", "no error")
         times.append(1e3 * (time.perf_counter() - before))
         time.sleep(PULSE_GAP)
     text = f"{port.name}: {PULSES} pulses of code {code} in {median(times):.2f} ms, at worst {max(times):.2f} ms"

@@ -127,7 +127,7 @@ class Planes:
         for one in vergences:
             check_number("a plane", one, "dioptres")
         if not vergences:
-            raise InputError("there are no planes: give at least one vergence, in dioptres.")
+            raise InputError("planes must have at least one vergence, in dioptres, got none: give one.")
         self.vergences = tuple(float(one) for one in vergences)
         self.range_d = (min(self.vergences), max(self.vergences))
         self.plane = 0

@@ -329,6 +329,6 @@ def read_hook(path: Path | None) -> Callable[..., object] | None:
         hook = module.mark
     except Exception as error:
         raise InputError(
-            f"--markers {path} gives no function mark(code, name, seconds, trial) ({error!r}): mend it."
+            f"--markers {path} gives no function mark(code, name, seconds, trial) ({error!r}): correct it."
         ) from error
     return hook

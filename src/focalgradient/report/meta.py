@@ -101,8 +101,8 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
     files["studies.csv"] = safe_csv(pd.DataFrame(rows))
     files["meta_analysis.csv"] = safe_csv(pd.DataFrame(pooled))
     files |= {sheet.file: safe_csv(sheet.digits) for sheet in output.sheets}
-    told = {"simulated": simulated, "problems": problems, "notices": [], "results": pooled}
-    files["results.json"] = (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
+    contents = {"simulated": simulated, "problems": problems, "notices": [], "results": pooled}
+    files["results.json"] = (json.dumps(contents, indent=1, ensure_ascii=False) + "\n").encode()
     return Report(files, tuple(problems), tuple(pooled))
 
 

@@ -184,16 +184,16 @@ def _times(settings: Mapping[str, Any], what: str) -> str:
 def _methods(task: Task, settings: Mapping[str, Any], tests: tuple[ConditionTest, ...]) -> list[str]:
     """Methods, for a paper: the same before and after."""
     conditions = " and ".join(dict.fromkeys(test.factor for test in tests)) or "one condition"
-    told = [
+    lines = [
         f"{task.title}. Conditions ({conditions}) were shown {_times(settings, 'time')} each, in "
         "random order from the seed that the data set records. Means are over subjects, with 95 % intervals by "
         "Student’s t."
     ]
     if not tests:
-        return [*told, "No hypothesis was tested."]
+        return [*lines, "No hypothesis was tested."]
     logs = " (ratios on their logarithm)" if any(test.log for test in tests) else ""
     return [
-        *told,
+        *lines,
         f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
         "levels that are numbers is its least-squares slope within subject; of other conditions each level was "
         "compared with the first. Effects were tested over subjects by Student’s t (levels of different subjects by "

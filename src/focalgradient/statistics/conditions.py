@@ -127,7 +127,7 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     rows = table.astype(dict.fromkeys(answers, float))
     for answer in {test.answer for test in planned if test.log}:
         if not (rows[answer].dropna() > 0).all():
-            raise InputError(f"{answer} is a ratio, but has values of 0 or less: mend them.")
+            raise InputError(f"{answer} is a ratio, but has values of 0 or less: correct them.")
     effects = family(_effect(rows, factors, test) for test in planned)
     return tuple(
         ConditionTest(test.answer, test.factor, test.level, test.against, test.log, effect)

@@ -236,7 +236,7 @@ def fit_model(
 
 
 IMPOSSIBLE = 1e10
-"""Cost where there is no joint mode."""
+"""Cost where the joint mode does not exist."""
 
 STARTS = (0.3, 1.0)
 """Standard deviations that the search begins from: the joint density can have two modes of nearly the same height, as

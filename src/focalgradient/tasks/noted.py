@@ -104,8 +104,8 @@ class Noted:
         >>> Noted(3.5, unit="points").entry()
         {'value': 3.5, 'unit': 'points'}
         """
-        told = {"unit": self.unit, "description": self.description}
-        return {"value": self.value} | {key: text for key, text in told.items() if text}
+        fields = {"unit": self.unit, "description": self.description}
+        return {"value": self.value} | {key: text for key, text in fields.items() if text}
 
 
 class OpenRecord(type):
