@@ -397,6 +397,7 @@ class LS100:
 """
 
 
+@pytest.mark.slow
 @beside_others
 def test_a_photometer_measures_the_table_that_one_would_write_by_hand(screen, tmp_path):
     """A stand-in for PsychoPy's package looks at the middle of the real screen, whose guns it gives gammas."""
