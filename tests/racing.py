@@ -18,24 +18,27 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, read_journal, validate
-from focalgradient.design import Pinhole
+from killing import DESIGNS, answer_of
+
+from focalgradient.dataset import Apparatus, Session, read_dataset, read_journal, validate
+from focalgradient.design import Pinhole, Plan
 from focalgradient.errors import InputError
 
 DESIGN = Pinhole(scenes=["a"], repetitions=1)
+OWN: Plan = DESIGNS["own"]
 APPARATUS = Apparatus("seconds from the start of the sitting")
 WAYS = ("begin", "resume")
 TRIAL_S = DESIGN.look_s + 5.0
 REFUSED = ("holds a session of", "is being recorded by another program", "which is never overwritten")
 
 
-def take(way: str, root: Path, participant: str, about: dict[str, Any]) -> Session:
+def take(design: Plan, way: str, root: Path, participant: str, about: dict[str, Any]) -> Session:
     if way == "begin":
-        return Session.begin(root, DESIGN, participant, apparatus=APPARATUS, about=about)
-    return Session.resume(root, "pinhole", participant, apparatus=APPARATUS)
+        return Session.begin(root, design, participant, apparatus=APPARATUS, about=about)
+    return Session.resume(root, design.task, participant, apparatus=APPARATUS)
 
 
-def racer(number: int, barrier: Barrier, rounds: list[tuple[str, Path, str]], pipe: Connection) -> None:
+def racer(number: int, design: Plan, barrier: Barrier, rounds: list[tuple[str, Path, str]], pipe: Connection) -> None:
     """Try each round, and tell how it went."""
     chance = random.Random(number)
     for way, root, participant in rounds:
@@ -43,10 +46,10 @@ def racer(number: int, barrier: Barrier, rounds: list[tuple[str, Path, str]], pi
         barrier.wait()
         time.sleep(chance.uniform(0, 0.002))  # so that not only one order of steps is tried
         try:
-            session = take(way, root, participant, {"age": 20 + number})
+            session = take(design, way, root, participant, {"age": 20 + number})
             for count, trial in enumerate(session.remaining()[: 1 + number]):
                 onset = TRIAL_S * count
-                session.record(trial, Rated(onset=onset, rating=1.0 + number % 3, response_time=1.5))
+                session.record(trial, answer_of(design, onset=onset, rating=1.0 + number % 3, response_time=1.5))
         except InputError as error:
             said = str(error)
         except BaseException:
@@ -58,7 +61,7 @@ def racer(number: int, barrier: Barrier, rounds: list[tuple[str, Path, str]], pi
         barrier.wait()
 
 
-def race(folder: Path, pairs: int, fresh: bool) -> Counter[str]:
+def race(folder: Path, pairs: int, fresh: bool, design: Plan = DESIGN) -> Counter[str]:
     """Let pairs begin and, once the first has let go, resume; `fresh` gives each pair a data set of its own."""
     context = multiprocessing.get_context("spawn")
     rounds = [
@@ -66,7 +69,7 @@ def race(folder: Path, pairs: int, fresh: bool) -> Counter[str]:
     ]
     barrier, pipes = context.Barrier(2), [context.Pipe(duplex=False) for _ in range(2)]
     racers = [
-        context.Process(target=racer, args=(number, barrier, rounds, pipe), daemon=True)
+        context.Process(target=racer, args=(number, design, barrier, rounds, pipe), daemon=True)
         for number, (_, pipe) in enumerate(pipes)
     ]
     for one in racers:
@@ -109,14 +112,14 @@ def _is_theirs(root: Path, participant: str, winners: list[int]) -> None:
 def main(pairs: int = 300) -> None:
     start = time.perf_counter()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        for fresh in (False, True):
-            count = race(Path(folder, f"fresh-{fresh}"), pairs // 2, fresh)
-            print(f"{'new data sets' if fresh else 'one data set'}: {dict(sorted(count.items()))}")
+        for fresh, design in ((False, DESIGN), (True, OWN)):
+            count = race(Path(folder, f"fresh-{fresh}"), pairs // 2, fresh, design)
+            print(f"{design.task}, {'new data sets' if fresh else 'one data set'}: {dict(sorted(count.items()))}")
         root = Path(folder, "fresh-False", "data")
         for number in range(pairs // 2):
             with Session.resume(root, "pinhole", f"{number + 1:03}", apparatus=APPARATUS) as session:
                 for at, trial in enumerate(session.remaining()):
-                    session.record(trial, Rated(onset=TRIAL_S * at, rating=1.0, response_time=1.5))
+                    session.record(trial, answer_of(DESIGN, onset=TRIAL_S * at, rating=1.0, response_time=1.5))
         assert len(read_dataset(root).sidecars) == pairs // 2
         assert not validate(root).problems
     print(f"{pairs} pairs each way, {time.perf_counter() - start:.0f} s: one of each succeeded, nothing was lost")

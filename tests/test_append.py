@@ -6,10 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
+from killing import DESIGNS, answer_of
 from small_disk import limit_disk
 
 from focalgradient import InputError
-from focalgradient.dataset import Apparatus, Journal, Session, read_journal
+from focalgradient.dataset import Apparatus, Journal, Session, read_dataset, read_journal, validate
 from focalgradient.dataset.append import append
 from focalgradient.dataset.bids import add_participant, begin_dataset
 from focalgradient.design import Pinhole
@@ -69,6 +70,29 @@ def test_a_journal_on_a_full_disk_keeps_what_it_had_at_each_byte(
         journal.resume(read_journal(path), note)
     assert read_journal(path).changed == ()
     assert len(read_journal(path).of("note")) == 1
+
+
+@pytest.mark.slow
+def test_an_answer_of_an_own_task_that_a_full_disk_refuses_is_asked_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    design, apparatus = DESIGNS["own"], Apparatus("seconds")
+    answers = [answer_of(design, onset=20.0 * at, rating=at % 9 + 0.5, response_time=0.5) for at in range(18)]
+    Session.begin(tmp_path, design, "01", apparatus=apparatus)._journal.close()
+    for room in (0, 1, 20, 100, 200):  # bytes: less than a line
+        session = Session.resume(tmp_path, design.task, "01", apparatus=apparatus)
+        session.record(session.remaining()[0], answers[18 - len(session.remaining())])
+        with monkeypatch.context() as disk:
+            limit_disk(disk, room)
+            with pytest.raises(InputError, match="No space left on device"):
+                session.record(session.remaining()[0], answers[18 - len(session.remaining())])
+        session._journal.close()
+    with Session.resume(tmp_path, design.task, "01", apparatus=apparatus) as session:
+        for trial in session.remaining():
+            session.record(trial, answers[18 - len(session.remaining())])
+    assert validate(tmp_path).problems == ()
+    table = read_dataset(tmp_path).tables[design.task]
+    assert table["rating"].tolist() == table["noted"].tolist() == [answer.rating for answer in answers]
 
 
 def test_what_was_interrupted_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

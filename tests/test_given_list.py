@@ -56,6 +56,17 @@ def test_a_list_read_again_is_the_same(design, tmp_path: Path) -> None:
     assert len(given.pilot().trials("pilot")) <= 8
 
 
+def test_a_spreadsheet_in_german_is_read_as_the_same_list(tmp_path: Path) -> None:
+    design = NeckerDesign()
+    path = written(tmp_path, design)
+    text = path.read_text().replace("false", "FALSCH").replace("true", "WAHR").replace(",", ";").replace(".", ",")
+    (tmp_path / "german.csv").write_text(text, encoding="utf-8-sig", newline="\r\n")
+    assert design.with_trials("list", read_trials(tmp_path / "german.csv")).trials("01") == design.trials("01")
+    rows = [{**row, "strength": "1,234"} for row in read_trials(path)]
+    with pytest.raises(InputError, match="strength is '1,234', but must be a valid number"):
+        design.with_trials("list", rows)
+
+
 def test_a_workbook_is_read_as_the_same_list(tmp_path: Path) -> None:
     rows = [line.split(",") for line in written(tmp_path, Pinhole()).read_text().splitlines()]
     (tmp_path / "list.xlsx").write_bytes(workbook(rows))

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from racing import APPARATUS, DESIGN, race
+from racing import APPARATUS, DESIGN, OWN, race
 
 from focalgradient.dataset import Rated, Session, export, read_dataset, read_journal
 from focalgradient.dataset import journal as journals
@@ -26,9 +26,12 @@ def resume(root: Path, participant: str = "01") -> Session:
     return Session.resume(root, "pinhole", participant, apparatus=APPARATUS)
 
 
-@pytest.mark.parametrize("fresh", [True, False])
-def test_of_two_that_begin_or_resume_at_once_one_succeeds_and_the_other_gets_a_sentence(tmp_path, fresh):
-    count = race(tmp_path, 8, fresh)
+@pytest.mark.parametrize(
+    ("fresh", "design"),
+    [(True, DESIGN), (False, DESIGN), pytest.param(False, OWN, marks=pytest.mark.slow, id="own task")],
+)
+def test_of_two_that_begin_or_resume_at_once_one_succeeds_and_the_other_gets_a_sentence(tmp_path, fresh, design):
+    count = race(tmp_path, 8, fresh, design)
     assert sum(count.values()) == 16
 
 

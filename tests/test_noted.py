@@ -38,6 +38,12 @@ def test_every_answer_takes_further_fields() -> None:
         Response(onset=0.0, response_time=1.0, **more),
     ]
     assert [answer.extra for answer in answers] == [{"interest": Noted(3)}] * 4
+    computed = Response(onset=np.float64(1.5), response_time=np.float32(0.5), dropped_frames=np.int64(2))  # type: ignore[arg-type]
+    assert [type(one) for one in (computed.onset, computed.response_time, computed.dropped_frames)] == [
+        float,
+        float,
+        int,
+    ]
 
 
 @pytest.mark.parametrize(

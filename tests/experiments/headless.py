@@ -73,19 +73,20 @@ class Headless:
 
     def keys(self, *keys: str) -> None:
         """Press and release keys, one after the other."""
-        self._xdotool("key", "--delay", "8", *keys)
+        self.xdotool("key", "--delay", "8", *keys)
 
     def press(self, key: str) -> None:
-        self._xdotool("keydown", key)
+        self.xdotool("keydown", key)
 
     def release(self, key: str) -> None:
-        self._xdotool("keyup", key)
+        self.xdotool("keyup", key)
 
     def click(self, x: int, y: int) -> None:
         """With the mouse, in pixels from the upper left."""
-        self._xdotool("mousemove", str(x), str(y), "sleep", "0.05", "mousedown", "1", "sleep", "0.1", "mouseup", "1")
+        self.xdotool("mousemove", str(x), str(y), "sleep", "0.05", "mousedown", "1", "sleep", "0.1", "mouseup", "1")
 
-    def _xdotool(self, *words: str) -> None:
+    def xdotool(self, *words: str) -> None:
+        """Run xdotool on this screen."""
         subprocess.run(["xdotool", *words], env=self.environment, check=True)
 
     def pixels(self) -> NDArray[np.uint8]:

@@ -135,7 +135,7 @@ def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: 
         middle = (screen.pixels().shape[1] // 2, screen.pixels().shape[0] // 2)
 
         def look(card: int) -> None:
-            screen._xdotool("mousemove", str(middle[0] + 80 * (card - 1)), str(middle[1]))
+            screen.xdotool("mousemove", str(middle[0] + 80 * (card - 1)), str(middle[1]))
 
         look(1)
         options = ["--series", series, "--gaze", gaze, "--data", data, "--participant", "01", "--seconds", "60"]

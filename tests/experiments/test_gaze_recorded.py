@@ -53,7 +53,7 @@ def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(g
                 x, y = TARGETS[trials[done].fixation]
                 shift = 120 if done + 1 == AWAY else 0
                 middle = (screen.pixels().shape[1] / 2, screen.pixels().shape[0] / 2)
-                screen._xdotool("mousemove", str(round(middle[0] + x - 80 + shift)), str(round(middle[1] + y - 60.5)))
+                screen.xdotool("mousemove", str(round(middle[0] + x - 80 + shift)), str(round(middle[1] + y - 60.5)))
             elif event == "question":
                 screen.keys("6", "Return")
                 done += 1

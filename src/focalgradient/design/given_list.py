@@ -6,6 +6,7 @@ import codecs
 import csv
 import dataclasses
 import io
+import re
 import typing
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -30,6 +31,12 @@ LARGEST = 16 * 2**20
 """Maximum size of a table, in bytes: a hundred participants with 2000 trials each."""
 
 NONE = ("", "n/a")
+
+GERMAN = {"wahr": "true", "falsch": "false"}
+"""What a German Excel writes for true and false."""
+
+DECIMAL_COMMA = re.compile(r"-?(0,\d+|\d+,(\d{1,2}|\d{4,}))")
+"""Numbers whose comma can only be a decimal one; 1,234 may be a thousand, and is refused."""
 
 Row = Mapping[str, Any]
 
@@ -168,7 +175,14 @@ def _value(hint: Any, cell: str) -> Any:
         return None
     if typing.get_origin(hint) is Literal:
         cell = next((part for part in typing.get_args(hint) if str(part) == cell), cell)
-    return TypeAdapter(hint).validate_python(cell)
+    read = TypeAdapter(hint).validate_python
+    try:
+        return read(cell)
+    except ValidationError:
+        local = cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else GERMAN.get(cell.lower(), cell)
+        if local == cell:
+            raise
+        return read(local)
 
 
 def numbered(rows: Sequence[Row], kind: type[Any], factors: Sequence[str]) -> tuple[Any, ...]:

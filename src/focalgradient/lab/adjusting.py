@@ -46,6 +46,7 @@ def adjust(
 
     Left and right arrow keys and the mouse wheel turn the knob a little, up and down by more, a held key goes on; the
     slider at the bottom is dragged with the mouse. No number is shown. Enter counts only after the knob was turned.
+    Question and slider lie on dark bands, the upper and lower eighths of the screen: stimuli belong between them.
 
     Parameters
     ----------
@@ -80,6 +81,8 @@ def adjust(
         raise InputError(f"the knob goes from {least:g} to {most:g}, but must rise{', above 0' if ratios else ''}.")
     unit, half = screen.size[1], WIDTH * screen.size[1] / 2
     still = [
+        *([_band(screen, 0.385, 0.5)] if question else []),  # room for two lines
+        _band(screen, -0.5, PLACE + 0.055),
         screen.text(question or " ", height=0.035, y=0.44),
         screen.text(screen.words("scale.knob_keys"), height=0.024, y=-0.47),
         screen.line((-half, PLACE * unit), (half, PLACE * unit), 3),
@@ -128,7 +131,7 @@ def adjust(
                 dragged or (abs(y - PLACE * unit) < 0.06 * unit and abs(x) < half + 0.05 * unit)
             )
             if dragged:
-                share, turned = min(max((x / half + 1) / 2, 0.0), 1.0), True
+                share, turned = min(max((float(x) / half + 1) / 2, 0.0), 1.0), True
             before = show()
     finally:
         screen.window.mouseVisible = False
@@ -136,6 +139,13 @@ def adjust(
 
 KEYS = {"left": -1, "right": 1, "down": -COARSE, "up": COARSE}
 """Taps of each key."""
+
+
+def _band(screen: Screen, low: float, high: float) -> Any:
+    """A part of the plate, over the whole width, between two heights: shares of the screen's, from its middle."""
+    band, (width, unit) = screen.plate(), screen.size
+    band.size, band.pos = (width, (high - low) * unit), (0, (low + high) / 2 * unit)
+    return band
 
 
 def _turns(wheel: Any) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.scales import Control
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, Form
-from focalgradient.tasks.noted import Noted, OpenRecord
+from focalgradient.tasks.noted import Noted, OpenRecord, plain
 
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
 
@@ -56,6 +56,8 @@ class Response(metaclass=OpenRecord):
     extra: Mapping[str, Noted] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for one in dataclasses.fields(self):
+            object.__setattr__(self, one.name, plain(getattr(self, one.name)))
         check_fields(self)
         for name in ("onset", "response_time"):
             value = getattr(self, name)

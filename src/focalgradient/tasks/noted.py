@@ -23,6 +23,7 @@ __all__ = [
     "check_noted",
     "is_noted",
     "noted_columns",
+    "plain",
 ]
 
 EXTRA = "extra"
@@ -78,9 +79,7 @@ class Noted:
     description: str = ""
 
     def __post_init__(self) -> None:
-        value: Any = self.value
-        if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
-            value = value.item()
+        value = plain(self.value)
         if isinstance(value, float) and math.isnan(value):
             value = None
         if not (value is None or isinstance(value, (bool, int, float, str))) or value in (math.inf, -math.inf):
@@ -106,6 +105,17 @@ class Noted:
         """
         fields = {"unit": self.unit, "description": self.description}
         return {"value": self.value} | {key: text for key, text in fields.items() if text}
+
+
+def plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python's, and whatever else as it is.
+
+    >>> import numpy as np
+    >>> plain(np.float64(0.5)), plain("left")
+    (0.5, 'left')
+    """
+    scalar = type(value).__module__ == "numpy" and getattr(value, "shape", None) == ()
+    return value.item() if scalar else value
 
 
 class OpenRecord(type):
