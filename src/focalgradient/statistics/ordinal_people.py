@@ -2,7 +2,7 @@
 
 The mixed model (`focalgradient.statistics.cumulative`) has none, or a singular covariance, where most answers are the
 lowest (or highest) step: its standard error is then not that of the rises. Here every subject has a level and rises of
-their own, with weak normal penalties; thresholds are common. A t-test over the subjects' rises holds its level.
+their own, with weak normal penalties; thresholds are common. `RISE_SD` says what a t-test over these rises rejects.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ FloatArray = NDArray[np.float64]
 
 LEVEL_SD, RISE_SD = 3.0, 2.0
 """Standard deviations of the normal penalties on a subject's level (and what fixations differ by) and rises, in log
-odds: an odds ratio of 7 is at one. With them a t-test of no mean rise rejects .036 to .057 of 4,000 sets with 4 to 10
-subjects, normal and skewed, where 4 to 74 % of answers are the lowest step."""
+odds: an odds ratio of 7 is at one. Weakly informative, our choice. With them a t-test of no mean rise rejects .070,
+.018 and .072 of 400 sets of 4 normal subjects (error .011), .043, .052 and .040 of 6, where 69, 92 and 8 % of answers
+are the lowest step (benchmarks/scales_error_rates.py, `--levels`; its rates stand in docs/statistics.md)."""
 
 FAR = 50.0
 """Log odds that stand for infinity."""
