@@ -24,7 +24,10 @@ def data(tmp_path_factory):
 def test_both_curves_are_drawn_with_their_axis_and_all_subjects(data):
     shown = fig3.shown(data)
     (ax,) = shown.figure.axes
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["pinhole", "f/22", "f/11", "f/5.6"]
+    assert [label.get_text().split() for label in ax.get_xticklabels()] == [
+        *(["pinhole", "0"], ["f/22", "2.27"], ["f/11", "4.55"], ["f/5.6", "8.93"])
+    ]
+    assert ax.get_xticks() == pytest.approx([0, 50 / 22, 50 / 11, 50 / 5.6], abs=0.01)
     assert ax.get_ylim()[0] < 1 < 3 < ax.get_ylim()[1]
     texts = {text.get_text() for text in shown.figure.findobj(Text)}
     assert {"near object\nin focus", "far object\nin focus", "simulated observers"} <= texts
