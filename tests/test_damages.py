@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from killing import DESIGNS, answer_of
 from recorded import edit
 
 from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched, export, read_dataset, repair, validate
@@ -400,7 +401,10 @@ def test_the_data_are_valid_before_they_are_damaged(made):
 
 @pytest.mark.parametrize("name", DAMAGES)
 def test_no_damage_passes(data, name):
-    damage, sentence = DAMAGES[name]
+    is_seen(data, *DAMAGES[name])
+
+
+def is_seen(data: Path, damage: Callable[[Path], object], sentence: str) -> None:
     damage(data)
     problems = validate(data).problems
     with pytest.raises(AssertionError, match=sentence):
@@ -409,6 +413,36 @@ def test_no_damage_passes(data, name):
     for attempt in (lambda: read_dataset(data, damaged="leave out"), lambda: repair(data), lambda: validate(data)):
         with suppress(InputError):  # one sentence, and never anything else
             attempt()
+
+
+OWN = {
+    "answer changed": (cell(4, "rating", "2.0", "guesses"), "does not say what its journal says"),
+    "answer off the scale": (cell(4, "rating", "40", "guesses"), "row 4: rating is '40', but must be"),
+    "another condition": (cell(4, "dots", "9", "guesses"), "trial 3: dots is 9, but"),
+    "note changed": (cell(4, "noted", "7.5", "guesses"), "does not say what its journal says"),
+    "column lost": (cell(1, "rating", "score", "guesses"), "there is no column rating"),
+    "line changed": (text(b'"rating": 1.5', b'"rating": 2.5', task="guesses"), "was changed after it was written"),
+    "line lost": (lines(lambda found: found.pop(5), "guesses"), "lines before line 6 are missing, or were changed"),
+    "line doubled": (lines(lambda found: found.insert(5, found[5]), "guesses"), "stands there more than once"),
+    "a note's words": (told("noted", {"Description": "Age."}, "guesses"), "noted differs from what the journal says"),
+    "another seed told": (told("Seed", 3, "guesses"), "Seed differs from what the journal says"),
+    "all: time 0": (forged(put(3, response_time=0.0), "guesses"), "trial 3: response_time is 0 s"),
+    "all: another condition": (forged(put(3, dots=9), "guesses"), "trial 3: dots is 9, but"),
+    "all: doubled": (forged(lambda events: events.insert(7, dict(events[6])), "guesses"), "more than once"),
+    "all: one lost": (forged(lambda events: events.__delitem__(3), "guesses"), "of 18 trials of the design are miss"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OWN)
+def test_no_damage_of_an_own_task_passes(tmp_path, name):
+    design = DESIGNS["own"]
+    for label in ("01", "02"):
+        with Session.begin(tmp_path, design, label, apparatus=APPARATUS) as session:
+            for number, trial in enumerate(session.remaining()):
+                session.record(trial, answer_of(design, onset=20.0 * number, rating=1.5, response_time=2.0))
+    assert validate(tmp_path).problems == ()
+    is_seen(tmp_path, *OWN[name])
 
 
 def test_all_damages_of_one_data_set_are_listed_at_once(data):
