@@ -115,7 +115,13 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
 def test_markdown_names_its_figures_and_says_what_html_says(made):
     text = made.files["report.md"].decode()
     named = re.findall(r"!\[.*\]\((.*)\)", text)
-    assert named == ["depth_rating.png", "depth_rating_scenes.png", "depth_rating_residuals.png", "necker.png"]
+    assert named == [
+        "depth_rating.png",
+        "depth_rating_scenes.png",
+        "depth_rating_residuals.png",
+        "robustness.png",
+        "necker.png",
+    ]
     assert all(made.files[name].startswith(b"\x89PNG") for name in named)
     assert made.files["necker.pdf"].startswith(b"%PDF")
     cells = {cell for line in text.splitlines() if line.startswith("| ") for cell in line[2:-2].split(" | ")}

@@ -18,6 +18,7 @@ from focalgradient.report.exclusions import with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.parts import Asked, Output, Part
+from focalgradient.report.robustness_part import robustness_part, robustness_plan
 from focalgradient.report.scales import comparison_findings, comparison_sheets, factor_sheet
 from focalgradient.report.tables import quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_findings
@@ -129,6 +130,7 @@ class RatingPart(Part):
         checked = rating_residuals(part.kept, part.analysis)
         if not part.kept.empty and checked:
             yield output.figure("depth_rating_residuals", residual_figure(checked, simulated=part.simulated), RESIDUALS)
+        yield from robustness_part(part, output)
         yield from output.tables(own)
         if isinstance(part.result, DepthRatingResult):
             yield from map(Paragraph, part.result.remarks)
@@ -153,7 +155,9 @@ class RatingPart(Part):
             yield output.figure("depth_rating_scenes", scenes_figure(result, simulated=simulated), SCENES_CAPTION)
 
     def methods(self, output: Output) -> Iterator[Block]:
-        yield from map(Paragraph, methods_ratings(self.ratings, self.asked.used_bound))
+        yield from map(
+            Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), robustness_plan(self.ratings.analysis)]
+        )
         if self.posterior is not None:
             yield Paragraph(bayes_methods(self.posterior))
         yield from output.tables(self.design_table())

@@ -8,7 +8,21 @@ from typing import ClassVar
 
 from focalgradient.errors import InputError, described
 
-__all__ = ["ANALYSES", "Analysis", "Choices", "OrdinalSteps", "Ratios", "Slopes", "analysis_named"]
+__all__ = [
+    "ANALYSES",
+    "AS_GIVEN",
+    "LOGARITHM",
+    "RANKS",
+    "Analysis",
+    "Choices",
+    "OrdinalSteps",
+    "Ratios",
+    "Slopes",
+    "analysis_named",
+]
+
+LOGARITHM, AS_GIVEN, RANKS = "logarithm", "as given", "ranks"
+"""Transformations of answers; ranks are each subject's own, as shares of the highest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +65,9 @@ class Analysis:
     latent: ClassVar[bool] = False
     """Whether the statistic is the model by which power simulates answers, so that its mean is what was put in."""
 
+    transformations: ClassVar[tuple[str, ...]] = (AS_GIVEN, RANKS)
+    """Transformations of the answers under which data are re-analysed; the first is that of the main analysis."""
+
     @property
     def no_rises(self) -> str:
         """Reason for which there is no analysis of ratios."""
@@ -70,6 +87,7 @@ class Ratios(Analysis):
     middle: float | None = 1.0
     standard_known: bool = True
     ratios: ClassVar[bool] = True
+    transformations: ClassVar[tuple[str, ...]] = (LOGARITHM, AS_GIVEN, RANKS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,6 +145,7 @@ class Choices(Analysis):
     positive: ClassVar[bool] = False
     binary: ClassVar[bool] = True
     experiments: ClassVar[int] = 30
+    transformations: ClassVar[tuple[str, ...]] = (AS_GIVEN,)  # ranks of two answers are the answers
     compares_slopes: ClassVar[bool] = False
 
 

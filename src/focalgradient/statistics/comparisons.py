@@ -23,7 +23,7 @@ from focalgradient.statistics.means import family, only_difference, t_interval
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
 
-__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures", "slope_unit"]
+__all__ = ["ComparisonMean", "ComparisonResult", "ComparisonTests", "compare_pictures", "own_slopes", "slope_unit"]
 
 FloatArray = NDArray[np.float64]
 
@@ -167,7 +167,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     answers = table.rename(columns={"rating": "answer"})
     of = {name: cells(answers[answers["fixation"] == name]) for name in present}
     pairs = list(combinations(present, 2)) if analysis.compares_slopes else []
-    slopes = [_both(_lines(of[name])) for name in present]
+    slopes = [_both(own_slopes(of[name])) for name in present]
     slopes += [_difference(of[one], of[other]) for one, other in pairs]
     largest = [_largest(own, analysis) for own in of.values()]
     both, here = (_tests([test[k] for test in slopes], [test[k] for test in largest], pairs, analysis) for k in (0, 1))
@@ -216,7 +216,7 @@ def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
     """The difference of two slopes of each subject and scene."""
     lines = []
     for own in (one, other):
-        slopes = _lines(own)
+        slopes = own_slopes(own)
         if isinstance(slopes, NotComputed):
             return slopes, slopes
         names = list(own.scenes) if slopes.shape[1] == len(own.scenes) else [""]
@@ -227,7 +227,7 @@ def _difference(one: Cells, other: Cells) -> tuple[Test, Test]:
     return _both((first - second).to_numpy())
 
 
-def _lines(own: Cells) -> FloatArray | NotComputed:
+def own_slopes(own: Cells) -> FloatArray | NotComputed:
     """Least-squares slope of each subject and scene on the aperture in mm; of each subject where no scene has all."""
     weights = slope_weights(own.amounts)
     if isinstance(weights, NotComputed):

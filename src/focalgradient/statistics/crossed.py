@@ -31,6 +31,7 @@ __all__ = [
     "crossed_effect",
     "moments",
     "over_subjects",
+    "own_means",
     "random_scenes",
     "with_scenes",
 ]
@@ -165,11 +166,13 @@ def over_subjects(cells: ArrayLike, *, bounded: bool = False, robust_decides: bo
     0.02
     """
     shared = _used(cells)
-    found = paired_effect(_own_means(shared), THESE)
+    found = paired_effect(own_means(shared), THESE)
     return found if isinstance(found, NotComputed) or bounded else _robust(found, shared, robust_decides)
 
 
-def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True) -> Effect | NotComputed:
+def crossed_effect(
+    cells: ArrayLike, *, bounded: bool = False, robust_decides: bool = True, quick: bool = False
+) -> Effect | NotComputed:
     """The mean of a table of subjects by scenes, generalised over both where there are five or more scenes.
 
     Parameters
@@ -182,6 +185,8 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: b
         (`focalgradient.statistics.skewness`).
     robust_decides
         Whether the robust test decides, or Student's t.
+    quick
+        Whether d is left out, and REML searched from one start: for many analyses alike.
 
     Returns
     -------
@@ -208,7 +213,7 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: b
     if gaps:
         if shared.size - gaps == subjects == scenes:  # one cell each: nothing separates subjects from scenes
             return own
-        left = reml.fit(shared)
+        left = reml.fit(shared, quick=quick)
         mean, error, df = left.mean, left.standard_error, left.df
         filled = np.isfinite(shared)
         each = stats.hmean(filled.sum(axis=0)), stats.hmean(filled.sum(axis=1))  # subjects a scene, scenes a subject
@@ -223,14 +228,14 @@ def crossed_effect(cells: ArrayLike, *, bounded: bool = False, robust_decides: b
         mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
         squares = float(found.subjects), float(found.scenes), float(found.residual)
         each = subjects, scenes
-    size = crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
+    size = None if quick else crossed_size(mean, squares, float(each[0]), float(each[1]), shared.size - gaps)
     effect = replace(student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks), d=size)
     return effect if bounded else _robust(effect, shared, robust_decides)
 
 
 def _robust(effect: Effect, cells: FloatArray, decides: bool) -> Effect:
     """The effect with the test robust to the skewness of the subjects' own means."""
-    skewness = float(error_skewness(_own_means(cells)[:, None], effect.standard_error))
+    skewness = float(error_skewness(own_means(cells)[:, None], effect.standard_error))
     test = robust(effect.estimate, effect.standard_error, effect.df, skewness, decides=decides)
     return replace(effect, robust=test)
 
@@ -307,7 +312,7 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # beyond 5000 its p is not accurate
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
     largest = float(np.abs(left).max() / residual)
-    own = _own_means(shared)
+    own = own_means(shared)
     if subjects < 4:
         return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest)
     skewness, (own_w, own_p) = float(stats.skew(own, bias=False)), map(float, stats.shapiro(own))
@@ -315,8 +320,12 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, *check)
 
 
-def _own_means(cells: FloatArray) -> FloatArray:
-    """The subjects' own means; where cells are empty, of cells filled by subject + scene, if that is possible."""
+def own_means(cells: FloatArray) -> FloatArray:
+    """The subjects' own means; where cells are empty, of cells filled by subject + scene, if that is possible.
+
+    >>> own_means(np.array([[0.1, 0.3], [0.2, 0.6]])).round(2).tolist()
+    [0.2, 0.4]
+    """
     if not cells.size:
         return np.empty(0)
     return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.nanmean(cells, axis=1))

@@ -6,10 +6,12 @@ effect. One that cannot be judged without looking at it is not applied, and the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.scales import Analysis, analysis_named
@@ -21,7 +23,7 @@ from focalgradient.statistics.judging import (
 )
 from focalgradient.statistics.tables import rating_table, report_table
 
-__all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "quality"]
+__all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "kept_rows", "quality"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,19 +134,16 @@ def quality(
             "The table has neither a column rating nor a column percept: it must hold depth ratings or reports on the "
             "cube."
         )
-    keep = pd.Series(True, index=np.arange(len(table)))
     exclusions = []
     number, names = pd.factorize(table["participant_id"].to_numpy(object), sort=True)
     for rule, wrong in _bad_trials(table, rules):
         for one in np.unique(number[wrong]):
             rows = table[wrong & (number == one)]
             exclusions.append(Exclusion(str(names[one]), rule, False, _count(rows)))
-        keep &= ~wrong
     for subject in subjects:
         for rule in _bad_subject(subject, rules):
             exclusions.append(Exclusion(subject.participant_id, rule, True, subject.trials))
-            keep &= names[number] != subject.participant_id
-    kept = table[keep.to_numpy()]
+    kept = table[kept_rows(table, subjects, rules)]
     before, after = table[~table["catch"]], kept[~kept["catch"]]
     return kept, Quality(
         rules,
@@ -201,6 +200,31 @@ def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> di
     if all(one.lapses is None for one in subjects):
         reasons["lapses"] = NO_PLAIN_TRIALS
     return reasons
+
+
+def kept_rows(table: pd.DataFrame, subjects: Sequence[SubjectQuality], rules: Rules) -> NDArray[np.bool_]:
+    """Return which rows rules keep, of subjects who were judged before.
+
+    Parameters
+    ----------
+    table
+        As `quality` checks it.
+    subjects
+        How each did: `Quality.subjects`.
+    rules
+        Those to apply; they may leave out some of those by which the subjects were judged.
+
+    Examples
+    --------
+    >>> table = pd.DataFrame({"participant_id": ["01", "02"], "rating": 1.0, "response_time": [0.1, 1.2]})
+    >>> kept_rows(table, [], Rules()).tolist(), kept_rows(table, [], Rules(response_time=None)).tolist()
+    ([False, True], [True, True])
+    """
+    keep = np.ones(len(table), bool)
+    for _, wrong in _bad_trials(table, rules):
+        keep &= ~wrong
+    out = [subject.participant_id for subject in subjects if _bad_subject(subject, rules)]
+    return keep & ~table["participant_id"].astype(str).isin(out).to_numpy()
 
 
 def _count(rows: pd.DataFrame) -> int:
