@@ -83,6 +83,7 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary", "wide")}
     others |= {
         "results.csv",
+        "robustness.csv",
         "necker_subjects.csv",
         "necker_reports.csv",
         "necker_reports_dictionary.csv",
@@ -107,7 +108,7 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     Reader().feed(text)
     assert not open_tags
     pictures = [source for source in sources if not source.startswith("#")]
-    assert len(pictures) == 4
+    assert len(pictures) == 5
     assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from focalgradient.plotting.figures import BLUE, GREY, ORANGE, new_figure, shortened, style
 from focalgradient.plotting.subjects import SIMULATED
-from focalgradient.scales.analyses import LOGARITHM
-from focalgradient.statistics.robustness import TESTS, Variant, most_influential
+from focalgradient.statistics.robustness import LOGARITHM, TESTS, Variant, most_influential
 
 __all__ = ["robustness_figure"]
 

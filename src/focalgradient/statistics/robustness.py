@@ -25,7 +25,7 @@ from focalgradient.statistics.exclusions import kept_rows, quality
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of, rating_table
 
-__all__ = ["ALL_RULES", "NO_RULES", "TESTS", "Variant", "most_influential", "robustness", "sign_flips"]
+__all__ = ["ALL_RULES", "LOGARITHM", "NO_RULES", "TESTS", "Variant", "most_influential", "robustness", "sign_flips"]
 
 FloatArray = NDArray[np.float64]
 
