@@ -22,6 +22,7 @@ from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.crossed import crossed_effect, own_means
 from focalgradient.statistics.exclusions import kept_rows, quality
+from focalgradient.statistics.hypotheses import robust_decides
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of, rating_table
 
@@ -33,8 +34,8 @@ ALL_RULES, NO_RULES = "all", "none"
 STUDENT, ROBUST, FLIPS = "Student's t", "robust", "sign flips"
 TESTS = (STUDENT, ROBUST, FLIPS)
 
-JUDGING = ("catch_factor", "lapse_factor")
-"""Fields of `Rules` that only say how others are judged."""
+JUDGING = ("catch_factor", "lapse_factor", "deciding_test")
+"""Fields of `Rules` that leave nobody out by themselves."""
 
 EXACT = 12
 """Largest number of subjects all of whose sign flips (4096) are tried."""
@@ -151,6 +152,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     sets = {ALL_RULES: rules, **{name: _off(rules, [name]) for name in stated}, NO_RULES: _off(rules, stated)}
     answers = ~table["catch"].to_numpy(bool)
     kept = {name: kept_rows(table, judged.subjects, each) & answers for name, each in sets.items()}
+    deciding = ROBUST if analysis.ratios and robust_decides(rules.deciding_test) else STUDENT
     found: list[Variant] = []
     for fixation in fixations_of(table[answers]):
         own = (table["fixation"] == fixation).to_numpy()
@@ -159,7 +161,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
             key, whole = keep.tobytes(), name == ALL_RULES
             distinct = key not in done
             if distinct:
-                done[key] = list(_analysed(table[keep], own[keep], fixation, analysis, whole))
+                done[key] = list(_analysed(table[keep], own[keep], fixation, analysis, deciding if whole else None))
             found += [
                 replace(each, rules=name, distinct=distinct, main=each.main and whole)
                 for each in done[key]
@@ -175,10 +177,11 @@ def _off(rules: Rules, names: Iterable[str]) -> Rules:
 
 
 def _analysed(
-    rows: pd.DataFrame, own: NDArray[np.bool_], fixation: str, analysis: Analysis, whole: bool
+    rows: pd.DataFrame, own: NDArray[np.bool_], fixation: str, analysis: Analysis, main_test: str | None
 ) -> Iterator[Variant]:
     """All transformations and tests of some rows; of the `whole` also the first without each person."""
-    deciding = ROBUST if analysis.ratios else STUDENT
+    whole = main_test is not None
+    deciding = main_test or ""
     used = rows[own]
     for transformation in analysis.transformations:
         label = Variant(fixation, ALL_RULES, transformation, "", "", None, None, None, None, 0, len(used), False, True)
