@@ -50,7 +50,7 @@ def robust_decides(deciding_test: object) -> bool:
     >>> robust_decides("robust"), robust_decides("t")
     (True, False)
     """
-    if deciding_test not in DECIDING_TESTS:
+    if not isinstance(deciding_test, str) or deciding_test not in DECIDING_TESTS:
         raise InputError(
             f"deciding_test is {deciding_test!r}, but must be 'robust' (the test robust to skewed subjects) or 't' "
             "(Student's t)."

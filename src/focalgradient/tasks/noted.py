@@ -130,7 +130,10 @@ class OpenRecord(type):
     def __call__(cls, *values: Any, **named: Any) -> Any:
         """Make an answer."""
         own = {one.name for one in dataclasses.fields(cls)}  # type: ignore[arg-type]
-        extra = {**named.pop(EXTRA, {}), **{name: named.pop(name) for name in [*named] if name not in own}}
+        given = named.pop(EXTRA, {})
+        if not isinstance(given, Mapping):
+            raise InputError(f"{EXTRA} is a {type(given).__name__}, but must be a dict of further fields by name.")
+        extra = {**given, **{name: named.pop(name) for name in [*named] if name not in own}}
         for name in extra:
             if not (isinstance(name, str) and NAME.fullmatch(name)):
                 raise InputError(
