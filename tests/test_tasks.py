@@ -154,6 +154,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build("A task", "edge_blur.py", tmp_path_factory.mktemp("package"))
 
 
+@pytest.mark.slow
 def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: Path) -> None:
     data, report = tmp_path / "data", tmp_path / "report"
     done = command(installed, "simulate", "edgeblur", "--observers", 5, "--seed", 1, "--out", data)

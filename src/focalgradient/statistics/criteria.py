@@ -78,8 +78,8 @@ class Rules:
     deciding_test: str = "robust"
 
     def __post_init__(self) -> None:
-        check_fields(self)
         robust_decides(self.deciding_test)
+        check_fields(self)
         if self.response_time is not None and not 0 <= self.response_time[0] < self.response_time[1]:
             raise InputError(
                 f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."

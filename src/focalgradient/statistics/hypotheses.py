@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, described
 from focalgradient.statistics.records import ALPHA, Effect
 from focalgradient.statistics.skewness import half_widths, one_sided_p
 
@@ -52,8 +52,8 @@ def robust_decides(deciding_test: object) -> bool:
     """
     if not isinstance(deciding_test, str) or deciding_test not in DECIDING_TESTS:
         raise InputError(
-            f"deciding_test is {deciding_test!r}, but must be 'robust' (the test robust to skewed subjects) or 't' "
-            "(Student's t)."
+            f"deciding_test is {described(deciding_test)}, but must be 'robust' (the test robust to skewed subjects) "
+            "or 't' (Student's t)."
         )
     return deciding_test == DECIDING_TESTS[0]
 
