@@ -99,7 +99,7 @@ def test_who_sees_blur_is_told_from_who_does_not():
 def test_power_is_that_of_the_t_test_where_the_design_is_balanced(tmp_path):
     """Noncentral t of the subjects’ own rises; 30 experiments measure a share to 9 %."""
     model = Model(effect=1.25, between=0.2, between_scenes=0.0, scenes=0.0, noise=0.1, lapses=0.0)
-    study = Study(model, DepthRatingDesign(scenes=["a"], catch_trials=0, practice_trials=0))
+    study = Study(model, DepthRatingDesign(scenes=["a"], catch_trials=0, practice_trials=0), deciding_test="t")
     (found,) = power.power(run(study, [8], 30, tmp_path / "file.jsonl"))
     own = math.hypot(0.2, 0.1)  # two repetitions of the largest aperture and of the pinhole
     shift = math.log(1.25) / own * math.sqrt(8)
