@@ -94,7 +94,7 @@ def test_blocks_and_conditions_follow_the_squares_over_participants() -> None:
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ({"runs": {"colour": 2}}, "runs names 'colour', which is no setting"),
+        ({"runs": {"colour": 2}}, "runs names 'colour', which is not a setting"),
         ({"distances": {"shape": 5}}, "no order of the 12 trials was found with shape 5 apart"),
         ({"condition_order": "latin-square", "runs": {"shape": 1}}, "constraints on a random order"),
     ],

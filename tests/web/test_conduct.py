@@ -129,13 +129,13 @@ def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: 
     server = served(tmp_path, NECKER)
     context = browser.new_context(**PHONE, is_mobile=True)  # type: ignore[arg-type]
     page = context.new_page()
-    page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=abc")
+    page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=pid-of-a-phone")
     page.wait_for_selector("text=This screen is too small")
     keep(page, "phone")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     context.close()
     server.end()
-    assert "abc" not in "".join(path.read_text() for path in tmp_path.glob("data-links*"))
+    assert "pid-of-a-phone" not in "".join(path.read_text() for path in tmp_path.glob("data-links*"))
     assert not (tmp_path / "data").exists()
 
 
