@@ -7,6 +7,7 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from focalgradient import InputError, Lens, View
+from focalgradient.psf import Annulus, Blend, Gaussian, Polygon, Psf
 from focalgradient.render import Rendered, cast, noisy
 from focalgradient.render.raycast import _spline
 from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
@@ -58,6 +59,21 @@ def test_step_edge_spreads_as_a_disc_does(distance: float) -> None:
     x = np.clip(((np.arange(80) - 39.5)[:, None] + np.linspace(-0.45, 0.45, 10)) / radius, -1, 1)
     segment = (0.5 + (np.arcsin(x) + x * np.sqrt(1 - x**2)) / np.pi).mean(axis=1)
     assert np.abs(profile - segment).max() < 0.003
+
+
+@pytest.mark.parametrize("psf", [Polygon(blades=5), Annulus(), Gaussian(), Blend()], ids=str)
+@pytest.mark.parametrize("distance", [0.7, 1.7])
+def test_a_point_shows_the_shape_of_the_aperture(psf: Psf, distance: float) -> None:
+    """The transfer of a small square's picture is the shape's closed form; nearer than focus its conjugate."""
+    lens = Lens(focal_length=0.025, f_number=2.5, focus_distance=1.0)
+    radius = abs(1 - 1 / distance) * lens.aperture_diameter / 2 / PIXEL
+    image = cast(Scene((card(distance, 3, 3),)), lens, (64, 64), PIXEL, samples=2048, psf=psf).view.image
+    at = np.arange(64) - 31.5
+    for way, frequency in [(way, share / radius) for way in (0.0, 0.4, 1.9) for share in (0.15, 0.4, 0.8)]:
+        fy, fx = frequency * math.sin(way), frequency * math.cos(way)
+        found = (image * np.exp(-2j * np.pi * (fy * at[:, None] + fx * at))).sum() / image.sum()
+        theory = psf.optical_transfer(fy, fx, radius) * np.prod([np.sinc(f) * np.sinc(3 * f) for f in (fy, fx)])
+        assert abs(found - (theory if distance > 1 else np.conj(theory))) < 0.005
 
 
 def test_pinhole_is_sharp_and_its_pixel_is_a_box() -> None:

@@ -25,6 +25,8 @@ from focalgradient.errors import InputError, check_number, check_seed, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
+from focalgradient.psf import Disc, Psf, psf_of
+from focalgradient.render.aperture import aperture_points
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -52,6 +54,7 @@ def cast(
     seed: int = 0,
     place: float = 0.0,
     ahead: float = 0.0,
+    psf: Psf | str = "disc",
     progress: Progress | None = None,
 ) -> Rendered:
     """Render a scene through a finite thin lens.
@@ -78,6 +81,8 @@ def cast(
         Where the lens's centre is, in metres to the right of the origin. Its axis stays parallel to z.
     ahead
         Direction of the frame's middle, as a tangent to the right: of a sensor that is shifted off the axis.
+    psf
+        Form of the aperture: a `focalgradient.psf.Psf` or its name. Light passes it as the shape's light is spread.
     progress
         Called now and then with the share done, 0 to 1, and what is being done.
 
@@ -103,7 +108,9 @@ def cast(
     check_number("place", place, "metres")
     check_number("ahead", ahead, "tangent of an angle")
     aside = place, ahead
-    image, distance = cast_without(scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress, aside)
+    image, distance = cast_without(
+        scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress, aside, psf_of(psf)
+    )
     return Rendered(View(image, optics, pixel_angle), distance)
 
 
@@ -118,13 +125,14 @@ def cast_without(
     seed: int,
     progress: Progress | None = None,
     aside: tuple[float, float] = (0.0, 0.0),
+    psf: Psf = Disc(),  # noqa: B008  it is frozen
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Image and distance as `cast` makes them; rays pass through the `skipped` object, which still casts its shadow.
 
     `aside` is the `place` and the `ahead` of `cast`.
     """
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
-    rays, number = _patterns(samples, seed), -1 if skipped is None else skipped
+    rays, number = _patterns(samples, seed, psf), -1 if skipped is None else skipped
     image, distance = np.empty(shape, np.float32), np.empty(shape)
 
     def rows(start: int) -> None:
@@ -195,8 +203,8 @@ def _unit(vector: object) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=4)
-def _patterns(samples: int, seed: int) -> NDArray[np.float64]:
-    """Sets of rays, PATTERNS x samples x 4: place in the unit disc (x, y), place in the pixel (-1/2 to 1/2, x and y).
+def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
+    """Sets of rays, PATTERNS x samples x 4: place in the aperture (x, y; blur radii), and in the pixel (-1/2 to 1/2).
 
     One Sobol net in four dimensions, Owen-scrambled; each set is the net under a digital shift of its own, which
     leaves it a net.
@@ -205,13 +213,7 @@ def _patterns(samples: int, seed: int) -> NDArray[np.float64]:
     net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
     shift = random.integers(2**30, size=(PATTERNS, 1, 4))
     points = (((net * 2**30).astype(np.int64) ^ shift) + 0.5) / 2**30 - 0.5
-    # Square to disc, area for area (Shirley and Chiu 1997).
-    a, b = 2 * points[..., 0], 2 * points[..., 1]
-    wide = np.abs(a) > np.abs(b)
-    radius, across = np.where(wide, a, b), np.where(wide, b, a)
-    angle = np.pi / 4 * across / radius
-    angle = np.where(wide, angle, np.pi / 2 - angle)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), points[..., 2], points[..., 3]], -1)
+    return np.concatenate([aperture_points(psf, points[..., :2]), points[..., 2:]], -1)
 
 
 @_inlined
