@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, recover_depth
-from focalgradient.eye import Eye, Oscillation, accommodation_views, band_image, band_views, cone_images
+from focalgradient.eye import Eye, Oscillation, SpectralPicture, accommodation_views, band_views
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.003, accommodation=2.0)
@@ -42,7 +42,7 @@ def test_each_cone_class_sees_its_own_light() -> None:
     colour = np.full((64, 64, 1), 0.8) * np.array([0.9, 0.4, 0.1])
     seen = band_views((colour, np.full((64, 64), 0.5)), EYE, (64, 64), PIXEL)
     for rendered, band in zip(seen, ("L+M", "S"), strict=True):
-        wanted = band_image(cone_images(colour), band).mean()
+        wanted = SpectralPicture.of(colour).catch(band).mean()
         assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
 
 

@@ -31,6 +31,7 @@ from focalgradient.eye.population import Person, draw_people
 from focalgradient.eye.retina import Cones
 from focalgradient.eye.retinal_image import parts_needed, retinal_image
 from focalgradient.eye.score import score
+from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import Motion, Track, track
 from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
@@ -55,6 +56,8 @@ __all__ = [
     "Person",
     "Photons",
     "Plant",
+    "SpectralBasis",
+    "SpectralPicture",
     "Stimulus",
     "Target",
     "TimeCourse",
@@ -65,6 +68,7 @@ __all__ = [
     "band_difference",
     "band_image",
     "band_light",
+    "band_picture",
     "band_views",
     "best_gaussian",
     "blur_transfer",

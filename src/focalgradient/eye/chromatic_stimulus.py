@@ -17,8 +17,9 @@ from scipy import fft
 from focalgradient.errors import check_number
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.retinal_image import caught_by_cones, parts_needed, parts_of_light
-from focalgradient.eye.transfer import blur_transfer
+from focalgradient.eye.retina import Cones
+from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
+from focalgradient.eye.spectral import SpectralBasis
 from focalgradient.progress import Progress
 
 __all__ = ["ChromaticStimulus", "chromatic_stimulus"]
@@ -161,9 +162,11 @@ def _through_display(
 ) -> NDArray[np.complex128]:
     """What each cone class (last) catches of each primary through the eye, at each frequency of an image of `size`."""
     down, right = fft.fftfreq(size[0])[:, None] / pixel_angle, fft.rfftfreq(size[1])[None] / pixel_angle
-    total = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex)
-    for nm, caught in zip(*parts_of_light(wavelengths, primaries), strict=True):
-        total += blur_transfer(down, right, eye.in_light(nm), vergence)[..., None, None] * caught
+    total, basis = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex), SpectralBasis.of_display(primaries)
+    for number, band in enumerate(CLASSES):
+        for component, share in enumerate(basis.catch(band)):
+            cones = Cones.in_light(eye, band, basis.light(band, component), wavelengths=wavelengths)
+            total[:, :, component, number] = share * cones.optical_transfer(down, right, vergence)
     return total
 
 

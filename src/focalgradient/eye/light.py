@@ -5,6 +5,7 @@ The sensitivities and daylight come from the library colour-science, which is an
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, get_args
@@ -16,10 +17,23 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
 
-__all__ = ["Band", "Light", "band_difference", "band_light", "cone_fundamentals", "illuminant", "luminosity"]
+__all__ = [
+    "Band",
+    "Light",
+    "band_difference",
+    "band_light",
+    "band_sensitivity",
+    "cone_fundamentals",
+    "illuminant",
+    "luminosity",
+]
 
 Band = Literal["L+M", "S", "L", "M", "luminance"]
 """Who sees the light: cones of one or two classes, or all that makes luminance."""
+
+
+KELVIN = re.compile(r"(\d+(?:\.\d+)?) ?K")
+"""A black body's temperature as a light's name."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -113,7 +127,9 @@ def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
 
 
 def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float64]:
-    """Energy of a standard light: "D65" and other daylights, "E" (equal energy), "A" (a bulb); 100 at 560 nm.
+    """Energy of a light: "D65", "E" (equal energy), "A" (a bulb), "LED-B1" or another of the CIE's; or "3000 K".
+
+    The last is a black body of 1000 to 25,000 K, by Planck's law. All but a few of the CIE's lights are 100 at 560 nm.
 
     Raises
     ------
@@ -125,10 +141,15 @@ def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float6
     >>> round(float(illuminant(450, "D65")), 2)
     117.01
     """
-    known = spectra().SDS_ILLUMINANTS
+    known, kelvin = spectra().SDS_ILLUMINANTS, KELVIN.fullmatch(str(name))
+    if kelvin is not None and 1000 <= float(kelvin[1]) <= 25_000:
+        planck = spectra().colorimetry.planck_law
+        at = wavelengths(wavelength_nm)
+        return np.asarray(100 * planck(1e-9 * at, float(kelvin[1])) / planck(560e-9, float(kelvin[1])))
     if name not in known:
         raise InputError(
-            f"illuminant is {name!r}, but must be a standard one: E, A, D50, D65, or another of the CIE's."
+            f"illuminant is {name!r}, but must be a standard one, such as E, A, D50, D65, LED-B1 or another of the "
+            "CIE's; or a black body of 1000 to 25000 K, such as '3000 K'."
         )
     return _read(known[name], wavelength_nm)
 
@@ -156,16 +177,23 @@ def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
     >>> [round(band_light(band, "D65").effective_wavelength_nm) for band in ("L+M", "S")]
     [546, 450]
     """
-    if band not in get_args(Band):
-        raise InputError(f"band is {band!r}, but must be one of {', '.join(get_args(Band))}.")
     if not 0 < step_nm <= 50:
         raise InputError(f"step_nm is {step_nm!r}, but must be above 0 and at most 50: give it in nanometres.")
     nm = np.arange(390, 780 + 1e-6, step_nm)
+    return Light(nm, band_sensitivity(band, nm) * illuminant(nm, light))
+
+
+def band_sensitivity(band: Band, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    """Sensitivity of a `band` at each wavelength (nm, any shape): of L+M, the sum of two that are 1 at their peaks.
+
+    >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()
+    [0.137, 1.917]
+    """
+    if band not in get_args(Band):
+        raise InputError(f"band is {band!r}, but must be one of {', '.join(get_args(Band))}.")
     if band == "luminance":
-        seen = luminosity(nm)
-    else:
-        seen = cone_fundamentals(nm)[:, ["LMS".index(cone) for cone in band.split("+")]].sum(axis=1)
-    return Light(nm, seen * illuminant(nm, light))
+        return luminosity(wavelength_nm)
+    return cone_fundamentals(wavelength_nm)[..., ["LMS".index(cone) for cone in band.split("+")]].sum(axis=-1)
 
 
 def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:

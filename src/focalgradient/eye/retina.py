@@ -107,6 +107,25 @@ class Cones:
         None is as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
         """
         light = band_light(band, illuminant)
+        return cls.in_light(eye, band, light, wavelengths=wavelengths, finest_cpd=finest_cpd, model=model)
+
+    @classmethod
+    def in_light(
+        cls,
+        eye: Eye,
+        band: str,
+        light: Light,
+        *,
+        wavelengths: int | None = None,
+        finest_cpd: float = np.inf,
+        model: BlurName = "wave",
+    ) -> Cones:
+        """Return the cones named `band` in any `light`, given as what these cones catch of it at each wavelength.
+
+        >>> red = Light(np.array([630.0]), np.array([1.0]))
+        >>> round(Cones.in_light(Eye(0.004, 1.0), "L+M", red).focus_vergence, 3)
+        0.792
+        """
         if wavelengths is None:
             check_number("finest_cpd", finest_cpd, "cycles per degree", positive=True, finite=False)
             wavelengths = wavelengths_needed(light, eye.pupil_diameter, eye.chromatic_scale, finest_cpd)

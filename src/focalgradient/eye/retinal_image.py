@@ -8,20 +8,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, described
-from focalgradient.eye.chromatic import chromatic_difference, chromatic_wavelength
-from focalgradient.eye.colours import PRIMARIES, display_primaries
-from focalgradient.eye.light import cone_fundamentals
+from focalgradient.eye.colours import PRIMARIES
+from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.parts import fewest, parts_of_focus
-from focalgradient.eye.transfer import blur_transfer
+from focalgradient.eye.parts import fewest
+from focalgradient.eye.retina import Cones
+from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.progress import Progress
-from focalgradient.render import blur_picture
 
-__all__ = ["caught_by_cones", "parts_needed", "parts_of_light", "retinal_image"]
+__all__ = ["caught_by_cones", "parts_needed", "retinal_image"]
 
-ENDS_NM = (420.0, 680.0)
-"""Wavelengths between which parts of the spectrum are equally wide in focus; the first and the last take what lies
-beyond: of a display's light less than 1 % of what the L and M cones catch, and 3 % of what the S cones do."""
+CLASSES: tuple[Band, ...] = ("L", "M", "S")
+"""Classes of cones."""
 
 
 def retinal_image(
@@ -36,10 +34,10 @@ def retinal_image(
 ) -> NDArray[np.float32]:
     """What a display shows, as it lies on the retina of an eye: light that gives each cone what the blurred light does.
 
-    The spectrum of each of the display's primaries is cut into parts of equal width in focus; each part is blurred in
-    the mean focus of its light, by waves, and caught by the L, M and S cones (Stockman and Sharpe 2000). The
-    result is the light of the same display that these cones catch alike: negative, or above the display's white, where
-    it has no such colour.
+    What each class of cones (Stockman and Sharpe 2000) catches of each of the display's primaries is cut into parts of
+    equal width in focus, each blurred in the mean focus of its light, by waves (`band_picture`, as in `band_views`).
+    The result is the light of the same display that these cones catch alike: negative, or above the display's white,
+    where it has no such colour.
 
     Parameters
     ----------
@@ -52,7 +50,7 @@ def retinal_image(
     pixel_angle
         Angle in radians that one pixel subtends.
     wavelengths
-        Parts of the spectrum; None is as many as the pupil and the distances need (see `parts_needed`).
+        Parts of what a cone class catches of a primary; None is as many as the pupil needs (see `Cones.of`).
     primaries
         The display's name in colour-science.
     progress
@@ -109,28 +107,26 @@ def caught_by_cones(
         raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
     if not isinstance(eye, Eye):
         raise InputError(f"eye is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation).")
-    if wavelengths is None:
-        wavelengths = parts_needed(distance, eye, pixel_angle=pixel_angle, primaries=primaries)
-    if not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
+    if wavelengths is not None and not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
-    middles, caught = parts_of_light(wavelengths, primaries)
+    shown = SpectralPicture(image, SpectralBasis.of_display(primaries))
     cones = np.zeros(image.shape)
-    for number, (nm, by_primary) in enumerate(zip(middles, caught, strict=True)):
+    for number, band in enumerate(CLASSES):
         if progress is not None:
-            progress(number / wavelengths, f"blurring light of {nm:.0f} nm")
-        cones += blur_picture(image, distance, eye.in_light(nm), pixel_angle=pixel_angle) @ by_primary
-    return cones, np.asarray(caught.sum(axis=0))
+            progress(number / len(CLASSES), f"blurring what {band} cones catch")
+        cones[..., number] = band_picture(shown, distance, eye, band, pixel_angle=pixel_angle, wavelengths=wavelengths)
+    return cones, np.stack([shown.basis.catch(band) for band in CLASSES], axis=1)
 
 
 def parts_needed(distance: ArrayLike, eye: Eye, *, pixel_angle: float, primaries: str = PRIMARIES) -> int:
-    """Return the number of parts of the spectrum that leave a step from black to white right to 0.01 of white.
+    """Return the number of parts of each light that leave a step from black to white right to 0.01 of white.
 
     A step at the nearest and at the farthest distance, and in focus where that lies between, is blurred with ever more
     parts, until it agrees with 41.
 
     >>> near_and_far = [0.5, 1.0]
     >>> [parts_needed(near_and_far, Eye(mm / 1000, 1.0), pixel_angle=np.radians(1 / 60)) for mm in (2, 6)]
-    [7, 11]
+    [3, 7]
     """
     vergence = 1 / np.asarray(distance, dtype=float)
     low, high = float(vergence.min()), float(vergence.max())
@@ -140,31 +136,17 @@ def parts_needed(distance: ArrayLike, eye: Eye, *, pixel_angle: float, primaries
 
 def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, primaries: str) -> NDArray[np.float64]:
     """A step from black to white at each vergence: red, green and blue of its retinal image (levels x 3 x pixels)."""
-    middles, caught = parts_of_light(count, primaries)
-    white = caught.sum(axis=1) @ np.linalg.inv(caught.sum(axis=0))  # part x channel
+    basis = SpectralBasis.of_display(primaries)
+    caught = np.stack([basis.catch(band) for band in CLASSES])  # class x primary
     # Two dioptres more than the widest are what light of other wavelengths is out of focus by.
     widest = max(abs(level - eye.focus_vergence) for level in levels) + 2
     side = 2 ** math.ceil(math.log2(64 + 4 * widest * eye.pupil_diameter / pixel_angle))
     frequency = np.fft.rfftfreq(side) / pixel_angle
-    steps = np.zeros((len(levels), 3, side))
-    for nm, share in zip(middles, white, strict=True):
-        for seen, level in zip(steps, levels, strict=True):
-            line = np.fft.irfft(blur_transfer(0.0, frequency, eye.in_light(nm), level), side)
-            seen += share[:, None] * np.cumsum(np.fft.fftshift(line))
-    return steps
-
-
-def parts_of_light(count: int, primaries: str) -> tuple[list[float], NDArray[np.float64]]:
-    """Wavelengths (nm) in whose focus parts of the spectrum are, and cones' catch of each primary (parts x 3 x 3)."""
-    nm, spectra = display_primaries(primaries)
-    focus = chromatic_difference(nm)
-    first, last = chromatic_difference(ENDS_NM).tolist()
-    part = parts_of_focus(focus, (first, last), count)
-    catches = spectra[:, :, None] * cone_fundamentals(nm)[:, None, :]  # wavelength x primary x cone class
-    caught = np.stack([catches[part == number].sum(axis=0) for number in range(count)])
-    # Each part is in the mean focus of its light, each primary and cone class counting alike.
-    weight = (catches / catches.sum(axis=0)).sum(axis=(1, 2))
-    total = np.bincount(part, weight, count)
-    edges = np.linspace(first, last, count + 1)
-    middle = np.where(total > 0, np.bincount(part, weight * focus, count), (edges[1:] + edges[:-1]) / 2)
-    return np.asarray(chromatic_wavelength(middle / np.where(total > 0, total, 1))).tolist(), caught
+    steps = np.zeros((len(CLASSES), len(levels), side))
+    for band, shares, seen in zip(CLASSES, caught, steps, strict=True):
+        for component, share in enumerate(shares):
+            cones = Cones.in_light(eye, band, basis.light(band, component), wavelengths=count)
+            for one, level in zip(seen, levels, strict=True):
+                line = np.fft.irfft(cones.optical_transfer(0.0, frequency, level), side)
+                one += share * np.cumsum(np.fft.fftshift(line))
+    return np.einsum("clx,cp->lpx", steps, np.linalg.inv(caught.T))

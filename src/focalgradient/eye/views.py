@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_list, check_number, described, is_number
-from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.retina import S_FINEST_CPD, Cones, sampling
+from focalgradient.eye.spectral import SpectralPicture, band_picture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.psf import pixel_transfer
@@ -39,7 +39,7 @@ PINHOLE_SHARE = 4
 CONTRAST = 0.2
 """Standard deviation over mean of a wall's texture. Our choice."""
 
-SceneInput = Scene | float | tuple[ArrayLike, ArrayLike]
+SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
 """A scene, the distance of a wall, or a picture with the distance of each of its pixels."""
 
 
@@ -65,9 +65,10 @@ def band_views(
     ----------
     scene
         What to look at; or the distance in metres of a textured wall; or a picture, of which the depth is known, as
-        ``(picture, distance)``: linear radiance, H x W, or H x W x 3 (red, green and blue of a display, through
-        `cone_images`), and distances in metres, H x W. It is seen as `focalgradient.blur` does it, by waves; both
-        cone classes see what it shows, so that `correlation` and `gain` stay 1.
+        ``(picture, distance)``: a `SpectralPicture`; or linear radiance, H x W (grey, in the light of `illuminant`) or
+        H x W x 3 (red, green and blue of a display); and distances in metres, H x W. It is seen as `retinal_image`
+        sees it, by waves, every wavelength in its own focus; both cone classes see what it shows, so that
+        `correlation` and `gain` stay 1.
     eye
         Pupil, accommodation and chromatic aberration.
     shape, pixel_angle
@@ -262,9 +263,10 @@ def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]
             f"scene is {described(scene)}, but must be a Scene, a wall's distance (positive, in metres) or (picture, "
             "distance): give one."
         )
-    if len(scene) != 2 or np.shape(scene[0])[:2] != tuple(shape):
+    size = scene[0].shape if isinstance(scene[0], SpectralPicture) else np.shape(scene[0])
+    if len(scene) != 2 or size[:2] != tuple(shape):
         raise InputError(
-            f"scene is a tuple of {len(scene)}, the first of shape {np.shape(scene[0])}, but must be (picture, "
+            f"scene is a tuple of {len(scene)}, the first of shape {size}, but must be (picture, "
             f"distance), both of the views' shape {tuple(shape)}: give shape=picture.shape[:2]."
         )
     if mix != (1.0, 1.0):
@@ -274,12 +276,21 @@ def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]
 
 
 def _of_picture(
-    scene: tuple[ArrayLike, ArrayLike], cones: Cones, pixel_angle: float
+    scene: tuple[ArrayLike | SpectralPicture, ArrayLike], cones: Cones, pixel_angle: float
 ) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
     """A picture with its depth, as the cones of a band catch it, each distance blurred by waves."""
-    picture, distance = np.asarray(scene[0], dtype=float), np.asarray(scene[1], dtype=float)
-    if picture.ndim == 3:
-        picture = band_image(cone_images(picture), cones.light)
+    picture, distance = scene[0], np.asarray(scene[1], dtype=float)
+    if isinstance(picture, SpectralPicture) or np.ndim(picture) == 3:
+        seen = band_picture(
+            SpectralPicture.of(picture),
+            distance,
+            cones.eye,
+            cones.light,
+            pixel_angle=pixel_angle,
+            finest_cpd=cones.finest_cpd,
+            model=cones.model,
+        )
+        return cones, seen, distance
     return cones, blur_picture(picture, distance, cones, pixel_angle=pixel_angle).astype(float), distance
 
 
